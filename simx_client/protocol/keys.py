@@ -1,0 +1,57 @@
+"""The Zenoh key expressions. ``realm`` names a simulator, ``client`` one connection to it.
+
+    simx/<realm>/hello            queryable: greeting in, welcome out
+    simx/<realm>/alive            liveliness token of the server
+    simx/<realm>/client/<client>  liveliness token of a client
+    simx/<realm>/call/<client>    batches of calls, client to server
+    simx/<realm>/reply/<client>   deliveries, every one arrives
+    simx/<realm>/stream/<client>  the newest values of all small streams of a client, of one instant
+    simx/<realm>/picture/<client>/<call id>   the newest picture of one stream
+"""
+
+from __future__ import annotations
+
+import re
+
+ROOT = "simx"
+ANY_HELLO = f"{ROOT}/*/hello"
+_CHUNK = re.compile(r"[A-Za-z0-9._-]{1,64}")
+
+
+def check_chunk(text: str) -> str:
+    """A realm or client name as part of a key.
+
+    Raises:
+        ValueError: with the rule, when the text could not be one segment of a key expression.
+    """
+    if not _CHUNK.fullmatch(text):
+        raise ValueError(f"{text!r} cannot be part of a key: use 1 to 64 letters, digits, '.', '_' or '-'")
+    return text
+
+
+def hello(realm: str) -> str:
+    return f"{ROOT}/{realm}/hello"
+
+
+def alive(realm: str) -> str:
+    return f"{ROOT}/{realm}/alive"
+
+
+def client(realm: str, client: str = "*") -> str:
+    return f"{ROOT}/{realm}/client/{client}"
+
+
+def call(realm: str, client: str = "*") -> str:
+    return f"{ROOT}/{realm}/call/{client}"
+
+
+def reply(realm: str, client: str) -> str:
+    return f"{ROOT}/{realm}/reply/{client}"
+
+
+def stream(realm: str, client: str) -> str:
+    return f"{ROOT}/{realm}/stream/{client}"
+
+
+def picture(realm: str, client: str, call_id: int | str = "*") -> str:
+    return f"{ROOT}/{realm}/picture/{client}/{call_id}"

@@ -1,0 +1,100 @@
+"""The messages: a batch of calls goes out, deliveries of replies come back, a greeting opens.
+
+Every message is a msgpack list in field order. Numbers with a fraction travel as float32, as they did
+in the original. A stream is known by the id of the call that armed it, so an answer that was on its way
+when the stream was replaced can never be taken for a new one.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+PROTOCOL_VERSION = 1
+"""Counts up when an older peer could misread a message."""
+
+STATUS_OK = 0
+STATUS_REMOTE_ERROR = 8
+"""The status of a reply; the same number as ``simx_return_remote_error_flag``."""
+
+CLIENT_TIME_MASK = 0x03FF_FFFF
+"""Client time stamps are milliseconds modulo 2**26, as in the original header."""
+
+
+class Operation(IntEnum):
+    """What the server is to do with a call."""
+
+    EXECUTE = 0
+    """Once."""
+
+    STREAM = 1
+    """Now, and again after each pass, until cancelled."""
+
+    CANCEL = 2
+    """End the stream whose id is the only argument (0 for none); answered with an empty reply."""
+
+
+class Call(NamedTuple):
+    call_id: int
+    operation: int
+    delay_ms: int
+    """Least wall time between two executions of a stream."""
+
+    command: str
+    arguments: list[Any]
+
+
+class Batch(NamedTuple):
+    """Client to server. The calls are executed in this order, with no pass between them."""
+
+    message_id: int
+    client_time: int
+    calls: list[Call]
+
+
+class Reply(NamedTuple):
+    call_id: int
+    status: int
+    """STATUS_OK, or STATUS_REMOTE_ERROR with the error's text as the only value."""
+
+    time_ms: int
+    """Simulation time at execution, 0 while stopped."""
+
+    values: list[Any]
+
+
+class Delivery(NamedTuple):
+    """Server to client. ``message_id`` and ``client_time`` are those of the client's last batch."""
+
+    message_id: int
+    client_time: int
+    server_time: int
+    scene_id: int
+    server_state: int
+    """Bit 0: not stopped, bit 1: paused, bit 2: real time."""
+
+    replies: list[Reply]
+
+
+class Greeting(NamedTuple):
+    """Client to server, once per connection."""
+
+    protocol: int
+    client: str
+    """The key segment this client is reached under."""
+
+    name: str
+    """For people: the program and its process id."""
+
+    port: int
+    """The port the client asked for; 19999 may start the simulation."""
+
+
+class Welcome(NamedTuple):
+    """Server to client. ``refusal`` is empty, or the sentence that says why there is no connection."""
+
+    protocol: int
+    refusal: str
+    realm: str
+    scene: str
+    server: str
