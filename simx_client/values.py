@@ -1,0 +1,281 @@
+"""The two large values: a vision sensor's image and its depth buffer, as lists that NumPy reads directly.
+
+Old scripts expect a plain list: signed ints -128..127 (or floats 0..1), bottom row first. They index it,
+loop over it, edit it in place, feed it to ``array.array('b', ...)`` and to ``np.array(image,
+dtype=np.uint8)``; the last overflows for a plain list of negative ints on NumPy 2. So the value is a
+``list`` *subclass* with ``__array__``.
+
+Filling the list is dear (measured at 640x480x3: 6 ms, against 0.02 ms for ``np.array(image,
+dtype=np.uint8)`` from the bytes), so it happens at the first touch. The value passes through up to three
+states, and each state is a class, because Python looks methods up on the class: what needs no guard any
+more costs no guard.
+
+======  ====================================  ============================================================
+state   holds                                 guarded methods
+======  ====================================  ============================================================
+unread  received bytes and a list of Nones    all: the first one fills the list, then the state is *read*
+read    received bytes and the filled list    those that change it: the first drops the bytes
+edited  the list alone                        none; arrays are made from the list, so they are never stale
+======  ====================================  ============================================================
+
+Does that satisfy consumers written in C? Those that go through the protocols: yes, also when unread. They
+read a list's memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``,
+``f(*x)``, ``json``, ``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few
+read the memory of any subclass (``array.fromlist``, ``heapq``). They meet the Nones of an unread value and
+raise TypeError: the list has its full length from the start (0.7 ms) so that this is a loud failure and
+never an empty picture. Any touch (``image[0]``) or copy (``list(image)``) before such a call cures it. An
+edit that such a function, or ``list.append(image, 1)`` past the class, makes to a *read* value is the one
+thing that goes unnoticed.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, cast
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import DTypeLike, NDArray
+
+_Kind = TypeVar("_Kind", bound="PixelList")
+
+_CHUNK = 16384  # values converted at once: the temporary arrays then stay in the processor's cache
+
+_COMPARES = ["__eq__", "__ne__", "__lt__", "__le__", "__gt__", "__ge__"]
+_READS = ["__getitem__", "__iter__", "__reversed__", "__contains__", "__repr__", "__mul__", "__rmul__"]
+_READS += [*_COMPARES, "copy", "count", "index"]
+_EDITS = ["__setitem__", "__delitem__", "__iadd__", "__imul__", "append", "extend", "insert", "pop", "remove"]
+_EDITS += ["clear", "sort", "reverse"]
+
+
+class PixelList(list[Any]):
+    """A sensor's picture as a list of numbers; see `VisionImage` and `DepthBuffer`."""
+
+    __slots__ = ("_received", "channels", "height", "width")
+
+    _item_bytes: ClassVar[int] = 1
+    _unread: ClassVar[type[PixelList]]  # the three states, set by _with_states
+    _read: ClassVar[type[PixelList]]
+    _edited: ClassVar[type[PixelList]]
+
+    width: int
+    height: int
+    channels: int
+    _received: memoryview | None
+
+    def __init__(
+        self, values: Iterable[Any] = (), width: int = 0, height: int = 0, channels: int = 1
+    ) -> None:
+        """A value that was not received but made here; `from_bytes` is the usual way."""
+        super().__init__(values)
+        self.width, self.height, self.channels = width, height, channels
+        self._received = None
+
+    @classmethod
+    def _from_buffer(
+        cls, data: bytes | bytearray | memoryview, width: int, height: int, channels: int
+    ) -> Self:
+        received = memoryview(data).toreadonly().cast("B")
+        expected = width * height * channels * cls._item_bytes
+        if received.nbytes != expected:
+            raise ValueError(
+                f"a {width}x{height} picture of {channels} channel(s) takes {expected} bytes, "
+                f"got {received.nbytes}"
+            )
+        self = cast(Self, cls._unread.__new__(cls._unread))
+        self.width, self.height, self.channels, self._received = width, height, channels, received
+        list.append(self, None)
+        list.__imul__(self, width * height * channels)
+        return self
+
+    @property
+    def array(self) -> NDArray[Any]:
+        """The picture as an array of shape (height, width) or (height, width, 3), bottom row first.
+
+        No copy: a read-only view of the bytes that were received. After an edit of the list it is made from
+        the list instead; ValueError if the list has lost its length.
+        """
+        flat = self._flat()
+        shape = (self.height, self.width) if self.channels == 1 else (self.height, self.width, self.channels)
+        if flat.size != self.height * self.width * self.channels:
+            raise ValueError(
+                f"the list was edited to {flat.size} values, which is no {shape} picture any more"
+            )
+        return flat.reshape(shape)
+
+    def upright(self) -> NDArray[Any]:
+        """`array` with the top row first, as screens and OpenCV count; a read-only view too."""
+        return self.array[::-1]
+
+    def tobytes(self) -> bytes:
+        """The values as the wire carries them, bottom row first."""
+        return bytes(self._received) if self._received is not None else self._encode()
+
+    # list + list reads the right side's memory, filled or not; these two are asked before that happens
+    def __add__(self, other: list[Any]) -> list[Any]:
+        return list(self) + (list(other) if isinstance(other, PixelList) else other)
+
+    def __radd__(self, other: list[Any]) -> list[Any]:
+        return other + list(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        shape = (self.width, self.height, self.channels)
+        if self._received is None:
+            return self._edited, (list(self), *shape)
+        return self._edited._from_buffer, (bytes(self._received), *shape)
+
+    def _flat(self) -> NDArray[Any]:
+        raise NotImplementedError
+
+    def _encode(self) -> bytes:
+        raise NotImplementedError
+
+    def _decode(self, received: memoryview) -> list[Any]:
+        raise NotImplementedError
+
+
+def _fill(self: PixelList) -> None:
+    """Unread -> read. Slice by slice in place, so that two threads that meet here write the same values."""
+    received, size = self._received, self._item_bytes
+    assert received is not None
+    for start in range(0, len(self), _CHUNK):
+        part = received[start * size : (start + _CHUNK) * size]
+        list.__setitem__(self, slice(start, start + _CHUNK), self._decode(part))
+    self.__class__ = self._read
+
+
+def _forget_bytes(self: PixelList) -> None:
+    """Read -> edited."""
+    self._received = None
+    self.__class__ = self._edited
+
+
+def _preceded_by(prepare: Callable[[Any], None], names: Iterable[str]) -> dict[str, Any]:
+    """Methods that first `prepare`, which moves the value to its next state, then call that state's method."""
+
+    def guard(name: str) -> Any:
+        @functools.wraps(getattr(list, name))
+        def guarded(self: PixelList, *args: Any, **kwargs: Any) -> Any:
+            prepare(self)
+            if name in _COMPARES and isinstance(args[0], PixelList):
+                args = (list(args[0]),)  # comparing reads the other's memory too
+            return getattr(self, name)(*args, **kwargs)
+
+        return guarded
+
+    return {name: guard(name) for name in names}
+
+
+def _with_states(cls: type[_Kind]) -> type[_Kind]:
+    """Give a class its other two states; the class itself is the unguarded, edited one."""
+    plain: dict[str, Any] = {"__slots__": (), "__doc__": cls.__doc__, "__module__": cls.__module__}
+    cls._edited = cls
+    cls._read = type(cls.__name__, (cls,), plain | _preceded_by(_forget_bytes, _EDITS))
+    cls._unread = type(cls.__name__, (cls._read,), plain | _preceded_by(_fill, _READS + _EDITS))
+    return cls
+
+
+@_with_states
+class VisionImage(PixelList):
+    """What ``simxGetVisionSensorImage`` returns: width*height*channels signed ints.
+
+    Bottom row first, each row left to right, RGB interleaved.
+
+    As an array (``np.array(image)``) it is flat int64, so that ``+ 256`` and ``astype`` mean what they meant;
+    with ``dtype=np.uint8`` the values wrap to 0..255. New code takes `array` (uint8, no copy) or `upright()`.
+    """
+
+    __slots__ = ()
+
+    @classmethod
+    def from_bytes(
+        cls, data: bytes | bytearray | memoryview, width: int, height: int, channels: int = 3
+    ) -> VisionImage:
+        """From unsigned bytes as received; `channels` is 3 (RGB) or 1 (grey). ValueError on a wrong size."""
+        return cls._from_buffer(data, width, height, channels)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        import numpy as np
+
+        if self._received is None:
+            return _converted(np.array(list(self)), dtype, copy)
+        signed = np.frombuffer(self._received, np.int8)
+        if dtype is not None and np.dtype(dtype) == np.uint8:
+            signed = signed.view(np.uint8)
+        return _converted(signed, np.int64 if dtype is None else dtype, copy)
+
+    def _flat(self) -> NDArray[np.uint8]:
+        import numpy as np
+
+        if self._received is None:
+            return np.array(list(self)).astype(np.uint8)
+        return np.frombuffer(self._received, np.uint8)
+
+    def _encode(self) -> bytes:
+        return bytes([int(value) & 0xFF for value in self])
+
+    def _decode(self, received: memoryview) -> list[Any]:
+        signed, take = _signed_ints()
+        return take(received).tolist() if take else [signed[value] for value in received]
+
+
+@_with_states
+class DepthBuffer(PixelList):
+    """What ``simxGetVisionSensorDepthBuffer`` returns: width*height floats, bottom row first.
+
+    0 is the near clipping plane and 1 the far one, linear in the distance along the viewing axis. As an array it
+    is flat float64, as a list of Python floats would be; `array` is the received float32, without a copy.
+    """
+
+    __slots__ = ()
+
+    _item_bytes = 4
+
+    @classmethod
+    def from_bytes(cls, data: bytes | bytearray | memoryview, width: int, height: int) -> DepthBuffer:
+        """From float32 values in this machine's byte order. ValueError on a wrong size."""
+        return cls._from_buffer(data, width, height, 1)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        import numpy as np
+
+        return _converted(self._flat(), np.float64 if dtype is None else dtype, copy)
+
+    def _flat(self) -> NDArray[np.float32]:
+        import numpy as np
+
+        if self._received is None:
+            return np.array(list(self), np.float32)
+        return np.frombuffer(self._received, np.float32)
+
+    def _encode(self) -> bytes:
+        return self._flat().tobytes()
+
+    def _decode(self, received: memoryview) -> list[Any]:
+        return received.cast("f").tolist()
+
+
+def _converted(values: NDArray[Any], dtype: DTypeLike | None, copy: bool | None) -> NDArray[Any]:
+    """An array of its own that may be written and resized, unless a view was asked for by ``copy=False``."""
+    target = values.dtype if dtype is None else dtype
+    if copy is False and values.dtype != target:
+        raise ValueError(
+            f"a picture cannot be seen as {target} without a copy; leave copy=False out, or use .array"
+        )
+    return values if copy is False else values.astype(target)
+
+
+@functools.cache
+def _signed_ints() -> tuple[list[int], Callable[[memoryview], NDArray[Any]] | None]:
+    """For each byte its signed Python int, and the same as a vectorised look-up where NumPy is installed.
+
+    Picking prepared objects is three times as fast as ``int8.tolist()``, which allocates each int below -5.
+    """
+    signed = [value - 256 if value > 127 else value for value in range(256)]
+    try:
+        import numpy as np
+    except ImportError:
+        return signed, None
+    objects = np.array(signed, dtype=object)
+    return signed, lambda received: objects.take(np.frombuffer(received, np.uint8))
