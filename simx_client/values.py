@@ -32,21 +32,24 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import DTypeLike, NDArray
 
-_Kind = TypeVar("_Kind", bound="PixelList")
-
 _CHUNK = 16384  # values converted at once: the temporary arrays then stay in the processor's cache
 
 _COMPARES = ["__eq__", "__ne__", "__lt__", "__le__", "__gt__", "__ge__"]
-_READS = ["__getitem__", "__iter__", "__reversed__", "__contains__", "__repr__", "__mul__", "__rmul__"]
-_READS += [*_COMPARES, "copy", "count", "index"]
-_EDITS = ["__setitem__", "__delitem__", "__iadd__", "__imul__", "append", "extend", "insert", "pop", "remove"]
-_EDITS += ["clear", "sort", "reverse"]
+_READS = [
+    *_COMPARES,
+    *("__getitem__", "__iter__", "__reversed__", "__contains__", "__repr__", "__mul__", "__rmul__"),
+    *("copy", "count", "index"),
+]
+_EDITS = [
+    *("__setitem__", "__delitem__", "__iadd__", "__imul__"),
+    *("append", "extend", "insert", "pop", "remove", "clear", "sort", "reverse"),
+]
 
 
 class PixelList(list[Any]):
@@ -55,9 +58,9 @@ class PixelList(list[Any]):
     __slots__ = ("_received", "channels", "height", "width")
 
     _item_bytes: ClassVar[int] = 1
-    _unread: ClassVar[type[PixelList]]  # the three states, set by _with_states
-    _read: ClassVar[type[PixelList]]
-    _edited: ClassVar[type[PixelList]]
+    _unread: ClassVar[Any]  # the three states: subclasses made by __init_subclass__, and the class itself
+    _read: ClassVar[Any]
+    _edited: ClassVar[Any]
 
     width: int
     height: int
@@ -72,21 +75,58 @@ class PixelList(list[Any]):
         self.width, self.height, self.channels = width, height, channels
         self._received = None
 
+    def __init_subclass__(cls, *, is_state: bool = False) -> None:
+        """Give a kind of picture its two guarded states; the class itself is the third, edited."""
+        if not is_state:
+            cls._edited = cls
+            cls._read = cls._guarded(cls, "_forget_bytes", _EDITS)
+            cls._unread = cls._guarded(cls._read, "_fill", _READS + _EDITS)
+
+    @classmethod
+    def _guarded(cls, base: type[PixelList], prepare: str, names: Iterable[str]) -> type[PixelList]:
+        """`base` with methods that first `prepare` (move the value to its next state), then call again."""
+
+        def guard(name: str) -> Callable[..., Any]:
+            def guarded(self: PixelList, *args: Any, **kwargs: Any) -> Any:
+                getattr(self, prepare)()
+                if name in _COMPARES and isinstance(args[0], PixelList):
+                    args = (list(args[0]),)  # comparing reads the other's memory too
+                return getattr(self, name)(*args, **kwargs)
+
+            return functools.wraps(getattr(list, name))(guarded)
+
+        members = {"__slots__": (), "__doc__": cls.__doc__, "__module__": cls.__module__}
+        return type(cls.__name__, (base,), members | {name: guard(name) for name in names}, is_state=True)
+
+    def _fill(self) -> None:
+        """Unread -> read. Piece by piece in place: two threads that meet here write the same values."""
+        received, size = self._received, self._item_bytes
+        assert received is not None
+        for start in range(0, len(self), _CHUNK):
+            part = received[start * size : (start + _CHUNK) * size]
+            super().__setitem__(slice(start, start + _CHUNK), self._decode(part))
+        self.__class__ = self._read
+
+    def _forget_bytes(self) -> None:
+        """Read -> edited."""
+        self._received = None
+        self.__class__ = self._edited
+
     @classmethod
     def _from_buffer(
         cls, data: bytes | bytearray | memoryview, width: int, height: int, channels: int
     ) -> Self:
         received = memoryview(data).toreadonly().cast("B")
-        expected = width * height * channels * cls._item_bytes
-        if received.nbytes != expected:
+        values = width * height * channels
+        if received.nbytes != values * cls._item_bytes:
             raise ValueError(
-                f"a {width}x{height} picture of {channels} channel(s) takes {expected} bytes, "
-                f"got {received.nbytes}"
+                f"a {width}x{height} picture of {channels} channel(s) takes "
+                f"{values * cls._item_bytes} bytes, got {received.nbytes}"
             )
-        self = cast(Self, cls._unread.__new__(cls._unread))
-        self.width, self.height, self.channels, self._received = width, height, channels, received
-        list.append(self, None)
-        list.__imul__(self, width * height * channels)
+        self = cls((None,), width, height, channels)
+        self *= values
+        self._received = received
+        self.__class__ = cls._unread
         return self
 
     @property
@@ -135,48 +175,6 @@ class PixelList(list[Any]):
         raise NotImplementedError
 
 
-def _fill(self: PixelList) -> None:
-    """Unread -> read. Slice by slice in place, so that two threads that meet here write the same values."""
-    received, size = self._received, self._item_bytes
-    assert received is not None
-    for start in range(0, len(self), _CHUNK):
-        part = received[start * size : (start + _CHUNK) * size]
-        list.__setitem__(self, slice(start, start + _CHUNK), self._decode(part))
-    self.__class__ = self._read
-
-
-def _forget_bytes(self: PixelList) -> None:
-    """Read -> edited."""
-    self._received = None
-    self.__class__ = self._edited
-
-
-def _preceded_by(prepare: Callable[[Any], None], names: Iterable[str]) -> dict[str, Any]:
-    """Methods that first `prepare`, which moves the value to its next state, then call that state's method."""
-
-    def guard(name: str) -> Any:
-        @functools.wraps(getattr(list, name))
-        def guarded(self: PixelList, *args: Any, **kwargs: Any) -> Any:
-            prepare(self)
-            if name in _COMPARES and isinstance(args[0], PixelList):
-                args = (list(args[0]),)  # comparing reads the other's memory too
-            return getattr(self, name)(*args, **kwargs)
-
-        return guarded
-
-    return {name: guard(name) for name in names}
-
-
-def _with_states(cls: type[_Kind]) -> type[_Kind]:
-    """Give a class its other two states; the class itself is the unguarded, edited one."""
-    plain: dict[str, Any] = {"__slots__": (), "__doc__": cls.__doc__, "__module__": cls.__module__}
-    cls._edited = cls
-    cls._read = type(cls.__name__, (cls,), plain | _preceded_by(_forget_bytes, _EDITS))
-    cls._unread = type(cls.__name__, (cls._read,), plain | _preceded_by(_fill, _READS + _EDITS))
-    return cls
-
-
-@_with_states
 class VisionImage(PixelList):
     """What ``simxGetVisionSensorImage`` returns: width*height*channels signed ints.
 
@@ -220,12 +218,11 @@ class VisionImage(PixelList):
         return take(received).tolist() if take else [signed[value] for value in received]
 
 
-@_with_states
 class DepthBuffer(PixelList):
     """What ``simxGetVisionSensorDepthBuffer`` returns: width*height floats, bottom row first.
 
-    0 is the near clipping plane and 1 the far one, linear in the distance along the viewing axis. As an array it
-    is flat float64, as a list of Python floats would be; `array` is the received float32, without a copy.
+    0 is the near clipping plane and 1 the far one, linear in the distance along the viewing axis. As an array
+    it is flat float64, as a list of Python floats would be; `array` is the received float32, without a copy.
     """
 
     __slots__ = ()

@@ -36,9 +36,13 @@ each_state = pytest.mark.parametrize("state", ["unread", "read", "edited"])
 @each_state
 def test_image_is_a_list_of_signed_ints(state: str) -> None:
     image = make(state)
-    assert isinstance(image, list) and isinstance(image, VisionImage)
-    assert len(image) == len(SIGNED) and bool(image)
-    assert image == SIGNED and SIGNED == image  # noqa: SIM300 - both sides are tested
+    assert isinstance(image, list)
+    assert isinstance(image, VisionImage)
+    assert len(image) == len(SIGNED)
+    assert bool(image)
+    assert image == SIGNED
+    plain = list(SIGNED)
+    assert plain == image
     assert all(type(value) is int for value in image)
 
 
@@ -125,7 +129,8 @@ def test_no_method_of_list_is_forgotten() -> None:
 @pytest.mark.parametrize("one", ["unread", "read", "edited"])
 @each_state
 def test_two_images_compare_and_join(one: str, state: str) -> None:
-    assert make(one) == make(state) and not make(one) != make(state)  # noqa: SIM202
+    assert make(one) == make(state)
+    assert (make(one) != make(state)) is False
     assert make(one) + make(state) == SIGNED + SIGNED
     image = make(one)
     image += make(state)
@@ -137,7 +142,8 @@ def test_two_images_compare_and_join(one: str, state: str) -> None:
 def test_uint8_conversion_wraps_and_resizes_in_place(state: str) -> None:
     picture = np.array(make(state), dtype=np.uint8)
     picture.resize([HEIGHT, WIDTH, 3])
-    assert picture.dtype == np.uint8 and (picture.ravel() == PIXELS).all()
+    assert picture.dtype == np.uint8
+    assert (picture.ravel() == PIXELS).all()
     picture[0, 0] = 0  # its own memory: writable, and the image is not touched
     assert make(state) == SIGNED
 
@@ -145,7 +151,8 @@ def test_uint8_conversion_wraps_and_resizes_in_place(state: str) -> None:
 @each_state
 def test_array_without_a_type_is_int64_so_that_adding_256_works(state: str) -> None:
     picture = np.array(make(state))
-    assert picture.dtype == np.int64 and picture.shape == (len(SIGNED),)
+    assert picture.dtype == np.int64
+    assert picture.shape == (len(SIGNED),)
     picture[picture < 0] += 256
     assert (picture.astype(np.uint8) == PIXELS).all()
     assert (np.array(make(state)).astype(np.uint8).reshape(HEIGHT, WIDTH, 3)[0, 0] == PIXELS[:3]).all()
@@ -154,7 +161,8 @@ def test_array_without_a_type_is_int64_so_that_adding_256_works(state: str) -> N
 @each_state
 def test_adding_128_to_a_float_image_works(state: str) -> None:
     picture = np.array(make(state), dtype=float) + 128
-    assert picture.min() >= 0 and picture[0] == SIGNED[0] + 128
+    assert picture.min() >= 0
+    assert picture[0] == SIGNED[0] + 128
 
 
 @each_state
@@ -179,7 +187,8 @@ def test_array_is_a_read_only_view_of_the_bytes() -> None:
     received = bytearray(RECEIVED)
     image = VisionImage.from_bytes(memoryview(received), WIDTH, HEIGHT)
     view = image.array
-    assert view.shape == (HEIGHT, WIDTH, 3) and view.dtype == np.uint8
+    assert view.shape == (HEIGHT, WIDTH, 3)
+    assert view.dtype == np.uint8
     assert np.shares_memory(view, np.frombuffer(received, np.uint8))
     grey = VisionImage.from_bytes(RECEIVED[:12], WIDTH, HEIGHT, 1)
     assert grey.array.shape == (HEIGHT, WIDTH)
@@ -208,7 +217,8 @@ def test_numpy_users_never_pay_for_the_list() -> None:
         len(image),
     )
     assert type(image) is unread
-    assert image[0] == SIGNED[0] and type(image) is not unread
+    assert image[0] == SIGNED[0]
+    assert type(image) is not unread
 
 
 def test_consumers_that_read_list_memory_fail_loudly_before_the_first_touch() -> None:
@@ -222,7 +232,8 @@ def test_consumers_that_read_list_memory_fail_loudly_before_the_first_touch() ->
 def test_copy_false_gives_a_view_or_says_why_not() -> None:
     image = make()
     view = image.__array__(np.uint8, copy=False)
-    assert not view.flags.writeable and (view == PIXELS).all()
+    assert not view.flags.writeable
+    assert (view == PIXELS).all()
     with pytest.raises(ValueError, match="without a copy"):
         image.__array__(copy=False)
 
@@ -241,7 +252,9 @@ def test_wrong_number_of_bytes_is_refused() -> None:
 
 def test_empty_image() -> None:
     image = VisionImage.from_bytes(b"", 0, 0)
-    assert image == [] and len(image) == 0 and np.array(image, dtype=np.uint8).size == 0
+    assert image == []
+    assert len(image) == 0
+    assert np.array(image, dtype=np.uint8).size == 0
 
 
 def test_images_larger_than_one_conversion_step() -> None:
@@ -255,9 +268,12 @@ def test_images_larger_than_one_conversion_step() -> None:
 def test_copies_are_images_too(state: str, duplicate) -> None:
     image = make(state)
     twin = duplicate(image)
-    assert isinstance(twin, VisionImage) and twin == image and (twin.array == image.array).all()
+    assert isinstance(twin, VisionImage)
+    assert twin == image
+    assert (twin.array == image.array).all()
     twin[0] = 11
-    assert image == SIGNED and np.array(twin)[0] == 11
+    assert image == SIGNED
+    assert np.array(twin)[0] == 11
 
 
 def test_several_images_stack() -> None:
@@ -269,13 +285,17 @@ DEPTHS = np.linspace(0, 1, WIDTH * HEIGHT, dtype=np.float32)
 
 def test_depth_buffer_is_a_list_of_floats_and_an_array() -> None:
     depth = DepthBuffer.from_bytes(DEPTHS.tobytes(), WIDTH, HEIGHT)
-    assert depth.array.shape == (HEIGHT, WIDTH) and depth.array.dtype == np.float32
+    assert depth.array.shape == (HEIGHT, WIDTH)
+    assert depth.array.dtype == np.float32
     assert not depth.array.flags.writeable
     assert np.array(depth).dtype == np.float64
-    assert depth == DEPTHS.tolist() and type(depth[1]) is float and isinstance(depth, list)
+    assert depth == DEPTHS.tolist()
+    assert type(depth[1]) is float
+    assert isinstance(depth, list)
     assert (depth.upright()[0] == depth.array[-1]).all()
     depth[0] = 0.5
-    assert np.array(depth)[0] == 0.5 and depth.array[0, 0] == 0.5
+    assert np.array(depth)[0] == 0.5
+    assert depth.array[0, 0] == 0.5
     assert depth.tobytes()[:4] == struct.pack("f", 0.5)
 
 
