@@ -1,0 +1,60 @@
+# Two commands on a fresh machine: `make demo` and `make test`. Everything lands in .venv; only pip uses the network.
+
+SHELL       := bash
+.SHELLFLAGS := -eu -o pipefail -c
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+SCENE  ?= ur5_rg2_kinect
+TESTS  ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check format bench clean
+
+help: ## this list
+	@echo "usage: make TARGET"
+	@sed -n 's/^\([a-z]*\):.*## /  make \1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
+
+setup: $(READY) ## the virtual environment in .venv, with everything the other targets need
+
+# The stamp is touched last: an installation that broke off is begun again, and a changed pyproject.toml renews it.
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "simx needs Python 3.11 or newer; '$(PYTHON)' is" \
+	       "$$($(PYTHON) --version 2>/dev/null || echo 'not there')."; \
+	  echo "Install one, or name it: make PYTHON=/path/to/python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@echo "[1/3] making the virtual environment in $(VENV) ($$($(PYTHON) --version))"
+	@$(PYTHON) -m venv $(VENV) || { \
+	  echo "Python's venv module failed; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
+	@echo "[2/3] installing with pip: MuJoCo, Zenoh, OpenCV and the tools (about 400 MB, a minute or two)"
+	@$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off -e '.[demo,dev]' \
+	  | awk '/^Collecting/ { print "      " $$2; fflush() }' || { \
+	  echo "pip could not install what simx needs; its own message stands above."; \
+	  echo "Without a network, point pip at a mirror or a folder of wheels (see 'pip config'), then try again."; \
+	  exit 1; }
+	@touch $@
+	@echo "[3/3] ready"
+
+demo: $(READY) ## drive the tutorial's robot: by keys in a window, or by itself without a display
+	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
+
+test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
+	@$(BIN)/python -m pytest $(TESTS)
+
+check: $(READY) ## format, lint and types, nothing is changed
+	@echo "[1/3] ruff format"; $(BIN)/ruff format --check .
+	@echo "[2/3] ruff check"; $(BIN)/ruff check .
+	@echo "[3/3] pyright"; $(BIN)/pyright
+
+format: $(READY) ## put the code into its form
+	@$(BIN)/ruff format .
+	@$(BIN)/ruff check --fix .
+
+bench: $(READY) ## what a call, a pass and a picture cost here
+	@$(BIN)/python -m bench
+
+clean: ## remove what these commands made
+	rm -rf $(VENV) build dist demo_output .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,143 @@
+"""The command line ``simx-server``: flags, the small listings, logging, exit codes.
+
+Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted. What was asked for goes to stdout, the log to stderr.
+The flags are built from ``settings``; everything heavy is imported only when the server is really started.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import platform
+import sys
+from collections.abc import Sequence
+from importlib import metadata
+
+from simx_server import __version__
+from simx_server.settings import SETTINGS, SettingError, Settings
+
+PROGRAM = "simx-server"
+
+EXAMPLES = """\
+examples:
+  simx-server                          the tutorial's scene on 19997 and 19999
+  simx-server my_robot.xml --start     any MJCF or URDF, running at once
+  simx-server --speed max --port 0     as fast as it goes, on a free port
+every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
+"""
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Narrow first column; a switch shows the form that changes something."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=100)
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        if isinstance(action, argparse.BooleanOptionalAction):
+            off, on = action.option_strings[-1], action.option_strings[0]
+            return off if _default_of(action.dest) else on
+        if action.metavar and len(action.option_strings) > 1:
+            return f"{', '.join(action.option_strings)} {action.metavar}"
+        return super()._format_action_invocation(action)
+
+
+def _default_of(name: str) -> object:
+    return getattr(Settings(), name)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser; what it returns holds only what was really given, under the fields' names."""
+    parser = argparse.ArgumentParser(
+        PROGRAM,
+        usage=f"{PROGRAM} [SCENE] [options]",
+        description="A MuJoCo simulation that scripts written for V-REP can drive.",
+        epilog=EXAMPLES,
+        formatter_class=_Help,
+        argument_default=argparse.SUPPRESS,
+        allow_abbrev=False,
+    )
+    for name, setting in SETTINGS.items():
+        spellings = [word for word in (setting.letter, setting.flag) if word]
+        if setting.is_positional:
+            parser.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
+        elif setting.is_switch:
+            action = argparse.BooleanOptionalAction
+            parser.add_argument(*spellings, dest=name, action=action, help=setting.help)
+        elif not setting.metavar:
+            parser.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
+        else:
+            action = "append" if setting.many else "store"
+            parser.add_argument(
+                *spellings, dest=name, action=action, metavar=setting.metavar, help=setting.help
+            )
+        for flag, meaning in setting.shortcuts.items():
+            parser.add_argument(
+                flag, dest=name, action="store_const", const=meaning, help=f"{setting.flag} {meaning}"
+            )
+    parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
+    parser.add_argument("--commands", action="store_true", help="print which simx functions are supported")
+    parser.add_argument("--json", action="store_true", help="with --commands: as JSON")
+    parser.add_argument("--version", action="version", version=_version())
+    return parser
+
+
+def _version() -> str:
+    packages = {"mujoco": "mujoco", "zenoh": "eclipse-zenoh"}
+    parts = [f"{name} {metadata.version(package)}" for name, package in packages.items()]
+    return f"{PROGRAM} {__version__} ({', '.join(parts)}, Python {platform.python_version()})"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
+    parser = make_parser()
+    given = vars(parser.parse_args(argv))
+    show_settings, commands = given.pop("show_settings", False), given.pop("commands", False)
+    as_json = given.pop("json", False)
+    if as_json and not commands:
+        parser.error("--json says how to print a list; valid: --commands --json")
+    if commands:
+        return _print_commands(as_json)
+    try:
+        settings = Settings.gather(given, os.environ)
+    except SettingError as error:
+        parser.error(str(error))
+    if show_settings:
+        return _print_settings(settings)
+    _configure_logging(settings.log_level)
+    from simx_server.server import serve
+
+    try:
+        return serve(settings)
+    except KeyboardInterrupt:
+        return 130
+
+
+def _print_settings(settings: Settings) -> int:
+    rows = settings.table()
+    name_width, value_width = (max(len(row[column]) for row in rows) for column in (0, 1))
+    for name, value, origin in rows:
+        sys.stdout.write(f"{name:{name_width}}  {value:{value_width}}  {origin}\n")
+    return 0
+
+
+def _print_commands(as_json: bool) -> int:
+    from simx_server import coverage
+    from simx_server.handlers import HANDLERS
+
+    lines = coverage.coverage(HANDLERS.keys())
+    text = json.dumps(coverage.as_records(lines), indent=1) if as_json else coverage.as_text(lines)
+    sys.stdout.write(text + "\n")
+    return 0
+
+
+def _configure_logging(level: str) -> None:
+    """Log lines on stderr, plain text: nothing in them needs a terminal, so NO_COLOR is honoured by nature."""
+    logging.basicConfig(
+        stream=sys.stderr,
+        level=level.upper(),
+        format="%(asctime)s %(levelname)s %(name)s: %(message)s",
+        datefmt="%H:%M:%S",
+    )

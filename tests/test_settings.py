@@ -1,0 +1,129 @@
+"""Settings: where a value comes from, and what is said about a bad one."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+from simx_server.settings import SETTINGS, SettingError, Settings
+
+
+def test_without_flags_and_variables_everything_has_its_default() -> None:
+    settings = Settings.gather({}, {})
+    assert settings == Settings()
+    assert settings.ports == (19997, 19999)
+    assert settings.auto_start
+    assert settings.temporary_port == 19999
+    assert settings.speed == 1.0
+    assert settings.scene is None
+    assert settings.workspace == Path.cwd()
+    assert not settings.multicast_scouting
+    assert {origin for _, _, origin in settings.table()} == {"default"}
+
+
+def test_flag_wins_over_variable_and_variable_over_default() -> None:
+    settings = Settings.gather({"speed": "3"}, {"SIMX_SPEED": "2", "SIMX_REALM": "lab"})
+    assert settings.speed == 3.0
+    assert settings.realm == "lab"
+    origins = {name: origin for name, _, origin in settings.table()}
+    assert origins["speed"] == "flag --speed"
+    assert origins["realm"] == "environment SIMX_REALM"
+    assert origins["duration"] == "default"
+
+
+def test_scene_is_an_argument_without_a_flag() -> None:
+    settings = Settings.gather({"scene": "a.xml"}, {"SIMX_SCENE": "b.xml"})
+    assert settings.scene == "a.xml"
+    assert ("scene", "a.xml", "argument SCENE") in settings.table()
+
+
+def test_switch_can_be_turned_off_by_flag_when_the_variable_says_on() -> None:
+    assert Settings.gather({}, {"SIMX_START": "yes"}).start
+    assert not Settings.gather({"start": False}, {"SIMX_START": "yes"}).start
+
+
+@pytest.mark.parametrize("text", ["19997,19999", "19997 19999", " 19997 , 19999 "])
+def test_list_in_a_variable_is_divided_by_commas_or_blanks(text: str) -> None:
+    assert Settings.gather({}, {"SIMX_PORT": text}).ports == (19997, 19999)
+
+
+def test_empty_variable_counts_as_absent() -> None:
+    settings = Settings.gather({}, {"SIMX_SPEED": "", "SIMX_PORT": " "})
+    assert settings == Settings()
+
+
+def test_speed_max_is_infinite_and_shown_as_max() -> None:
+    settings = Settings.gather({"speed": "MAX"}, {})
+    assert settings.speed == math.inf
+    assert ("speed", "max", "flag --speed") in settings.table()
+
+
+def test_folder_and_file_become_absolute_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "zenoh.json5").write_text("{}")
+    monkeypatch.chdir(tmp_path)
+    settings = Settings.gather({"workspace": ".", "config": "zenoh.json5"}, {})
+    assert settings.workspace == tmp_path.resolve()
+    assert settings.config == (tmp_path / "zenoh.json5").resolve()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "valid"),
+    [
+        ("speed", "fast", "a number greater than 0, or max"),
+        ("speed", "0", "a number greater than 0, or max"),
+        ("speed", "nan", "a number greater than 0, or max"),
+        ("temporary_port", "http", "a whole number from 0 to 65535"),
+        ("temporary_port", "-19997", "a whole number from 0 to 65535"),
+        ("time_step", "-0.05", "seconds greater than 0, such as 0.05"),
+        ("duration", "inf", "seconds greater than 0, such as 60"),
+        ("realm", "a/b", "letters, digits, dots, dashes and underscores"),
+        ("config", "missing.json5", "an existing JSON5 file of Zenoh settings"),
+        ("workspace", "no/such/folder", "an existing folder"),
+        ("log_level", "loud", "debug, info, warning, error"),
+        ("headless", "no", "yes; there is no window to ask for"),
+    ],
+)
+def test_bad_value_says_where_it_came_from_and_what_is_valid(name: str, text: str, valid: str) -> None:
+    setting = SETTINGS[name]
+    for flags, environment, origin in [
+        ({name: text}, {}, f"flag {setting.flag}"),
+        ({}, {setting.variable: text}, f"environment {setting.variable}"),
+    ]:
+        with pytest.raises(SettingError) as caught:
+            Settings.gather(flags, environment)
+        assert str(caught.value) == f"{origin}: {text!r} cannot be used; valid: {valid}"
+
+
+def test_bad_member_of_a_list_is_named() -> None:
+    with pytest.raises(SettingError, match=r"flag --port: '70000' cannot be used"):
+        Settings.gather({"ports": ["19997", "70000"]}, {})
+    with pytest.raises(SettingError, match=r"'7447' cannot be used; valid: PROTOCOL/ADDRESS"):
+        Settings.gather({"listen": ["7447"]}, {})
+
+
+def test_switch_variable_takes_only_yes_or_no() -> None:
+    with pytest.raises(SettingError, match=r"SIMX_AUTO_START: 'maybe' cannot be used; valid: yes or no"):
+        Settings.gather({}, {"SIMX_AUTO_START": "maybe"})
+    assert not Settings.gather({}, {"SIMX_AUTO_START": "Off"}).auto_start
+
+
+def test_port_given_twice_is_refused_but_zero_may_repeat() -> None:
+    with pytest.raises(SettingError, match="5000 is given twice"):
+        Settings.gather({"ports": ["5000", "5001", "5000"]}, {})
+    assert Settings.gather({"ports": ["0", "0"]}, {}).ports == (0, 0)
+
+
+def test_every_field_is_declared_once_with_a_variable_of_its_own() -> None:
+    fields = [field.name for field in dataclasses.fields(Settings) if field.name != "origins"]
+    assert fields == list(SETTINGS)
+    variables = [setting.variable for setting in SETTINGS.values()]
+    assert len(set(variables)) == len(variables)
+    assert all(setting.help and setting.valid for setting in SETTINGS.values())
+
+
+def test_settings_cannot_be_changed_afterwards() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Settings().speed = 2.0  # pyright: ignore[reportAttributeAccessIssue]
