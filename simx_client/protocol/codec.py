@@ -56,7 +56,9 @@ def _fields(kind: type[Any], value: Any) -> list[Any]:
 def _require(kind: type[Any], values: Iterable[Any], *types: type) -> None:
     for name, value, expected in zip(kind._fields, values, types, strict=True):
         if type(value) is not expected:
-            raise CodecError(f"{kind.__name__}.{name} must be {expected.__name__}, got {type(value).__name__}")
+            raise CodecError(
+                f"{kind.__name__}.{name} must be {expected.__name__}, got {type(value).__name__}"
+            )
 
 
 def decode_batch(payload: bytes) -> Batch:

@@ -63,6 +63,9 @@ class Command:
     takes_what_it_reads: bool = False
     """Each successful read empties the inbox; unread data is put together, none is lost."""
 
+    stream_ends_with_hit: bool = False
+    """A stream of it ends by itself with the first success; read in buffer mode, that value is gone."""
+
     large: bool = False
     """Its result is a picture: streams of it travel by themselves, newest only."""
 
@@ -92,6 +95,7 @@ def _command(
     place: Place = Place.REMOTE,
     keeps_every_call: bool = False,
     takes_what_it_reads: bool = False,
+    stream_ends_with_hit: bool = False,
 ) -> Command:
     arguments, results = _values(takes), _values(gives)
     names = tuple(argument.name for argument in arguments)
@@ -111,6 +115,7 @@ def _command(
         place,
         keeps_every_call,
         takes_what_it_reads,
+        stream_ends_with_hit,
         any(result.kind.name in ("pixels", "depths") for result in results),
         names,
     )
@@ -681,6 +686,7 @@ def _signals() -> Iterator[Command]:
         "The value of a string signal, which is then removed.",
         key="signalName",
         id=0x3017,
+        stream_ends_with_hit=True,
     )
 
 
@@ -801,6 +807,7 @@ def _user_interface() -> Iterator[Command]:
         "The button pressed last, -1 for none.",
         key="uiHandle",
         id=0x2003,
+        stream_ends_with_hit=True,
     )
     yield _command(
         "simxGetUIButtonProperty",

@@ -1,12 +1,12 @@
 """The Zenoh key expressions. ``realm`` names a simulator, ``client`` one connection to it.
 
-    simx/<realm>/hello            queryable: greeting in, welcome out
-    simx/<realm>/alive            liveliness token of the server
-    simx/<realm>/client/<client>  liveliness token of a client
-    simx/<realm>/call/<client>    batches of calls, client to server
-    simx/<realm>/reply/<client>   deliveries, every one arrives
-    simx/<realm>/stream/<client>  the newest values of all small streams of a client, of one instant
-    simx/<realm>/picture/<client>/<call id>   the newest picture of one stream
+simx/<realm>/hello            queryable: greeting in, welcome out
+simx/<realm>/alive            liveliness token of the server
+simx/<realm>/client/<client>  liveliness token of a client
+simx/<realm>/call/<client>    batches of calls, client to server
+simx/<realm>/reply/<client>   deliveries, every one arrives
+simx/<realm>/stream/<client>  the newest values of all small streams of a client, of one instant
+simx/<realm>/picture/<client>/<call id>   the newest picture of one stream
 """
 
 from __future__ import annotations

@@ -1,0 +1,339 @@
+"""One clientID: its link, the order of its calls, pause and flush, liveness, time-outs."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from .errors import ConnectionFailed
+from .modes import MODE_MASK, Modes
+from .protocol import constants as c
+from .protocol.codec import CodecError, decode_delivery, encode
+from .protocol.commands import BY_NAME
+from .protocol.messages import CLIENT_TIME_MASK, Batch, Call
+from .shape import Shape
+from .transport import Transport
+
+logger = logging.getLogger(__name__)
+
+DEFAULT_TIMEOUT = 5.0
+"""Seconds a blocking call waits, unless simxStart was given a negative time-out."""
+
+PROTOCOL_HEADER_VERSION = 11
+"""What the original library reports as its message version (SIMX_VERSION of the C headers)."""
+
+RETRY_PAUSE = 0.1
+"""Seconds between two attempts to greet a server that came back."""
+
+
+_PING = Shape(BY_NAME["simxGetIntegerParameter"])
+
+
+def client_time() -> int:
+    """Milliseconds as the message header counts them."""
+    return int(time.monotonic() * 1000) & CLIENT_TIME_MASK
+
+
+class Connection:
+    """A client's conversation with one server. Calls of several threads are taken one at a time."""
+
+    def __init__(
+        self,
+        open_transport: Callable[[], Transport],
+        *,
+        where: str,
+        timeout: float = DEFAULT_TIMEOUT,
+        may_reconnect: bool = True,
+    ) -> None:
+        """Prepare a connection; ``connect`` makes it.
+
+        Args:
+            open_transport: makes the link to the server; raises ConnectionFailed.
+            where: the address for messages.
+            timeout: of blocking calls, seconds.
+            may_reconnect: greet a server again that went away and came back.
+        """
+        self.where = where
+        self.timeout = timeout
+        self.message_id = 0
+        self._open_transport = open_transport
+        self._may_reconnect = may_reconnect
+        self._transport: Transport | None = None
+        self._modes = Modes()
+        self._lock = threading.RLock()
+        self._pauses = 0
+        self._connection_id = -1
+        self._connections = 0
+        self._next_greeting = 0.0
+        self._logged: set[str] = set()
+        self._closed = False
+
+    # --- life -------------------------------------------------------------------------------------------------------
+
+    def connect(self, timeout: float) -> None:
+        """Open the link and greet the server.
+
+        Raises:
+            ConnectionFailed: with the reason and what to do.
+        """
+        transport = self._open_transport()
+        try:
+            welcome = transport.greet(timeout)
+        except BaseException:
+            transport.close()
+            raise
+        with self._lock:
+            if self._closed:
+                transport.close()
+                return
+            self._transport = transport
+            self._count_connection()
+        logger.info("connected to %s (realm %s, scene %s)", self.where, welcome.realm, welcome.scene)
+
+    def _count_connection(self) -> None:
+        self._connections += 1
+        self._connection_id = self._connections
+
+    def close(self, flush_timeout: float = 0.5) -> None:
+        """Let everything sent so far be executed, then leave. Idempotent."""
+        with self._lock:
+            if self._closed:
+                return
+            if self._transport is not None and self._check_link():
+                self._pauses = 0
+                self.blocking(_PING, [c.sim_intparam_program_version], flush_timeout)
+            self._closed = True
+            self._connection_id = -1
+            if self._transport is not None:
+                self._transport.close()
+
+    @property
+    def is_closed(self) -> bool:
+        return self._closed
+
+    @property
+    def connection_id(self) -> int:
+        """-1 while not connected; counts reconnections. Takes up again with a server that came back."""
+        with self._lock:
+            self._check_link()
+            return self._connection_id
+
+    def _check_link(self) -> bool:
+        """Notice a server that went away, greet one that came back. True when calls can be sent."""
+        transport = self._transport
+        if transport is None or self._closed:
+            return False
+        if transport.was_lost and self._connection_id != -1:
+            self._connection_id = -1
+            self._modes.reset()
+            logger.warning(
+                "the server at %s went away%s",
+                self.where,
+                "; waiting for it to come back" if self._may_reconnect else "",
+            )
+            if not self._may_reconnect:
+                transport.close()
+        if self._connection_id == -1:
+            if not (
+                self._may_reconnect and transport.is_connected and time.monotonic() >= self._next_greeting
+            ):
+                return False
+            try:
+                transport.greet(RETRY_PAUSE)
+            except ConnectionFailed as error:
+                self._next_greeting = time.monotonic() + RETRY_PAUSE
+                logger.debug("no greeting yet: %s", error)
+                return False
+            self._count_connection()
+            logger.warning("connected to %s again; streams must be asked for again", self.where)
+        return True
+
+    # --- calls ------------------------------------------------------------------------------------------------------
+
+    def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
+        """One legacy call in one operation mode; returns what the legacy function returns."""
+        values = shape.coerce(arguments)
+        if mode.__class__ is not int:
+            mode = int(mode)
+        with self._lock:
+            if mode & MODE_MASK == c.simx_opmode_blocking:
+                if shape.command.takes_what_it_reads and mode == c.simx_opmode_blocking:
+                    return shape.failure(c.simx_return_illegal_opmode_flag)
+                return self.blocking(shape, values)
+            is_linked = self._check_link()
+            if is_linked:
+                self._drain()
+            result = self._modes.call(shape, values, mode)
+            if is_linked and not self._pauses:
+                self._flush()
+            return result
+
+    def blocking(self, shape: Shape, values: list[Any], timeout: float | None = None) -> Any:
+        """Send and wait for the reply. Also waits, within the time-out, for a server that comes back."""
+        deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
+        with self._lock:
+            if self._pauses:
+                logger.warning(
+                    "%s was called in blocking mode while communication is paused, so no reply can come; "
+                    "resume first with simxPauseCommunication(clientID, False)",
+                    shape.command.name,
+                )
+                deadline = 0.0
+            while not self._check_link() and time.monotonic() < deadline:
+                if not self._may_reconnect:
+                    break  # nothing will change
+                self._wait_for_server(deadline)
+            self._modes.ask(shape, values)
+            if self._connection_id != -1 and not self._pauses:
+                self._drain()
+                self._flush()
+                self._wait_for_answer(deadline)
+            return self._modes.answer(shape, values, in_time=self._modes.is_answered)
+
+    def _wait_for_server(self, deadline: float) -> None:
+        pause = min(0.02, max(0.0, deadline - time.monotonic()))
+        if self._transport is None:
+            time.sleep(pause)  # the first connection is being made in the background
+        else:
+            self._transport.receive(pause)
+
+    def _wait_for_answer(self, deadline: float) -> None:
+        transport, modes = self._transport, self._modes
+        assert transport is not None
+        while not modes.is_answered:
+            payload = transport.receive(deadline - time.monotonic())
+            if payload is not None:
+                self._absorb(payload)
+            elif transport.was_lost or time.monotonic() >= deadline:
+                return
+
+    def _drain(self) -> None:
+        """Take in everything that has arrived."""
+        transport = self._transport
+        assert transport is not None
+        while (payload := transport.receive(0)) is not None:
+            self._absorb(payload)
+        if (payload := transport.newest()) is not None:
+            self._absorb(payload)
+        for payload in transport.pictures():
+            self._absorb(payload)
+
+    def _absorb(self, payload: bytes) -> None:
+        try:
+            delivery = decode_delivery(payload)
+        except CodecError as error:
+            logger.error("the server at %s sent something unreadable: %s", self.where, error)
+            return
+        self._modes.absorb(delivery)
+        for reply in delivery.replies:
+            if reply.status and reply.values:
+                self._log_once(str(reply.values[0]))
+
+    def _log_once(self, text: str) -> None:
+        """The reason behind a remote error, once: loops would repeat it for ever."""
+        if text not in self._logged and len(self._logged) < 1000:
+            self._logged.add(text)
+            logger.warning("%s", text)
+
+    def _flush(self) -> None:
+        calls = self._modes.take_outbox()
+        if calls:
+            self._send(calls)
+
+    def _send(self, calls: list[Call]) -> None:
+        assert self._transport is not None
+        self._transport.send(encode(Batch(self.message_id, client_time(), calls)))
+        self.message_id = (self.message_id + 1) & 0x7FFF_FFFF
+
+    # --- what the local functions need ------------------------------------------------------------------------------
+
+    def pause(self, enable: bool) -> None:
+        """Hold calls back, or send what was held back. Pauses nest."""
+        with self._lock:
+            if enable:
+                self._pauses += 1
+            elif self._pauses:
+                self._pauses -= 1
+                if not self._pauses and self._check_link():
+                    self._flush()
+
+    @property
+    def last_command_time_ms(self) -> int:
+        return self._modes.last_command_time_ms
+
+    def header_field(self, info_type: int) -> int | None:
+        """A field of the newest reply's header, or None for an unknown one."""
+        with self._lock:
+            if self._check_link():
+                self._drain()
+            header = self._modes.header
+            if header is None:
+                return None
+            return {
+                c.simx_headeroffset_version: PROTOCOL_HEADER_VERSION,
+                c.simx_headeroffset_message_id: header.message_id,
+                c.simx_headeroffset_client_time: header.client_time,
+                c.simx_headeroffset_server_time: header.server_time,
+                c.simx_headeroffset_scene_id: header.scene_id,
+                c.simx_headeroffset_server_state: header.server_state,
+            }.get(info_type)
+
+
+class Clients:
+    """The connections of this process by client id."""
+
+    MAX_CLIENTS = 255
+    """As many as the shipped builds of the original library could hold."""
+
+    def __init__(self) -> None:
+        self._connections: dict[int, Connection] = {}
+        self._lock = threading.Lock()
+
+    def get(self, client_id: Any) -> Connection | None:
+        """The connection with this id; ids may come as numpy integers or bools."""
+        try:
+            return self._connections.get(client_id)
+        except TypeError:  # an array cannot be a dictionary key
+            return self._connections.get(int(client_id))
+
+    def add(self, connection: Connection) -> int:
+        """Give a connection the lowest free id; -1 when there is none or this place has one already."""
+        with self._lock:
+            for client_id, other in self._connections.items():
+                if other.where == connection.where:
+                    logger.warning(
+                        "client %d is connected to %s already; call simxFinish(%d) or simxFinish(-1) first",
+                        client_id,
+                        connection.where,
+                        client_id,
+                    )
+                    return -1
+            for client_id in range(self.MAX_CLIENTS):
+                if client_id not in self._connections:
+                    self._connections[client_id] = connection
+                    return client_id
+        logger.warning("all %d client ids are in use; call simxFinish(-1) first", self.MAX_CLIENTS)
+        return -1
+
+    def remove(self, client_id: int) -> None:
+        """Close one connection, or all with -1. Unknown ids are ignored."""
+        with self._lock:
+            ids = list(self._connections) if client_id == -1 else [client_id]
+            connections = [self._connections.pop(i) for i in ids if i in self._connections]
+        for connection in connections:
+            connection.close()
+
+
+CLIENTS = Clients()
+"""The legacy API has one table of clients per process."""
+
+
+def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
+    """What every generated function does."""
+    connection = CLIENTS.get(client_id)
+    if connection is None:
+        return shape.failure(c.simx_return_initialize_error_flag)
+    return connection.invoke(shape, arguments, mode)

@@ -1,0 +1,246 @@
+"""The functions that do their work in the client: connection, pause, header fields, packing.
+
+Their names, parameters and sentences are in the table; a test holds both together. They keep the
+legacy spelling and, like all legacy functions, never raise for remote trouble.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import logging
+import struct
+import threading
+import time
+from typing import Any
+
+from .connection import (
+    CLIENTS,
+    DEFAULT_TIMEOUT,
+    PROTOCOL_HEADER_VERSION,
+    RETRY_PAUSE,
+    Connection,
+    client_time,
+)
+from .errors import ConnectionFailed
+from .protocol import constants as c
+from .protocol.commands import BY_NAME
+from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints, to_text
+from .shape import Shape
+from .transport import ZenohTransport
+
+logger = logging.getLogger(__name__)
+
+_GREETING_TIMEOUT = 2.0
+
+
+def simxStart(
+    connectionAddress: str,
+    connectionPort: int,
+    waitUntilConnected: bool,
+    doNotReconnectOnceDisconnected: bool,
+    timeOutInMs: int,
+    commThreadCycleInMs: int,
+) -> int:
+    """Connect to the server at an address (host names too) and port.
+
+    Args:
+        waitUntilConnected: False returns an id at once and connects in the background.
+        doNotReconnectOnceDisconnected: one attempt only, and no new one after a loss.
+        timeOutInMs: how long to keep trying. Negative: the time-out of this client's blocking calls
+            instead, and 5000 ms to connect.
+        commThreadCycleInMs: accepted; calls are sent at once here, so there is no cycle to set.
+
+    Returns:
+        The lowest free client id, from 0; -1 with one line in the log that says why.
+    """
+    address = to_text(connectionAddress)
+    port = to_int32(connectionPort)
+    milliseconds = to_int32(timeOutInMs)
+    if not 0 < port < 65536:
+        logger.warning(
+            "no connection to %s:%d: the port must be 1..65535; the shared-memory transport behind negative "
+            "ports is not needed here, local connections are as fast",
+            address,
+            port,
+        )
+        return -1
+    once = bool(doNotReconnectOnceDisconnected)
+    patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    connection = Connection(
+        lambda: ZenohTransport(address, port, connect_timeout=patience, retry=not once),
+        where=f"{address}:{port}",
+        timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
+        may_reconnect=not once,
+    )
+    client_id = CLIENTS.add(connection)
+    if client_id == -1:
+        return -1
+    if not waitUntilConnected:
+        threading.Thread(
+            target=_connect_in_background, args=(connection, once), name="simx-connect", daemon=True
+        ).start()
+        return client_id
+    try:
+        connection.connect(min(patience, _GREETING_TIMEOUT))
+    except ConnectionFailed as error:
+        logger.warning("no connection: tried %s:%d over Zenoh; %s", address, port, error)
+        CLIENTS.remove(client_id)
+        return -1
+    return client_id
+
+
+def _connect_in_background(connection: Connection, once: bool) -> None:
+    while not connection.is_closed:
+        try:
+            connection.connect(_GREETING_TIMEOUT)
+        except ConnectionFailed as error:
+            if once:
+                logger.warning("no connection to %s: %s", connection.where, error)
+                return
+            time.sleep(RETRY_PAUSE)
+        else:
+            return
+
+
+def simxFinish(clientID: int) -> None:
+    """Close one connection after everything sent has been executed, or all connections with -1."""
+    CLIENTS.remove(to_int32(clientID))
+
+
+atexit.register(simxFinish, -1)
+
+
+def simxGetConnectionId(clientID: int) -> int:
+    """1 after the first connection, one more after each reconnection; -1 while not connected."""
+    connection = CLIENTS.get(clientID)
+    return -1 if connection is None else connection.connection_id
+
+
+def simxGetPingTime(clientID: int) -> tuple[int, int]:
+    """(return code, milliseconds) of one blocking exchange; (0, 0) for an unknown client, as the original."""
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return 0, 0
+    began = time.perf_counter()
+    code = connection.blocking(_VERSION, [c.sim_intparam_program_version])[0]
+    milliseconds = round((time.perf_counter() - began) * 1000)
+    return code & ~c.simx_return_remote_error_flag, milliseconds
+
+
+def simxGetLastCmdTime(clientID: int) -> int:
+    """Simulation time in ms stamped on the reply that was fetched last; 0 while stopped."""
+    connection = CLIENTS.get(clientID)
+    return 0 if connection is None else connection.last_command_time_ms
+
+
+def simxPauseCommunication(clientID: int, enable: bool) -> int:
+    """Hold calls back (True), then send them together (False). Pauses nest."""
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return c.simx_return_initialize_error_flag
+    connection.pause(bool(enable))
+    return c.simx_return_ok
+
+
+def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
+    """(1, value) of a header field of the newest reply, or (-1, 0). ``infoType`` is a simx_headeroffset_."""
+    connection = CLIENTS.get(clientID)
+    value = None if connection is None else connection.header_field(to_int32(infoType))
+    return (-1, 0) if value is None else (1, value)
+
+
+def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
+    """(1, value) of a header field of the next outgoing message, or (-1, 0)."""
+    connection = CLIENTS.get(clientID)
+    if infoType == c.simx_headeroffset_version:
+        return 1, PROTOCOL_HEADER_VERSION
+    if infoType == c.simx_headeroffset_client_time:
+        return 1, client_time()
+    if infoType == c.simx_headeroffset_message_id and connection is not None:
+        return 1, connection.message_id
+    return -1, 0
+
+
+def simxCreateBuffer(bufferSize: int) -> Any:
+    """A ctypes buffer of so many unsigned bytes."""
+    return (ctypes.c_ubyte * to_int32(bufferSize))()
+
+
+def simxReleaseBuffer(buffer: Any) -> None:
+    """Nothing to do: Python frees the buffer when nobody holds it."""
+
+
+def simxPackInts(intList: Any) -> bytearray:
+    """Little-endian int32 each."""
+    values = to_ints(intList)
+    return bytearray(struct.pack(f"<{len(values)}i", *values))
+
+
+def simxUnpackInts(intsPackedInString: Any) -> list[int]:
+    """The inverse of simxPackInts; trailing bytes are ignored."""
+    data = _packed(intsPackedInString)
+    return list(struct.unpack_from(f"<{len(data) // 4}i", data))
+
+
+def simxPackFloats(floatList: Any) -> bytearray:
+    """Little-endian float32 each."""
+    values = to_floats(floatList)
+    return bytearray(struct.pack(f"<{len(values)}f", *values))
+
+
+def simxUnpackFloats(floatsPackedInString: Any) -> list[float]:
+    """The inverse of simxPackFloats; trailing bytes are ignored."""
+    data = _packed(floatsPackedInString)
+    return list(struct.unpack_from(f"<{len(data) // 4}f", data))
+
+
+def _packed(value: Any) -> bytes:
+    return value.encode("latin-1") if isinstance(value, str) else to_bytes(value)
+
+
+def simxQuery(
+    clientID: int, signalName: str, signalValue: Any, retSignalName: str, timeOutInMs: int
+) -> tuple[int, bytearray]:
+    """Set one string signal and wait for the answer in another.
+
+    Returns:
+        (0, answer); (2, empty) when no answer came within ``timeOutInMs``.
+    """
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return c.simx_return_initialize_error_flag, bytearray()
+    deadline = time.monotonic() + max(0, to_int32(timeOutInMs)) / 1000
+    connection.invoke(_CLEAR_STRING, (retSignalName,), c.simx_opmode_oneshot)
+    connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_remove)
+    connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
+    code = connection.invoke(_SET_STRING, (signalName, signalValue), c.simx_opmode_blocking)
+    if code:
+        return code, bytearray()
+    while True:
+        code, answer = connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_buffer)
+        if code == c.simx_return_ok:
+            return code, answer
+        if time.monotonic() >= deadline:
+            connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
+            return c.simx_return_timeout_flag, bytearray()
+        time.sleep(0.001)
+
+
+def simxTransferFile(
+    clientID: int, filePathAndName: str, fileName_serverSide: str, timeOut: int, operationMode: int
+) -> int:
+    """Copy a local file into the server's workspace. Not available yet: answers the remote-error code."""
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return c.simx_return_initialize_error_flag
+    logger.warning(
+        "simxTransferFile is not available in this version; put the file on the server's side yourself"
+    )
+    return c.simx_return_remote_error_flag
+
+
+_VERSION = Shape(BY_NAME["simxGetIntegerParameter"])
+_CLEAR_STRING = Shape(BY_NAME["simxClearStringSignal"])
+_TAKE_STRING = Shape(BY_NAME["simxGetAndClearStringSignal"])
+_SET_STRING = Shape(BY_NAME["simxSetStringSignal"])

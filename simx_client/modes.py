@@ -1,0 +1,220 @@
+"""What the operation modes mean: which calls are sent, and where a result is taken from.
+
+The original's rules, with its words:
+
+============  =====================================================================================
+oneshot       send; the result is that of an *earlier* execution, or novalue
+blocking      send and wait; the entry of the inbox is removed, a stream of this key ends
+streaming     arm a stream; the result is the newest value that has arrived, or novalue
+buffer        send nothing; the newest value
+discontinue   end the stream; the last value once more, then (after the echo) novalue
+remove        forget the value; 0 if there was one
+split         as oneshot and streaming: pieces were a matter of the original's transport
+============  =====================================================================================
+
+A key (function and identifying arguments) has at most one inbox entry and one stream.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from .protocol import constants as c
+from .protocol.messages import Call, Delivery, Operation, Reply
+from .shape import Key, Shape
+
+MODE_MASK = ~0xFFFF
+_STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
+
+
+class Stream(NamedTuple):
+    """An armed stream: the id it goes by and what was asked."""
+
+    call_id: int
+    arguments: list[Any]
+    delay_ms: int
+
+
+class Modes:
+    """Inbox, streams and outbox of one client, without any transport or waiting.
+
+    ``outbox`` collects calls; whoever owns this object sends them. ``absorb`` takes what came back.
+    """
+
+    def __init__(self) -> None:
+        self.inbox: dict[Key, Reply] = {}
+        self.header: Delivery | None = None
+        """The newest delivery that held replies, for its header."""
+
+        self.last_command_time_ms = 0
+        self._next_call_id = 1
+        self._streams: dict[Key, Stream] = {}
+        self._asked: dict[int, tuple[Key, Shape]] = {}
+        """Every call whose reply is not here yet, and every stream: id to key."""
+
+        self._cancels: dict[int, Key] = {}
+        self._outbox: dict[Any, Call] = {}
+        self._awaited: int | None = None
+        self._answer: Reply | None = None
+
+    # --- sending ----------------------------------------------------------------------------------------------------
+
+    def take_outbox(self) -> list[Call]:
+        """The calls to send now, in order; the outbox is empty afterwards."""
+        calls = list(self._outbox.values())
+        self._outbox.clear()
+        return calls
+
+    def _queue(
+        self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
+    ) -> int:
+        """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
+        behind the others if it carries a value, in its old place if it is a question."""
+        call_id = self._next_call_id
+        self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
+        slot: Any = call_id if shape.command.keeps_every_call else key
+        if slot in self._outbox:
+            if shape.is_set:
+                self._asked.pop(self._outbox.pop(slot).call_id, None)
+            else:
+                self._asked.pop(self._outbox[slot].call_id, None)
+        self._outbox[slot] = Call(call_id, operation, delay_ms, shape.command.name, arguments)
+        self._asked[call_id] = (key, shape)
+        return call_id
+
+    def _end_stream(self, key: Key) -> None:
+        """Forget a stream and tell the server, ahead of whatever replaces it."""
+        stream = self._streams.pop(key, None)
+        if stream is not None:
+            self._asked.pop(stream.call_id, None)
+            self._outbox.pop(key, None)
+            self._outbox["cancel", stream.call_id] = Call(
+                0, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
+            )
+
+    def ask(self, shape: Shape, arguments: list[Any]) -> int:
+        """Blocking mode, first half: queue the call and say which reply to wait for."""
+        key = shape.key(arguments)
+        self._end_stream(key)
+        self._awaited = self._queue(shape, key, Operation.EXECUTE, arguments)
+        self._answer = None
+        return self._awaited
+
+    def answer(self, shape: Shape, arguments: list[Any], *, in_time: bool) -> Any:
+        """Blocking mode, second half: the return value, and the entry of this key is gone.
+
+        Without a reply the code is timeout, with novalue unless an older reply was in the inbox. The reply
+        may still come: it then waits in the inbox for a later call in buffer mode.
+        """
+        older = self.inbox.pop(shape.key(arguments), None)
+        reply, self._answer, self._awaited = self._answer, None, None
+        if reply is None or not in_time:
+            flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
+            return shape.failure(flags)
+        return self._result(shape, reply)
+
+    @property
+    def is_answered(self) -> bool:
+        return self._answer is not None
+
+    def call(self, shape: Shape, arguments: list[Any], mode: int) -> Any:
+        """Every mode but blocking: update the outbox, return what is known now."""
+        base, low = mode & MODE_MASK, mode & ~MODE_MASK
+        key = shape.key(arguments)
+        if mode == c.simx_opmode_remove:
+            return shape.failure(
+                c.simx_return_novalue_flag if self.inbox.pop(key, None) is None else c.simx_return_ok
+            )
+        result = self._fetch(shape, key, mode)
+        if base == c.simx_opmode_buffer:
+            return result
+        if base == c.simx_opmode_discontinue:
+            self._discontinue(shape, key)
+        elif base in _STREAMING:
+            self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
+        else:
+            self._end_stream(key)
+            self._queue(shape, key, Operation.EXECUTE, arguments)
+        return result
+
+    def _arm(self, shape: Shape, key: Key, arguments: list[Any], delay_ms: int) -> None:
+        stream = self._streams.get(key)
+        if stream is not None and stream.arguments == arguments and stream.delay_ms == delay_ms:
+            return  # it runs already; scripts that read with streaming each time cost nothing
+        self._end_stream(key)
+        call_id = self._queue(shape, key, Operation.STREAM, arguments, delay_ms)
+        self._streams[key] = Stream(call_id, arguments, delay_ms)
+
+    def _discontinue(self, shape: Shape, key: Key) -> None:
+        stream = self._streams.pop(key, None)
+        stream_id = 0
+        if stream is not None:
+            stream_id = stream.call_id
+            self._asked.pop(stream_id, None)
+        call_id = self._queue(shape, key, Operation.CANCEL, [stream_id])
+        del self._asked[call_id]
+        self._cancels[call_id] = key
+
+    # --- receiving --------------------------------------------------------------------------------------------------
+
+    def absorb(self, delivery: Delivery) -> None:
+        """Store what came back. Replies nobody asked for any more are dropped."""
+        if delivery.replies:
+            self.header = delivery
+        for reply in delivery.replies:
+            if reply.call_id == self._awaited:
+                self._answer = reply
+                del self._asked[reply.call_id]
+                continue
+            cancelled = self._cancels.pop(reply.call_id, None)
+            if cancelled is not None:
+                if cancelled not in self._streams:
+                    self.inbox.pop(cancelled, None)
+                continue
+            asked = self._asked.get(reply.call_id)
+            if asked is None:
+                continue
+            key, shape = asked
+            stream = self._streams.get(key)
+            if stream is None or stream.call_id != reply.call_id:
+                del self._asked[reply.call_id]
+            self._store(shape, key, reply)
+
+    def _store(self, shape: Shape, key: Key, reply: Reply) -> None:
+        if shape.command.takes_what_it_reads and not reply.status:
+            unread = self.inbox.get(key)
+            if unread is not None and not unread.status:
+                reply = reply._replace(values=[unread.values[0] + reply.values[0]])
+        elif shape.command.stream_ends_with_hit and not reply.status:
+            stream = self._streams.get(key)
+            if stream is not None and stream.call_id == reply.call_id:
+                del self._streams[key]
+                self._asked.pop(stream.call_id, None)
+        self.inbox[key] = reply
+
+    def _fetch(self, shape: Shape, key: Key, mode: int) -> Any:
+        reply = self.inbox.get(key)
+        if reply is None:
+            return shape.failure(c.simx_return_novalue_flag)
+        if not reply.status:
+            if shape.command.takes_what_it_reads:
+                # A stream goes on: nothing new means empty data, not novalue.
+                self.inbox[key] = reply._replace(values=[b""])
+                if key not in self._streams:
+                    del self.inbox[key]
+            elif shape.command.stream_ends_with_hit and mode == c.simx_opmode_buffer:
+                del self.inbox[key]
+        return self._result(shape, reply)
+
+    def _result(self, shape: Shape, reply: Reply) -> Any:
+        self.last_command_time_ms = reply.time_ms
+        return shape.failure(reply.status) if reply.status else shape.success(reply.values)
+
+    def reset(self) -> None:
+        """A connection was lost: everything on the way or stored is gone; counters stay."""
+        self.inbox.clear()
+        self._streams.clear()
+        self._asked.clear()
+        self._cancels.clear()
+        self._outbox.clear()
+        self._answer = None

@@ -1,0 +1,79 @@
+"""How a reply becomes what a legacy function returns, and what it returns when there is none.
+
+One ``Shape`` per command, made from the table: argument coercion, the key, the tuple.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .protocol.commands import Command
+from .protocol.kinds import DEPTHS, Kind
+from .values import DepthBuffer, VisionImage
+
+Key = tuple[Any, ...]
+
+
+class Shape:
+    """The client's view of one command."""
+
+    __slots__ = ("_arguments", "_fresh", "_key_positions", "_results", "command", "is_set")
+
+    def __init__(self, command: Command) -> None:
+        self.command = command
+        self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
+        self._key_positions = command.key_positions
+        self._results = tuple(result.kind for result in command.results)
+        self._fresh = tuple(result.kind.fresh for result in command.results)
+        self.is_set = len(command.arguments) > len(command.key)
+
+    def coerce(self, arguments: tuple[Any, ...]) -> list[Any]:
+        """Arguments as they travel.
+
+        Raises:
+            TypeError, IndexError: naming the function and the argument.
+        """
+        try:
+            return [coerce(value) for (_, coerce), value in zip(self._arguments, arguments, strict=True)]
+        except (TypeError, IndexError):
+            for (name, coerce), value in zip(self._arguments, arguments, strict=True):
+                try:
+                    coerce(value)
+                except (TypeError, IndexError) as error:
+                    raise type(error)(f"{self.command.name}: {name} {error}") from None
+            raise
+
+    def key(self, arguments: list[Any]) -> Key:
+        """What makes two calls the same command: the function and its identifying arguments."""
+        return (self.command.name, *[arguments[position] for position in self._key_positions])
+
+    def failure(self, code: int) -> Any:
+        """The return value when there is no data: the code, and defaults."""
+        if not self._results:
+            return code
+        return (code, *[kind.default() for kind in self._results])
+
+    def success(self, values: list[Any]) -> Any:
+        """The return value made of a reply. Lists are new each time: scripts change them in place."""
+        if not self._results:
+            return 0
+        if self.command.large:
+            return _picture(self._results[1], values)
+        return (
+            0,
+            *[
+                value if fresh is None else fresh(value)
+                for value, fresh in zip(values, self._fresh, strict=True)
+            ],
+        )
+
+
+def _picture(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
+    (width, height), data = values
+    if kind is DEPTHS:
+        return 0, [width, height], DepthBuffer.from_bytes(data, width, height)
+    return (
+        0,
+        [width, height],
+        VisionImage.from_bytes(data, width, height, len(data) // max(1, width * height)),
+    )

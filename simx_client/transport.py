@@ -1,0 +1,259 @@
+"""The seam between a connection and the outside world, and its real implementation over Zenoh.
+
+A second, in-process implementation lives with the server (``simx_server/gateways/loopback.py``).
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import socket
+import sys
+import time
+import uuid
+from collections import deque
+from typing import Any, Protocol
+
+from .errors import ConnectionFailed
+from .protocol import keys, link
+from .protocol.codec import CodecError, decode_welcome, encode
+from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
+
+GREETING_TIMEOUT = 1.0
+"""Seconds to wait for the answer to one greeting."""
+
+
+class Transport(Protocol):
+    """Bytes to one server and back. Used by one connection, under its lock."""
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the server was greeted and lives."""
+        ...
+
+    @property
+    def was_lost(self) -> bool:
+        """Whether the server went away since the last greeting, even if another is back already."""
+        ...
+
+    def greet(self, timeout: float) -> Welcome:
+        """Open the conversation, or open it again with a server that came back.
+
+        Raises:
+            ConnectionFailed: no server answered in time, or it refused.
+        """
+        ...
+
+    def send(self, payload: bytes) -> None:
+        """Send a batch; batches arrive in order."""
+        ...
+
+    def receive(self, timeout: float) -> bytes | None:
+        """The next delivery, waiting at most ``timeout`` seconds; None when there is none.
+
+        Returns early with None when the server goes away.
+        """
+        ...
+
+    def newest(self) -> bytes | None:
+        """The newest values of the small streams, if there are any not taken yet."""
+        ...
+
+    def pictures(self) -> list[bytes]:
+        """The newest picture of each picture stream, those not taken yet."""
+        ...
+
+    def close(self) -> None:
+        """Leave the server. Idempotent."""
+        ...
+
+
+class ZenohTransport:
+    """One Zenoh session to one server. Zenoh's threads only store what arrives."""
+
+    def __init__(self, address: str, port: int, *, connect_timeout: float, retry: bool) -> None:
+        """Open a session to ``tcp/address:port``.
+
+        Args:
+            connect_timeout: seconds to keep trying when ``retry``; otherwise one attempt is made.
+            retry: also reconnect by itself when the server comes back later.
+
+        Raises:
+            ConnectionFailed: nothing there that speaks Zenoh.
+        """
+        zenoh = link.import_zenoh()
+        self._zenoh = zenoh
+        self._address, self._port = address, port
+        self.client = uuid.uuid4().hex
+        self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._pictures: dict[str, Any] = {}
+        self._picture_arrivals: deque[str] = deque()
+        self._alive = False
+        self._lost = False
+        self._realm: str | None = None
+        self._closed = False
+        options: dict[str, Any] = {
+            **link.COMMON,
+            "mode": "client",
+            "connect/endpoints": _endpoints(address, port),
+            "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,
+            "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
+        }
+        try:
+            self._session = zenoh.open(link.configure(zenoh.Config(), options))
+        except zenoh.ZError:
+            raise ConnectionFailed(_diagnose(address, port)) from None
+
+    @property
+    def is_connected(self) -> bool:
+        return self._alive
+
+    @property
+    def was_lost(self) -> bool:
+        return self._lost
+
+    def greet(self, timeout: float) -> Welcome:
+        self._lost = False
+        deadline = time.monotonic() + timeout
+        name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
+        greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._port))
+        if self._realm is None:
+            self._declare(self._ask(keys.ANY_HELLO, greeting, deadline).realm)
+        assert self._realm is not None
+        # The second greeting opens the session: by now the server can reach this client.
+        welcome = self._ask(keys.hello(self._realm), greeting, deadline)
+        self._alive = True
+        return welcome
+
+    def _ask(self, key: str, greeting: bytes, deadline: float) -> Welcome:
+        """Greet until a server answers: right after a connection its key may not be known here yet."""
+        while True:
+            remaining = deadline - time.monotonic()
+            replies = self._session.get(
+                key,
+                payload=greeting,
+                timeout=max(0.05, min(GREETING_TIMEOUT, remaining)),
+                consolidation=self._zenoh.ConsolidationMode.NONE,
+            )
+            for reply in replies:
+                if reply.ok is not None:
+                    try:
+                        welcome = decode_welcome(reply.ok.payload.to_bytes())
+                    except CodecError as error:
+                        raise ConnectionFailed(
+                            f"{self._where} answered with something else than a greeting ({error}); "
+                            "is it a simx-server of this version?"
+                        ) from None
+                    if welcome.refusal:
+                        raise ConnectionFailed(f"{self._where} refused the connection: {welcome.refusal}")
+                    return welcome
+            if time.monotonic() >= deadline:
+                raise ConnectionFailed(
+                    f"{self._where} speaks Zenoh but no simx-server answered there; "
+                    "start one with 'simx-server', or ask for its port"
+                )
+            time.sleep(0.005)
+
+    def _declare(self, realm: str) -> None:
+        """Everything of this client that the server must find before it answers the second greeting."""
+        zenoh, session = self._zenoh, self._session
+        direct = zenoh.handlers.Callback
+        self._realm = keys.check_chunk(realm)
+        self._token = session.liveliness().declare_token(keys.client(realm, self.client))
+        self._replies = session.declare_subscriber(
+            keys.reply(realm, self.client),
+            direct(lambda sample: self._deliveries.put(sample.payload.to_bytes()), indirect=False),
+        )
+        self._streams = session.declare_subscriber(
+            keys.stream(realm, self.client), zenoh.handlers.RingChannel(1)
+        )
+        self._picture_streams = session.declare_subscriber(
+            keys.picture(realm, self.client), direct(self._on_picture, indirect=False)
+        )
+        self._server = session.liveliness().declare_subscriber(
+            keys.alive(realm), direct(self._on_server, indirect=False), history=True
+        )
+        self._calls = session.declare_publisher(
+            keys.call(realm, self.client),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            reliability=zenoh.Reliability.RELIABLE,
+        )
+
+    def _on_picture(self, sample: Any) -> None:
+        key = str(sample.key_expr)
+        if self._pictures.get(key) is None:
+            self._picture_arrivals.append(key)
+        self._pictures[key] = sample
+
+    def _on_server(self, sample: Any) -> None:
+        if sample.kind == self._zenoh.SampleKind.DELETE:
+            self._alive = False
+            self._lost = True
+            self._deliveries.put(None)  # wakes a blocking call
+        else:
+            self._alive = True
+
+    @property
+    def _where(self) -> str:
+        return f"the program at {self._address}:{self._port}"
+
+    def send(self, payload: bytes) -> None:
+        self._calls.put(payload)
+
+    def receive(self, timeout: float) -> bytes | None:
+        try:
+            if timeout > 0:
+                return self._deliveries.get(timeout=timeout)
+            return self._deliveries.get_nowait()
+        except queue.Empty:
+            return None
+
+    def newest(self) -> bytes | None:
+        sample = self._streams.try_recv()
+        return None if sample is None else sample.payload.to_bytes()
+
+    def pictures(self) -> list[bytes]:
+        if not self._picture_arrivals:
+            return []
+        payloads = []
+        while self._picture_arrivals:
+            sample = self._pictures.pop(self._picture_arrivals.popleft(), None)
+            if sample is not None:
+                payloads.append(sample.payload.to_bytes())
+        return payloads
+
+    def close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._alive = False
+            self._session.close()
+
+
+def _endpoints(address: str, port: int) -> list[str]:
+    """Where to knock. Any loopback address is this host, where a server listens on 127.0.0.1."""
+    host = f"[{address}]" if ":" in address and not address.startswith("[") else address
+    endpoints = [f"tcp/{host}:{port}"]
+    if address.startswith("127.") and address != "127.0.0.1":
+        endpoints.append(f"tcp/127.0.0.1:{port}")
+    return endpoints
+
+
+def _diagnose(address: str, port: int) -> str:
+    """Look at a place where no connection could be made, and say what is there and what to do."""
+    what_to_do = (
+        f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
+    )
+    try:
+        with socket.create_connection((address, port), timeout=0.5):
+            return (
+                f"something listens at {address}:{port} but does not speak Zenoh, so it is not a simx-server "
+                f"(a CoppeliaSim, perhaps); {what_to_do}"
+            )
+    except ConnectionRefusedError:
+        return f"nothing listens at {address}:{port}; {what_to_do}"
+    except socket.gaierror:
+        return f"the host name {address!r} is not known; check its spelling, or pass an IP address"
+    except TimeoutError:
+        return f"{address}:{port} does not answer; check the address and the firewall, or {what_to_do}"
+    except (OSError, OverflowError) as error:
+        return f"{address}:{port} cannot be reached ({error}); {what_to_do}"
