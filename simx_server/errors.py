@@ -1,0 +1,50 @@
+"""Errors a command may end in: the text reaches `simxGetLastErrors`, the call returns code 8."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+
+class CommandError(Exception):
+    """A command that cannot be carried out; its text says what was wrong, what is valid and what to do."""
+
+
+class UnknownHandle(CommandError):
+    """A handle that names no object of the loaded scene."""
+
+    def __init__(self, handle: int, valid: Collection[int]) -> None:
+        super().__init__(
+            f"no object with handle {handle}; handles of this scene are {describe_handles(valid)}"
+        )
+        self.handle = handle
+
+
+class UnknownName(CommandError):
+    """A name or path that fits no object. `silent`: the caller asked for no error text (`name@silentError`)."""
+
+    def __init__(self, text: str, nearest: Sequence[str], *, silent: bool = False) -> None:
+        advice = (
+            f"; did you mean {' or '.join(map(repr, nearest))}?"
+            if nearest
+            else "; no name of this scene is close"
+        )
+        super().__init__(f"no object named '{text}'{advice}")
+        self.silent = silent
+
+
+class WrongKind(CommandError):
+    """An existing object of another kind than the command needs."""
+
+    def __init__(self, name: str, actual: str, wanted: str) -> None:
+        super().__init__(f"'{name}' is a {actual}, but this command needs a {wanted}")
+
+
+def describe_handles(handles: Collection[int]) -> str:
+    """Handles as short ranges: `1..94`, or `1..3, 5, 9..12`; `none` for an empty scene."""
+    ranges: list[list[int]] = []
+    for handle in sorted(handles):
+        if ranges and handle == ranges[-1][1] + 1:
+            ranges[-1][1] = handle
+        else:
+            ranges.append([handle, handle])
+    return ", ".join(str(a) if a == b else f"{a}..{b}" for a, b in ranges) or "none"

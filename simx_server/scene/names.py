@@ -1,0 +1,86 @@
+"""From a text to a handle: old V-REP names (`name`, `name#`, `name#0`) and paths (`/alias[1]/alias`, `./`, `*`)."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import re
+from typing import TYPE_CHECKING
+
+from simx_server.errors import UnknownName
+
+if TYPE_CHECKING:
+    from simx_server.scene.objects import Scene
+
+_INDEX = re.compile(r"^(?P<alias>.*)\[(?P<index>\d+)\]$")
+_COPY = re.compile(r"#\d*$")
+
+
+def alias_of(name: str) -> str:
+    """The alias V-REP 4.3 gives an old name: without the copy number."""
+    return _COPY.sub("", name)
+
+
+def resolve(scene: Scene, text: str, origin: int = -1) -> int:
+    """The handle meant by `text`.
+
+    Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
+    Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it, `[i]` picks the
+    i-th (from 0) of several, `*` and `?` are wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
+    Raises UnknownName, whose text lists the nearest names.
+    """
+    plain, _, suffix = text.partition("@")
+    silent = suffix.lower() == "silenterror"
+    if plain.startswith(("/", ".", ":")):
+        found = _resolve_path(scene, plain, origin)
+    else:
+        name = plain.removesuffix("#")
+        found = scene.by_name(name)
+    if found is None:
+        raise UnknownName(text, nearest_names(scene, plain), silent=silent)
+    return found
+
+
+def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
+    """Up to `count` names of the scene that look like the text, upper and lower case alike, best first."""
+    wanted = text.strip("/.:").rsplit("/", 1)[-1].lower()
+    by_lower = {item.name.lower(): item.name for item in scene.objects.values()}
+    return [by_lower[name] for name in difflib.get_close_matches(wanted, by_lower, count, 0.6)]
+
+
+def path_of(scene: Scene, handle: int) -> str:
+    """The full path of an object; an index is added where siblings share the alias."""
+    parts: list[str] = []
+    while handle != -1:
+        item = scene.objects[handle]
+        twins = [other for other in scene.children(item.parent) if scene.objects[other].alias == item.alias]
+        parts.append(item.alias if len(twins) == 1 else f"{item.alias}[{twins.index(handle)}]")
+        handle = item.parent
+    return "/" + "/".join(reversed(parts))
+
+
+def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
+    places = [-1 if text.startswith("/") else origin]
+    found_any = False
+    for part in text.lstrip(":").split("/"):
+        if part in ("", "."):
+            continue
+        if part == "..":
+            places = [scene.objects[place].parent if place != -1 else -1 for place in places]
+            found_any = places[0] != -1
+            continue
+        match = _INDEX.match(part)
+        alias, index = (match["alias"], int(match["index"])) if match else (part, None)
+        below = [h for place in places for h in scene.descendants(place) if _fits(scene, h, alias)]
+        places = below if index is None else below[index : index + 1]
+        found_any = bool(places)
+        if not found_any:
+            return None
+    if not found_any:
+        return origin if origin in scene.objects and text in (".", "./") else None
+    return places[0]
+
+
+def _fits(scene: Scene, handle: int, pattern: str) -> bool:
+    item = scene.objects[handle]
+    return item.name == pattern or fnmatch.fnmatchcase(item.alias, pattern)

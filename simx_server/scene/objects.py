@@ -1,0 +1,160 @@
+"""The objects of a scene as V-REP sees them: kinds, handles, parents.
+
+A Scene is a view on one compiled model: it holds no physics state. Handles are small positive integers given in tree
+order (depth first) from 1; they survive stop, reset and edits, and a new object gets a higher one than all before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+
+import mujoco
+
+from simx_server.errors import UnknownHandle, WrongKind
+from simx_server.scene.names import resolve
+
+
+class ObjectKind(IntEnum):
+    """Kinds of objects; the values are the legacy `sim_object_*_type` numbers."""
+
+    SHAPE = 0
+    JOINT = 1
+    CAMERA = 3
+    DUMMY = 4
+    PROXIMITY_SENSOR = 5
+    VISION_SENSOR = 9
+    FORCE_SENSOR = 12
+    LIGHT = 13
+
+    @property
+    def text(self) -> str:
+        """The kind in words, as used in messages."""
+        return self.name.lower().replace("_", " ")
+
+
+@dataclass
+class SceneObject:
+    """One object. `element` is the MuJoCo kind that carries it: body, joint, site, camera, light, tendon or geom."""
+
+    handle: int
+    name: str
+    kind: ObjectKind
+    parent: int
+    """Handle of the parent object, -1 for none."""
+    element: str
+    element_name: str
+    """Name of the element in the model: what finds it again after a recompile."""
+    id: int
+    """MuJoCo id of the element in the current model."""
+    body: int
+    """MuJoCo id of the body the element belongs to (for a body: itself; for a tendon: that of its first site)."""
+    alias: str = ""
+    annotations: dict[str, str] = field(default_factory=dict)
+    """What `<custom>` says of the object, checked text values (see `scene/annotations.py`)."""
+    sensors: tuple[int, ...] = ()
+    """MuJoCo sensor ids: the rangefinders of a proximity sensor; force, torque of a force sensor."""
+
+
+class Scene:
+    """All objects of one loaded scene, by handle."""
+
+    def __init__(
+        self,
+        objects: Mapping[int, SceneObject],
+        spec: mujoco.MjSpec,
+        path: Path | None,
+        next_handle: int,
+        scene_annotations: Mapping[str, str] | None = None,
+    ) -> None:
+        self.objects: dict[int, SceneObject] = dict(objects)
+        self.spec = spec
+        self.path = path
+        self.next_handle = next_handle
+        self.annotations: dict[str, str] = dict(scene_annotations or {})
+        """Of the scene as a whole: `time_step`."""
+        self._children: dict[int, list[int]] = {-1: []}
+        self._by_element: dict[tuple[str, int], int] = {}
+        self._by_name: dict[str, int] = {}
+        self.reindex()
+
+    @property
+    def name(self) -> str:
+        """File stem, or `empty` for the scene that is left after closing."""
+        return self.path.stem if self.path is not None else self.spec.modelname or "empty"
+
+    def reindex(self) -> None:
+        """Rebuild the look-ups; called after objects or parents changed."""
+        self._children = {-1: []}
+        self._by_element.clear()
+        self._by_name.clear()
+        for handle, item in self.objects.items():
+            self._children.setdefault(item.parent, []).append(handle)
+            self._by_element[item.element, item.id] = handle
+            self._by_name[item.name] = handle
+
+    def get(self, handle: int) -> SceneObject:
+        """The object with this handle. Raises UnknownHandle."""
+        try:
+            return self.objects[handle]
+        except KeyError:
+            raise UnknownHandle(handle, self.objects) from None
+
+    def get_kind(self, handle: int, *kinds: ObjectKind) -> SceneObject:
+        """The object, which must be of one of the kinds. Raises UnknownHandle, WrongKind."""
+        item = self.get(handle)
+        if item.kind not in kinds:
+            raise WrongKind(item.name, item.kind.text, " or ".join(kind.text for kind in kinds))
+        return item
+
+    def resolve(self, text: str, origin: int = -1) -> int:
+        """The handle of a name or path; `origin` is what `./` starts from. Raises UnknownName."""
+        return resolve(self, text, origin)
+
+    def by_name(self, name: str) -> int | None:
+        """The handle of exactly this object name, or None."""
+        return self._by_name.get(name)
+
+    def by_element(self, element: str, element_id: int) -> int | None:
+        """The handle of the object that this MuJoCo element carries, or None."""
+        return self._by_element.get((element, element_id))
+
+    def owner_of_body(self, body: int, model: mujoco.MjModel) -> int:
+        """The shape or dummy a MuJoCo body counts to: itself or its nearest ancestor that is an object; -1: the world."""
+        while body > 0:
+            handle = self._by_element.get(("body", body))
+            if handle is not None:
+                return handle
+            body = int(model.body_parentid[body])
+        return -1
+
+    def owner_of_geom(self, geom: int, model: mujoco.MjModel) -> int:
+        """The shape a geom belongs to; -1 for an unnamed geom of the world."""
+        handle = self._by_element.get(("geom", geom))
+        return handle if handle is not None else self.owner_of_body(int(model.geom_bodyid[geom]), model)
+
+    def children(self, handle: int) -> list[int]:
+        """Handles of the direct children in hierarchy order; -1 gives the top level."""
+        return list(self._children.get(handle, ()))
+
+    def descendants(self, handle: int) -> list[int]:
+        """Handles of the whole tree below, depth first, without the object itself."""
+        found: list[int] = []
+        for child in self._children.get(handle, ()):
+            found.append(child)
+            found.extend(self.descendants(child))
+        return found
+
+    def of_kind(self, kind: ObjectKind | int) -> list[int]:
+        """Handles of all objects of a kind, in scene order."""
+        return [handle for handle, item in self.objects.items() if item.kind == kind]
+
+    def is_below(self, handle: int, ancestor: int) -> bool:
+        """True when `ancestor` is the object itself or one of its ancestors."""
+        while handle != -1:
+            if handle == ancestor:
+                return True
+            handle = self.objects[handle].parent
+        return False
