@@ -1,6 +1,7 @@
 """The command line ``simx-server``: flags, the small listings, logging, exit codes.
 
-Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted. What was asked for goes to stdout, the log to stderr.
+Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted. What was asked for goes to stdout, the log
+to stderr.
 The flags are built from ``settings``; everything heavy is imported only when the server is really started.
 """
 
@@ -134,7 +135,7 @@ def _print_commands(as_json: bool) -> int:
 
 
 def _configure_logging(level: str) -> None:
-    """Log lines on stderr, plain text: nothing in them needs a terminal, so NO_COLOR is honoured by nature."""
+    """Log lines on stderr, always without colour, so NO_COLOR needs no look."""
     logging.basicConfig(
         stream=sys.stderr,
         level=level.upper(),

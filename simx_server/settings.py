@@ -1,7 +1,8 @@
-"""Every setting of the server, declared once: default, flag, environment variable, rule and help in one place.
+"""Every setting of the server, declared once: default, flag, variable, rule and help in one place.
 
-A value is taken from the flag, else from the environment variable, else from the default; where it came from
-is remembered for ``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``.
+A value is taken from the flag, else from the environment variable, else from the default; where it came
+from is remembered for ``--show-settings``. The variable follows from the flag: ``--time-step`` is
+``SIMX_TIME_STEP``.
 This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
 """
 
@@ -16,129 +17,24 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from simx_server.setting_rules import (
+    Setting,
+    SettingError,
+    file,
+    folder,
+    matching,
+    one_of,
+    only_yes,
+    port,
+    positive,
+    speed,
+    yes_or_no,
+)
+
+__all__ = ["SETTINGS", "SettingError", "Settings"]
+
 LOG_LEVELS = ("debug", "info", "warning", "error")
-
-
-class SettingError(ValueError):
-    """A setting has a value that cannot be used; the text says where it came from and what is valid."""
-
-
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """How one field of :class:`Settings` is read."""
-
-    flag: str
-    """``--speed``, or an upper-case word for a positional argument."""
-
-    help: str
-    valid: str
-    """What a good value looks like; completes "valid: ..." in an error."""
-
-    parse: Callable[[str], Any]
-    """Text to value; raises ValueError for a bad one."""
-
-    metavar: str = ""
-    letter: str = ""
-    """One-letter form of the flag, with its dash."""
-
-    many: bool = False
-    """The flag may be repeated; the variable then holds a list divided by commas or blanks."""
-
-    shortcuts: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Further flags without a value that stand for one: ``-v`` for ``debug``."""
-
-    unset: str = ""
-    """What None means, for people."""
-
-    @property
-    def is_positional(self) -> bool:
-        return not self.flag.startswith("-")
-
-    @property
-    def is_switch(self) -> bool:
-        return self.parse is _yes_or_no
-
-    @property
-    def variable(self) -> str:
-        return "SIMX_" + self.flag.lstrip("-").upper().replace("-", "_")
-
-    def read(self, text: str, origin: str) -> Any:
-        """The value that `text` stands for; SettingError names `origin` and what is valid."""
-        try:
-            return self.parse(text)
-        except ValueError:
-            raise SettingError(f"{origin}: {text!r} cannot be used; valid: {self.valid}") from None
-
-
-def _yes_or_no(text: str) -> bool:
-    answers = {
-        "1": True,
-        "yes": True,
-        "true": True,
-        "on": True,
-        "0": False,
-        "no": False,
-        "false": False,
-        "off": False,
-    }
-    try:
-        return answers[text.strip().lower()]
-    except KeyError:
-        raise ValueError(text) from None
-
-
-def _only_yes(text: str) -> bool:
-    if not _yes_or_no(text):
-        raise ValueError(text)
-    return True
-
-
-def _port(text: str) -> int:
-    port = int(text)
-    if not 0 <= port <= 65535:
-        raise ValueError(text)
-    return port
-
-
-def _positive(text: str) -> float:
-    number = float(text)
-    if not (0.0 < number < math.inf):
-        raise ValueError(text)
-    return number
-
-
-def _speed(text: str) -> float:
-    return math.inf if text.strip().lower() == "max" else _positive(text)
-
-
-def _matching(pattern: str) -> Callable[[str], str]:
-    def parse(text: str) -> str:
-        if not re.fullmatch(pattern, text):
-            raise ValueError(text)
-        return text
-
-    return parse
-
-
-def _file(text: str) -> Path:
-    path = Path(text).expanduser()
-    if not path.is_file():
-        raise ValueError(text)
-    return path.resolve()
-
-
-def _folder(text: str) -> Path:
-    path = Path(text).expanduser()
-    if not path.is_dir():
-        raise ValueError(text)
-    return path.resolve()
-
-
-def _log_level(text: str) -> str:
-    level = text.strip().lower()
-    if level not in LOG_LEVELS:
-        raise ValueError(text)
-    return level
+_YES_OR_NO = "yes or no"
 
 
 def _setting(default: Any, flag: str, help: str, valid: str, parse: Callable[[str], Any], **more: Any) -> Any:
@@ -146,9 +42,6 @@ def _setting(default: Any, flag: str, help: str, valid: str, parse: Callable[[st
     if callable(default):
         return field(default_factory=default, metadata=entry)
     return field(default=default, metadata=entry)
-
-
-_YES_OR_NO = "yes or no"
 
 
 @dataclass(frozen=True)
@@ -172,21 +65,21 @@ class Settings:
         "--port",
         "port to answer on, repeatable (19997, 19999); 0: a free one",
         "a whole number from 0 to 65535",
-        _port,
+        port,
         metavar="PORT",
         letter="-p",
         many=True,
     )
-    start: bool = _setting(False, "--start", "start the simulation at once", _YES_OR_NO, _yes_or_no)
+    start: bool = _setting(False, "--start", "start the simulation at once", _YES_OR_NO, yes_or_no)
     auto_start: bool = _setting(
-        True, "--auto-start", "connecting on the temporary port starts nothing", _YES_OR_NO, _yes_or_no
+        True, "--auto-start", "connecting on the temporary port starts nothing", _YES_OR_NO, yes_or_no
     )
     temporary_port: int = _setting(
         19999,
         "--temporary-port",
         "the port that is there only while running (19999)",
         "a whole number from 0 to 65535",
-        _port,
+        port,
         metavar="PORT",
     )
     speed: float = _setting(
@@ -194,7 +87,7 @@ class Settings:
         "--speed",
         "times real time (1), or max",
         "a number greater than 0, or max",
-        _speed,
+        speed,
         metavar="FACTOR",
     )
     time_step: float | None = _setting(
@@ -202,7 +95,7 @@ class Settings:
         "--time-step",
         "length of one pass (the scene's, else 0.05)",
         "seconds greater than 0, such as 0.05",
-        _positive,
+        positive,
         metavar="SECONDS",
         unset="the scene's, else 0.05",
     )
@@ -211,26 +104,26 @@ class Settings:
         "--duration",
         "leave after so much wall time",
         "seconds greater than 0, such as 60",
-        _positive,
+        positive,
         metavar="SECONDS",
         unset="no limit",
     )
     quit_after_stop: bool = _setting(
-        False, "--quit-after-stop", "leave when the simulation stops", _YES_OR_NO, _yes_or_no
+        False, "--quit-after-stop", "leave when the simulation stops", _YES_OR_NO, yes_or_no
     )
     headless: bool = _setting(
         True,
         "--headless",
         "no window; always so, accepted for old habits",
         "yes; there is no window to ask for",
-        _only_yes,
+        only_yes,
     )
     listen: tuple[str, ...] = _setting(
         (),
         "--listen",
         "further Zenoh endpoint, repeatable; opens it to others",
         "PROTOCOL/ADDRESS, such as tcp/0.0.0.0:7447",
-        _matching(r"[a-z][a-z0-9-]*/\S+"),
+        matching(r"[a-z][a-z0-9-]*/\S+"),
         metavar="ENDPOINT",
         letter="-l",
         many=True,
@@ -240,20 +133,20 @@ class Settings:
         "--config",
         "Zenoh configuration (TLS, passwords, access rules)",
         "an existing JSON5 file of Zenoh settings",
-        _file,
+        file,
         metavar="FILE",
         letter="-c",
         unset="none",
     )
     multicast_scouting: bool = _setting(
-        False, "--multicast-scouting", "let others on the network discover it", _YES_OR_NO, _yes_or_no
+        False, "--multicast-scouting", "let others on the network discover it", _YES_OR_NO, yes_or_no
     )
     realm: str | None = _setting(
         None,
         "--realm",
         "name of this simulator among several",
         "letters, digits, dots, dashes and underscores",
-        _matching(r"[A-Za-z0-9._-]+"),
+        matching(r"[A-Za-z0-9._-]+"),
         metavar="NAME",
         unset="derived from the port",
     )
@@ -262,7 +155,7 @@ class Settings:
         "--workspace",
         "the only folder where clients may touch files",
         "an existing folder",
-        _folder,
+        folder,
         metavar="FOLDER",
     )
     log_level: str = _setting(
@@ -270,7 +163,7 @@ class Settings:
         "--log-level",
         "how much to tell: " + ", ".join(LOG_LEVELS),
         ", ".join(LOG_LEVELS),
-        _log_level,
+        one_of(LOG_LEVELS),
         metavar="LEVEL",
         shortcuts=MappingProxyType({"-v": "debug", "-q": "warning"}),
     )
@@ -286,14 +179,13 @@ class Settings:
         values: dict[str, Any] = {}
         origins: dict[str, str] = {}
         for name, setting in SETTINGS.items():
+            given: Any
             if name in flags:
                 origin = "argument " + setting.flag if setting.is_positional else "flag " + setting.flag
                 given = flags[name]
-            elif environment.get(setting.variable, "").strip():
+            elif text := environment.get(setting.variable, "").strip():
                 origin = "environment " + setting.variable
-                given = environment[setting.variable].strip()
-                if setting.many:
-                    given = [word for word in re.split(r"[,\s]+", given) if word]
+                given = re.split(r"[,\s]+", text.strip(" ,")) if setting.many else text
             else:
                 continue
             origins[name] = origin
@@ -312,7 +204,8 @@ class Settings:
         repeated = sorted({port for port in chosen if chosen.count(port) > 1})
         if repeated:
             raise SettingError(
-                f"{self.origins['ports']}: {repeated[0]} is given twice; valid: each port once, 0 as often as you like"
+                f"{self.origins['ports']}: {repeated[0]} is given twice; "
+                "valid: each port once, 0 as often as you like"
             )
 
     def table(self) -> list[tuple[str, str, str]]:

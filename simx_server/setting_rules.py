@@ -1,0 +1,130 @@
+"""One setting: how it is spelled, and how a person's text becomes its value.
+
+The rules raise ValueError for a text they cannot use; :meth:`Setting.read` says the rest.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+class SettingError(ValueError):
+    """A setting has a value that cannot be used; the text says where it came from and what is valid."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """How one field of :class:`Settings` is read."""
+
+    flag: str
+    """``--speed``, or an upper-case word for a positional argument."""
+
+    help: str
+    valid: str
+    """What a good value looks like; completes "valid: ..." in an error."""
+
+    parse: Callable[[str], Any]
+    """Text to value; raises ValueError for a bad one."""
+
+    metavar: str = ""
+    letter: str = ""
+    """One-letter form of the flag, with its dash."""
+
+    many: bool = False
+    """The flag may be repeated; the variable then holds a list divided by commas or blanks."""
+
+    shortcuts: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Further flags without a value that stand for one: ``-v`` for ``debug``."""
+
+    unset: str = ""
+    """What None means, for people."""
+
+    @property
+    def is_positional(self) -> bool:
+        return not self.flag.startswith("-")
+
+    @property
+    def is_switch(self) -> bool:
+        return self.parse is yes_or_no
+
+    @property
+    def variable(self) -> str:
+        return "SIMX_" + self.flag.lstrip("-").upper().replace("-", "_")
+
+    def read(self, text: str, origin: str) -> Any:
+        """The value that `text` stands for; SettingError names `origin` and what is valid."""
+        try:
+            return self.parse(text)
+        except ValueError:
+            raise SettingError(f"{origin}: {text!r} cannot be used; valid: {self.valid}") from None
+
+
+def yes_or_no(text: str) -> bool:
+    word = text.strip().lower()
+    if word in ("1", "yes", "true", "on"):
+        return True
+    if word in ("0", "no", "false", "off"):
+        return False
+    raise ValueError(text)
+
+
+def only_yes(text: str) -> bool:
+    if not yes_or_no(text):
+        raise ValueError(text)
+    return True
+
+
+def port(text: str) -> int:
+    number = int(text)
+    if not 0 <= number <= 65535:
+        raise ValueError(text)
+    return number
+
+
+def positive(text: str) -> float:
+    number = float(text)
+    if not (0.0 < number < math.inf):
+        raise ValueError(text)
+    return number
+
+
+def speed(text: str) -> float:
+    return math.inf if text.strip().lower() == "max" else positive(text)
+
+
+def matching(pattern: str) -> Callable[[str], str]:
+    def parse(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError(text)
+        return text
+
+    return parse
+
+
+def file(text: str) -> Path:
+    path = Path(text).expanduser()
+    if not path.is_file():
+        raise ValueError(text)
+    return path.resolve()
+
+
+def folder(text: str) -> Path:
+    path = Path(text).expanduser()
+    if not path.is_dir():
+        raise ValueError(text)
+    return path.resolve()
+
+
+def one_of(words: tuple[str, ...]) -> Callable[[str], str]:
+    def parse(text: str) -> str:
+        word = text.strip().lower()
+        if word not in words:
+            raise ValueError(text)
+        return word
+
+    return parse
