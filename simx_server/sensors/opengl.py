@@ -1,0 +1,175 @@
+"""Pictures with MuJoCo's OpenGL renderer: one context, no effects V-REP lacked, one pass for RGB and depth.
+
+Shadows and multisampling cost ten to twenty times the picture itself in software and V-REP's sensors had
+neither, so both are off, as are reflections, fog and the skybox.
+
+Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth exactly
+where V-REP did, and what it cleared is what nothing was seen in.
+"""
+
+import copy
+import logging
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.sensors.gl_backend import make_gl_context
+from simx_server.sensors.picture import OPAQUE_ALPHA, VISIBLE_GROUPS, CameraView, Picture, RenderError
+
+logger = logging.getLogger(__name__)
+
+_SHOWN = (
+    mujoco.mjtVisFlag.mjVIS_TEXTURE,
+    mujoco.mjtVisFlag.mjVIS_STATIC,
+    mujoco.mjtVisFlag.mjVIS_SKIN,
+    mujoco.mjtVisFlag.mjVIS_FLEXEDGE,
+    mujoco.mjtVisFlag.mjVIS_FLEXSKIN,
+)
+_CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
+
+
+class OpenGLRenderer:
+    """Renders one model in one OpenGL context. Belongs to the thread that made it.
+
+    Raises:
+        RenderError: the context cannot be made.
+    """
+
+    def __init__(self, model: mujoco.MjModel, backend_name: str) -> None:
+        self._model = model
+        self._option = _visible_things()
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
+        self._scene.flags[:] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        # Pictures go to an offscreen buffer of their own, so the context's own surface can be tiny.
+        self._gl = make_gl_context(backend_name, 16, 16)
+        try:
+            self._gl.make_current()
+            self._context = mujoco.MjrContext(
+                _without_effects(model), mujoco.mjtFontScale.mjFONTSCALE_50.value
+            )
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+            if self._context.currentBuffer != mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value:
+                raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
+            # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
+            self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        except BaseException:
+            self._gl.free()
+            raise
+
+    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+        """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+
+        Raises:
+            RenderError: no such camera in the model.
+            mujoco.FatalError: OpenGL failed; make a new renderer.
+        """
+        if not 0 <= view.camera_id < self._model.ncam:
+            raise RenderError(f"camera id {view.camera_id} is not in the model, which has {self._model.ncam}")
+        self._gl.make_current()
+        self._make_room(view.width, view.height)
+        self._take_scene(data, view)
+        # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
+        self._draw_flat(data, on=not rgb)
+
+        masked = rgb and any(view.background_bytes())
+        rect = mujoco.MjrRect(0, 0, view.width, view.height)
+        colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
+        nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
+        mujoco.mjr_render(rect, self._scene, self._context)
+        mujoco.mjr_readPixels(colours, nearness, rect, self._context)
+
+        if masked and colours is not None and nearness is not None:
+            # MuJoCo always clears to black.
+            colours[nearness == 0.0] = view.background_bytes()
+        if not depth or nearness is None:
+            return Picture(colours, None)
+        return Picture(colours, _linear_depth(nearness, view))
+
+    def close(self) -> None:
+        """Free what the graphics driver holds. Twice does no harm."""
+        if self._gl is None:
+            return
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()
+        self._gl = None
+
+    def _make_room(self, width: int, height: int) -> None:
+        """Grow the offscreen buffer to the largest picture asked for so far."""
+        room = self._context
+        if width > room.offWidth or height > room.offHeight:
+            mujoco.mjr_resizeOffscreen(max(width, room.offWidth), max(height, room.offHeight), room)
+
+    def _take_scene(self, data: mujoco.MjData, view: CameraView) -> None:
+        self._camera.fixedcamid = view.camera_id
+        mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
+        half_width, half_height = view.half_extent()
+        at_near = 1.0 if view.orthographic_size is not None else view.near
+        for eye in self._scene.camera:
+            eye.orthographic = view.orthographic_size is not None
+            eye.frustum_center = 0.0
+            eye.frustum_width = half_width * at_near
+            eye.frustum_top = half_height * at_near
+            eye.frustum_bottom = -half_height * at_near
+            eye.frustum_near = view.near
+            eye.frustum_far = view.far
+
+    def _draw_flat(self, data: mujoco.MjData, on: bool) -> None:
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = on
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = on
+        if on:
+            self._leave_out_see_through(data)
+
+    def _leave_out_see_through(self, data: mujoco.MjData) -> None:
+        """Flat drawing makes everything solid; take out what leaves no depth in a coloured picture."""
+        eye = data.cam_xpos[self._camera.fixedcamid]
+        for index in range(self._scene.ngeom):
+            geom = self._scene.geoms[index]
+            seen_from_behind = (
+                geom.type == mujoco.mjtGeom.mjGEOM_PLANE and (eye - geom.pos) @ geom.mat[:, 2] < 0.0
+            )
+            if geom.rgba[3] < OPAQUE_ALPHA or seen_from_behind:
+                geom.segid = -1
+
+
+def _visible_things() -> mujoco.MjvOption:
+    """Geoms of the visible groups, skins and flexes; nothing that is drawn for debugging."""
+    option = mujoco.MjvOption()
+    option.flags[:] = 0
+    for flag in _SHOWN:
+        option.flags[flag] = 1
+    option.geomgroup[:] = 0
+    option.geomgroup[list(VISIBLE_GROUPS)] = 1
+    for decor in (option.sitegroup, option.jointgroup, option.tendongroup, option.actuatorgroup):
+        decor[:] = 0
+    return option
+
+
+def _without_effects(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy for making the context: the size of its buffers is read from the model, which is not ours to change."""
+    plain = copy.copy(model)
+    plain.vis.quality.offsamples = 0
+    plain.vis.quality.shadowsize = 0
+    plain.vis.global_.offwidth = 1
+    plain.vis.global_.offheight = 1
+    return plain
+
+
+def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:
+    """Depth 0..1 linear in distance, in place, from OpenGL's buffer that holds 1 near and 0 far.
+
+    Perspective: the distance is z = n f / (n + d (f - n)), so (z - n) / (f - n) = n (1 - d) / (n + d (f - n)).
+    Orthographic: already linear.
+    """
+    if view.orthographic_size is not None:
+        return np.subtract(1, nearness, out=nearness)
+    divisor = nearness * np.float32(view.far - view.near)
+    divisor += np.float32(view.near)
+    np.subtract(1, nearness, out=nearness)
+    nearness *= np.float32(view.near)
+    nearness /= divisor
+    return nearness

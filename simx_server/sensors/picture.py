@@ -1,0 +1,145 @@
+"""What a camera picture is: the view that decides it, its pixels, and the rules every renderer obeys.
+
+Rules, the same for OpenGL and for ray casting:
+
+* rows come bottom first, each row left to right (the order of V-REP's image and depth buffers);
+* a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
+  plane RGB is the background and depth is 1, as in V-REP;
+* only geoms of `VISIBLE_GROUPS` are seen, and only their front faces;
+* geoms less opaque than `OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+VISIBLE_GROUPS = (0, 1, 2)
+"""MuJoCo geom groups a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
+
+OPAQUE_ALPHA = 0.995
+"""From this alpha on MuJoCo's renderer treats a geom as opaque."""
+
+MAX_SIDE = 4096
+"""Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB, beyond it a typing slip could take the machine."""
+
+
+class RenderError(RuntimeError):
+    """A picture could not be made; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """Everything that decides a picture, apart from the state of the world. Hashable.
+
+    `camera_id` is a MuJoCo camera (looks along -z, +y up, +x right); its own field of view, resolution and
+    clip planes are not used.
+
+    Raises:
+        ValueError: a size, angle or clip plane that no camera can have.
+    """
+
+    camera_id: int
+    width: int
+    """Pixels."""
+    height: int
+    """Pixels."""
+    fovy_deg: float
+    """Full vertical opening angle, degrees. Not used by an orthographic view."""
+    near: float
+    """Near plane, metres along the view axis."""
+    far: float
+    """Far plane, metres along the view axis."""
+    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """RGB, each 0..1."""
+    orthographic_size: float | None = None
+    """Metres across the larger image side; None for a perspective view."""
+
+    def __post_init__(self) -> None:
+        if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
+            raise ValueError(
+                f"a picture of {self.width} x {self.height} pixels cannot be made; "
+                f"give each side between 1 and {MAX_SIDE}"
+            )
+        if not 0.0 < self.near < self.far < math.inf:
+            raise ValueError(
+                f"clip planes near={self.near} far={self.far} are not usable; give 0 < near < far, in metres"
+            )
+        if self.orthographic_size is None and not 0.0 < self.fovy_deg < 180.0:
+            raise ValueError(
+                f"a vertical angle of {self.fovy_deg} degrees is not between 0 and 180 (exclusive)"
+            )
+        if self.orthographic_size is not None and not 0.0 < self.orthographic_size < math.inf:
+            raise ValueError(
+                f"an orthographic size of {self.orthographic_size} is not usable; give metres above 0"
+            )
+
+    def half_extent(self) -> tuple[float, float]:
+        """Half width and half height of what is seen: at 1 m distance, or anywhere if orthographic. Metres."""
+        if self.orthographic_size is not None:
+            per_pixel = self.orthographic_size / max(self.width, self.height)
+            return 0.5 * per_pixel * self.width, 0.5 * per_pixel * self.height
+        half_height = math.tan(math.radians(self.fovy_deg) / 2)
+        return half_height * self.width / self.height, half_height
+
+    def background_bytes(self) -> tuple[int, int, int]:
+        """The background as three bytes."""
+        red, green, blue = (round(255 * min(max(channel, 0.0), 1.0)) for channel in self.background)
+        return red, green, blue
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Pixels of one view at one instant, read-only because several askers may share them.
+
+    `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view axis,
+    0 at the near plane, 1 at the far plane or where nothing is seen. A channel nobody asked for may be None.
+    """
+
+    rgb: NDArray[np.uint8] | None
+    depth: NDArray[np.float32] | None
+
+    def __post_init__(self) -> None:
+        for channel in (self.rgb, self.depth):
+            if channel is not None:
+                channel.setflags(write=False)
+
+
+class Renderer(Protocol):
+    """What makes pictures of one model. Used by one thread from creation to close."""
+
+    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture: ...
+
+    def close(self) -> None: ...
+
+
+def grey(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(h, w) uint8: the integer mean (r + g + b) // 3 of each pixel, as V-REP's grey option computes it."""
+    total = rgb[..., 0].astype(np.uint16)
+    total += rgb[..., 1]
+    total += rgb[..., 2]
+    total //= 3
+    return total.astype(np.uint8)
+
+
+def depth_as_grey(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(h, w, 3) uint8, three equal channels: depth as V-REP's depth-to-grey filter shows it, 0 near, 255 far."""
+    levels = np.rint(depth * np.float32(255)).astype(np.uint8)
+    return np.repeat(levels[..., np.newaxis], 3, axis=2)
+
+
+def fovy_from_perspective_angle(angle_rad: float, width: int, height: int) -> float:
+    """Vertical angle in degrees from V-REP's perspective angle, which belongs to the larger image side."""
+    if width <= height:
+        return math.degrees(angle_rad)
+    return math.degrees(2 * math.atan(math.tan(angle_rad / 2) * height / width))
+
+
+def perspective_angle_from_fovy(fovy_deg: float, width: int, height: int) -> float:
+    """V-REP's perspective angle in radians, across the larger image side, from the vertical angle in degrees."""
+    if width <= height:
+        return math.radians(fovy_deg)
+    return 2 * math.atan(math.tan(math.radians(fovy_deg) / 2) * width / height)

@@ -1,0 +1,275 @@
+"""The one thread that makes pictures, and how the physics thread asks it for one without ever waiting.
+
+A request copies the state and returns a future at once. What was asked already is not done twice: requests for the
+same view of the same version share one picture, and several views of one version share one copy of the state.
+The renderer, and with it every OpenGL call, lives and dies on this thread.
+"""
+
+import functools
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Hashable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+import mujoco
+
+from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
+from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
+from simx_server.sensors.snapshots import Snapshot, SnapshotPool
+
+logger = logging.getLogger(__name__)
+
+MAX_WAITING = 32
+"""Pictures that may wait; each may hold a copy of the state, so a client that asks faster than pictures can be
+made gets an error instead of the machine's memory."""
+
+_JOIN_TIMEOUT = 2.0
+
+
+@dataclass(eq=False)
+class _Job:
+    """One picture: waiting, being made, or made and kept as the newest of its camera."""
+
+    model: mujoco.MjModel
+    view: CameraView
+    version: Hashable
+    rgb: bool
+    depth: bool
+    snapshot: Snapshot | None
+    """None once the picture is made."""
+    future: "Future[Picture]" = field(default_factory=Future)
+
+    @property
+    def key(self) -> tuple[int, CameraView, Hashable]:
+        return id(self.model), self.view, self.version
+
+    def gives(self, rgb: bool, depth: bool) -> bool:
+        return self.rgb >= rgb and self.depth >= depth
+
+
+def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
+    """The renderer of a back end; to be called on the thread that will use it."""
+    # Imported late: a server without cameras needs neither.
+    if backend.name == RAYCAST:
+        from simx_server.sensors.raycast import RaycastRenderer
+
+        return RaycastRenderer(model)
+    from simx_server.sensors.opengl import OpenGLRenderer
+
+    return OpenGLRenderer(model, backend.name)
+
+
+class RenderThread:
+    """Owns the renderer. `request` and `prepare` may be called from any thread and return at once; close it at the end.
+
+    The thread starts with the first request, and so does the choice of a back end (about half a second).
+
+    Args:
+        choose: chooses the back end, on the render thread; by default `choose_backend`.
+        make: makes a renderer for a model, on the render thread.
+    """
+
+    def __init__(
+        self,
+        choose: Callable[[], Backend] | None = None,
+        make: Callable[[mujoco.MjModel, Backend], Renderer] = make_renderer,
+    ) -> None:
+        self.ready = threading.Event()
+        """Set once the back end is chosen."""
+        self._closing = threading.Event()
+        self._choose = choose or functools.partial(choose_backend, give_up=self._closing)
+        self._make = make
+        self._backend: Backend | None = None
+
+        self._wake = threading.Condition()
+        self._waiting: deque[_Job] = deque()
+        self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
+        self._newest: dict[int, _Job] = {}  # by camera
+        self._to_prepare: mujoco.MjModel | None = None
+        self._pool = SnapshotPool()
+        self._thread: threading.Thread | None = None
+
+        # Touched by the render thread alone.
+        self._renderer: Renderer | None = None
+        self._renderer_model: mujoco.MjModel | None = None
+
+    @property
+    def backend(self) -> Backend | None:
+        """The back end taken; None until the first picture was wanted."""
+        return self._backend
+
+    def request(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        view: CameraView,
+        *,
+        rgb: bool,
+        depth: bool,
+        version: Hashable,
+    ) -> "Future[Picture]":
+        """Ask for a picture of the state `data` (forward kinematics done) and go on.
+
+        `version` names the state: equal versions of one model must mean equal states. The future may be shared with
+        other askers, so do not cancel it; its picture may hold a channel more than asked for. Its callbacks run on
+        the render thread. It fails with RenderError, never by hanging.
+        """
+        with self._wake:
+            if self._closing.is_set():
+                return _failed("rendering is closed; the server is shutting down")
+            key = (id(model), view, version)
+            running_or_waiting = self._pending.get(key)
+            for known in (running_or_waiting, self._newest.get(view.camera_id)):
+                if known is None or known.model is not model or known.key != key or known.future.cancelled():
+                    continue
+                if known is running_or_waiting and not known.future.running():
+                    known.rgb, known.depth = known.rgb or rgb, known.depth or depth
+                if known.gives(rgb, depth):
+                    return known.future
+                # One pass makes both, and whoever asked for the other channel is likely to ask again.
+                rgb = depth = True
+            if len(self._waiting) >= MAX_WAITING:
+                return _failed(
+                    f"{MAX_WAITING} pictures are waiting to be rendered; ask less often or for a smaller resolution"
+                )
+            job = _Job(model, view, version, rgb, depth, self._pool.take(model, data, version))
+            self._waiting.append(job)
+            self._pending[key] = job
+            self._start_or_wake()
+            return job.future
+
+    def prepare(self, model: mujoco.MjModel) -> None:
+        """Choose the back end and make the renderer ahead of the first picture; failure is only logged."""
+        with self._wake:
+            if not self._closing.is_set():
+                self._to_prepare = model
+                self._start_or_wake()
+
+    def close(self) -> None:
+        """Fail what waits, finish what is being rendered, free the renderer, end the thread. Twice does no harm."""
+        with self._wake:
+            self._closing.set()
+            waiting = list(self._waiting)
+            self._waiting.clear()
+            self._pending.clear()
+            self._newest.clear()
+            self._wake.notify()
+        for job in waiting:
+            if job.future.set_running_or_notify_cancel():
+                job.future.set_exception(RenderError("the picture was not made because rendering is closing"))
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(_JOIN_TIMEOUT)
+            if self._thread.is_alive():
+                logger.error("the render thread is still busy after %.0f s", _JOIN_TIMEOUT)
+
+    def _start_or_wake(self) -> None:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="simx-render")
+            self._thread.start()
+        self._wake.notify()
+
+    # From here on: the render thread.
+
+    def _run(self) -> None:
+        try:
+            while (task := self._next()) is not None:
+                if isinstance(task, tuple):
+                    self._do(*task)
+                else:
+                    self._prepare(task)
+        finally:
+            self._drop_renderer()
+
+    def _next(self) -> tuple[_Job, Snapshot] | mujoco.MjModel | None:
+        """The next picture to make and its state, else the model to prepare for, else None: closing."""
+        with self._wake:
+            while True:
+                if self._closing.is_set():
+                    return None
+                while self._waiting:
+                    job = self._waiting.popleft()
+                    if job.snapshot is not None and job.future.set_running_or_notify_cancel():
+                        return job, job.snapshot
+                    self._forget(job)
+                if self._to_prepare is not None:
+                    model, self._to_prepare = self._to_prepare, None
+                    return model
+                self._wake.wait()
+
+    def _do(self, job: _Job, snapshot: Snapshot) -> None:
+        try:
+            picture = self._renderer_for(job.model).render(snapshot.data, job.view, job.rgb, job.depth)
+        # Whatever a driver, a model or a renderer does wrong is the asker's to hear, and no reason to end the thread.
+        except Exception as error:
+            self._drop_renderer()
+            with self._wake:
+                self._forget(job)
+            job.future.set_exception(_explained(job, self._backend, error))
+            return
+        with self._wake:
+            self._forget(job)
+            if not self._closing.is_set():
+                self._newest[job.view.camera_id] = job
+        job.future.set_result(picture)
+
+    def _forget(self, job: _Job) -> None:
+        """Give back what a job holds while it is pending. Needs the lock."""
+        if self._pending.get(job.key) is job:
+            del self._pending[job.key]
+        if job.snapshot is not None:
+            self._pool.give_back(job.snapshot)
+            job.snapshot = None
+
+    def _prepare(self, model: mujoco.MjModel) -> None:
+        try:
+            self._renderer_for(model)
+        except Exception as error:
+            self._drop_renderer()
+            if not self._closing.is_set():
+                logger.warning("cannot render: %s", error)
+
+    def _renderer_for(self, model: mujoco.MjModel) -> Renderer:
+        if self._renderer is None or self._renderer_model is not model:
+            self._drop_renderer()
+            with self._wake:
+                self._newest.clear()
+            backend = self._backend or self._take_backend()
+            self._renderer = self._make(model, backend)
+            self._renderer_model = model
+        return self._renderer
+
+    def _take_backend(self) -> Backend:
+        backend = self._choose()
+        level = logging.WARNING if backend.name == RAYCAST else logging.INFO
+        logger.log(level, "pictures are made with %s: %s", backend.name, backend.reason)
+        self._backend = backend
+        self.ready.set()
+        return backend
+
+    def _drop_renderer(self) -> None:
+        renderer, self._renderer, self._renderer_model = self._renderer, None, None
+        if renderer is None:
+            return
+        try:
+            renderer.close()
+        except Exception:
+            # After a failure of the driver closing may fail too; a new context does not depend on it.
+            logger.exception("a renderer did not close cleanly")
+
+
+def _failed(reason: str) -> "Future[Picture]":
+    future: Future[Picture] = Future()
+    future.set_exception(RenderError(reason))
+    return future
+
+
+def _explained(job: _Job, backend: Backend | None, error: Exception) -> RenderError:
+    means = f" with {backend.name}" if backend is not None else ""
+    explained = RenderError(
+        f"the {job.view.width} x {job.view.height} picture of camera id {job.view.camera_id} "
+        f"could not be rendered{means}: {error}"
+    )
+    explained.__cause__ = error
+    return explained

@@ -1,0 +1,49 @@
+"""Copies of the state that pictures are made from: one per version, however many views; MjData reused, not grown."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import mujoco
+
+_KEPT = 4
+"""Idle MjData kept for the next copies; more than a few views of a few versions are rarely under way at once."""
+
+
+@dataclass(eq=False)
+class Snapshot:
+    """One state, shared by its users and not to be changed."""
+
+    model: mujoco.MjModel
+    version: Hashable
+    data: mujoco.MjData
+    users: int = 0
+
+
+class SnapshotPool:
+    """Takes and takes back snapshots. Not locked: the caller serialises."""
+
+    def __init__(self) -> None:
+        self._taken: dict[Hashable, Snapshot] = {}
+        self._model: mujoco.MjModel | None = None
+        self._idle: list[mujoco.MjData] = []
+
+    def take(self, model: mujoco.MjModel, data: mujoco.MjData, version: Hashable) -> Snapshot:
+        """A snapshot of `data`; the one already taken if this version is still in use."""
+        snapshot = self._taken.get((id(model), version))
+        if snapshot is None:
+            if model is not self._model:
+                self._model, self._idle = model, []
+            copied = self._idle.pop() if self._idle else mujoco.MjData(model)
+            mujoco.mj_copyData(copied, model, data)
+            snapshot = self._taken[id(model), version] = Snapshot(model, version, copied)
+        snapshot.users += 1
+        return snapshot
+
+    def give_back(self, snapshot: Snapshot) -> None:
+        """One user less; the last one returns the MjData to the pool."""
+        snapshot.users -= 1
+        if snapshot.users:
+            return
+        del self._taken[id(snapshot.model), snapshot.version]
+        if snapshot.model is self._model and len(self._idle) < _KEPT:
+            self._idle.append(snapshot.data)

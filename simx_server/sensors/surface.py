@@ -1,0 +1,156 @@
+"""What a surface looks like to a cast ray: its colour and the light that falls on it.
+
+Follows MuJoCo's OpenGL renderer (fixed-function lighting without highlights): emission plus, for every light,
+ambient plus diffuse times the cosine of the angle of incidence, times the colour, times the texture.
+A plane shows its texture; anything else wears the mean colour of its own.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+"""(n, 3) in the world frame: metres or unit vectors."""
+Ids = NDArray[np.int32]
+"""(n,) MuJoCo geom ids."""
+
+_WITHOUT_LIGHTS = 0.3
+"""Ambient light MuJoCo's renderer assumes when a scene has no light at all."""
+_UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
+"""A geom's colour by default: it gives way to the material's."""
+
+
+class Surfaces:
+    """Colours of one model's geoms under its lights. Reads the model anew for each picture: colours may change."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._scene = mujoco.MjvScene(model, maxgeom=1)
+        for eye in self._scene.camera:
+            # Only so that mjv_makeLights accepts the scene; the headlight is aimed in _light.
+            eye.frustum_near, eye.forward, eye.up = 1.0, (0, 0, -1), (0, 1, 0)
+        self._textures = [_texels(model, texid) for texid in range(model.ntex)]
+        self._mean_colours = [texels.mean(axis=(0, 1)) for texels in self._textures]
+
+    def rgba(self) -> NDArray[np.float32]:
+        """(ngeom, 4): each geom's colour, its own or else its material's, before texture."""
+        model = self._model
+        rgba = np.array(model.geom_rgba)
+        by_material = (model.geom_matid >= 0) & np.all(rgba == _UNSET_RGBA, axis=1)
+        rgba[by_material] = model.mat_rgba[model.geom_matid[by_material]]
+        return rgba
+
+    def colours(
+        self, data: mujoco.MjData, geom_ids: Ids, points: Points, normals: Points, forward: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """(n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
+        colours = self._light(data, points, normals, forward)
+        emission = self._emission()
+        if emission.any():
+            colours += emission[geom_ids, np.newaxis]
+        colours *= self.rgba()[geom_ids, :3]
+        np.minimum(colours, 1.0, out=colours)
+        self._apply_textures(data, geom_ids, points, colours)
+        return colours
+
+    def _emission(self) -> NDArray[np.float32]:
+        matid = self._model.geom_matid
+        if not self._model.nmat:
+            return np.zeros(len(matid), np.float32)
+        return np.where(matid >= 0, self._model.mat_emission[np.maximum(matid, 0)], np.float32(0))
+
+    def _light(
+        self, data: mujoco.MjData, points: Points, normals: Points, forward: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """(n, 3): ambient and diffuse light that reaches each point."""
+        mujoco.mjv_makeLights(self._model, data, self._scene)
+        lights = self._scene.lights[: self._scene.nlight]
+        parallel = [light for light in lights if _is_parallel(light)]
+        ambient = sum((light.ambient for light in parallel), np.zeros(3, np.float32))
+        total = np.empty(points.shape, np.float32)
+        total[:] = ambient if lights else _WITHOUT_LIGHTS
+        shining = [light for light in parallel if light.diffuse.any()]
+        if shining:
+            towards = -np.stack([forward if light.headlight else light.dir for light in shining])
+            incidence = normals.astype(np.float32) @ towards.T.astype(np.float32)
+            np.maximum(incidence, 0.0, out=incidence)
+            total += incidence @ np.stack([light.diffuse for light in shining])
+        for light in lights:
+            if not _is_parallel(light):
+                total += _from_a_point(light, points, normals)
+        return total
+
+    def _apply_textures(
+        self, data: mujoco.MjData, geom_ids: Ids, points: Points, colours: NDArray[np.float32]
+    ) -> None:
+        model = self._model
+        if not model.ntex or not model.nmat:
+            return
+        role = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+        texid_of_geom = np.where(
+            model.geom_matid >= 0, model.mat_texid[np.maximum(model.geom_matid, 0), role], -1
+        )
+        for geom_id in np.flatnonzero(texid_of_geom >= 0):
+            here = np.flatnonzero(geom_ids == geom_id)
+            if not len(here):
+                continue
+            texid = int(texid_of_geom[geom_id])
+            is_plane = model.geom_type[geom_id] == mujoco.mjtGeom.mjGEOM_PLANE
+            if is_plane and model.tex_type[texid] == mujoco.mjtTexture.mjTEXTURE_2D:
+                local = (points[here] - data.geom_xpos[geom_id]) @ data.geom_xmat[geom_id].reshape(3, 3)
+                colours[here] *= self._look_up(int(geom_id), texid, local)
+            else:
+                colours[here] *= self._mean_colours[texid]
+
+    def _look_up(self, geom_id: int, texid: int, local: Points) -> NDArray[np.float32]:
+        """Nearest texels at points in a plane's frame. The texture repeats from the plane's upper left corner.
+
+        Found by comparing with MuJoCo 4.0's OpenGL pictures; an infinite plane counts as a unit tile at the origin.
+        """
+        model = self._model
+        matid = model.geom_matid[geom_id]
+        half = np.where(model.geom_size[geom_id, :2] > 0, model.geom_size[geom_id, :2], 1.0)
+        repeats = np.array(model.mat_texrepeat[matid], np.float64)
+        if np.any(model.geom_size[geom_id, :2] <= 0):
+            tile = np.stack(
+                (0.5 * repeats[0] * local[:, 0] - 0.5, -0.5 * repeats[1] * local[:, 1] - 0.5), axis=1
+            )
+        else:
+            per_metre = repeats if model.mat_texuniform[matid] else repeats / half
+            tile = 0.5 * per_metre * (half + local[:, :2] * (1.0, -1.0))
+        texels = self._textures[texid]
+        rows, columns = texels.shape[:2]
+        cell = np.floor(tile * (columns, rows)).astype(np.int64) % (columns, rows)
+        return texels[cell[:, 1], cell[:, 0]]
+
+
+def _is_parallel(light: mujoco.MjvLight) -> bool:
+    return bool(light.headlight) or light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+
+
+def _from_a_point(light: mujoco.MjvLight, points: Points, normals: Points) -> NDArray[np.float64]:
+    """(n, 3): light of a lamp with a position, weaker with distance and, for a spot, outside its cone."""
+    towards = light.pos - points
+    distance = np.linalg.norm(towards, axis=1)
+    towards /= np.maximum(distance, 1e-9)[:, np.newaxis]
+    constant, linear, quadratic = (float(factor) for factor in light.attenuation)
+    strength = 1.0 / np.maximum(constant + linear * distance + quadratic * distance**2, 1e-9)
+    if light.type == mujoco.mjtLightType.mjLIGHT_SPOT and light.cutoff < 180.0:
+        cosine = np.maximum(towards @ -np.asarray(light.dir, np.float64), 0.0)
+        strength *= np.where(cosine > math.cos(math.radians(light.cutoff)), cosine**light.exponent, 0.0)
+    incidence = np.maximum(np.einsum("ij,ij->i", normals, towards), 0.0)
+    return strength[:, np.newaxis] * (light.ambient + incidence[:, np.newaxis] * light.diffuse)
+
+
+def _texels(model: mujoco.MjModel, texid: int) -> NDArray[np.float32]:
+    """(rows, columns, 3) 0..1 of one texture; a cube's six faces lie below each other."""
+    rows, columns, channels = (
+        int(model.tex_height[texid]),
+        int(model.tex_width[texid]),
+        int(model.tex_nchannel[texid]),
+    )
+    start = int(model.tex_adr[texid])
+    texels = model.tex_data[start : start + rows * columns * channels].reshape(rows, columns, channels)
+    return np.broadcast_to(texels[..., :3] / np.float32(255), (rows, columns, 3))
