@@ -118,15 +118,15 @@ class ZenohTransport:
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
         greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._port))
         if self._realm is None:
-            self._declare(self._ask(keys.ANY_HELLO, greeting, deadline).realm)
+            self._declare(self._ask(keys.ANY_HELLO, None, deadline).realm)
         assert self._realm is not None
-        # The second greeting opens the session: by now the server can reach this client.
+        # The question above only found the realm. By now the server can reach this client: say hello.
         welcome = self._ask(keys.hello(self._realm), greeting, deadline)
         self._alive = True
         return welcome
 
-    def _ask(self, key: str, greeting: bytes, deadline: float) -> Welcome:
-        """Greet until a server answers: right after a connection its key may not be known here yet."""
+    def _ask(self, key: str, greeting: bytes | None, deadline: float) -> Welcome:
+        """Ask until a server answers: right after a connection its key may not be known here yet."""
         while True:
             remaining = deadline - time.monotonic()
             replies = self._session.get(

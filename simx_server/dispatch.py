@@ -1,0 +1,101 @@
+"""From a call to an answer: find the command, check the arguments, run the handler, turn exceptions into codes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from concurrent.futures import Future
+from typing import Any, NamedTuple
+
+from simx_client.protocol.commands import BY_NAME, Command, Place
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
+
+from .errors import CommandError
+from .handlers.registry import Handler
+from .sessions import ClientSession
+from .simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+
+class Answer(NamedTuple):
+    """What a call ended in: a status and wire values."""
+
+    status: int
+    values: list[Any]
+
+
+class Dispatch:
+    """Runs commands on a simulation. Physics thread only; pictures finish on the render thread."""
+
+    def __init__(self, simulation: Simulation, handlers: Mapping[str, Handler]) -> None:
+        self._simulation = simulation
+        self._handlers = handlers
+
+    def execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
+        """Execute a command; a Future when its result comes later. Never raises."""
+        try:
+            command, checked = self._check(name, arguments)
+            handler = self._handlers.get(command.name)
+            if handler is None:
+                raise CommandError(
+                    f"{command.name} is not available in this version; 'simx-server --commands' lists what is"
+                )
+            result = handler(self._simulation, client, checked)
+        except Exception as error:
+            return self._failure(client, name, error)
+        if isinstance(result, Future):
+            return self._later(client, command, result)
+        return Answer(STATUS_OK, _values(command, result))
+
+    def command(self, name: str) -> Command | None:
+        """The table's entry, if this is a remote command."""
+        command = BY_NAME.get(name)
+        return None if command is None or command.place is Place.LOCAL else command
+
+    def _check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
+        command = self.command(name)
+        if command is None:
+            raise CommandError(f"there is no command {name[:64]!r}; 'simx-server --commands' lists all")
+        if len(arguments) != len(command.arguments):
+            names = ", ".join(argument.name for argument in command.arguments) or "no arguments"
+            raise CommandError(f"{command.name} takes {names}; got {len(arguments)} arguments")
+        checked = []
+        for argument, value in zip(command.arguments, arguments, strict=True):
+            try:
+                checked.append(argument.kind.check(value))
+            except ValueError as error:
+                raise CommandError(f"{command.name}: {argument.name} {error}") from None
+        return command, checked
+
+    def _failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
+        if isinstance(error, CommandError):
+            text = f"{name}: {error}" if not str(error).startswith(name) else str(error)
+            logger.info("%s of %s failed: %s", name, client.name, error)
+        else:
+            text = f"{name}: internal error, see the server's log: {type(error).__name__}: {error}"
+            logger.error("%s of %s failed", name, client.name, exc_info=error)
+        if not getattr(error, "silent", False):
+            client.errors.append(text)
+        return Answer(STATUS_REMOTE_ERROR, [text])
+
+    def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:
+        answer: Future[Answer] = Future()
+
+        def finish(done: Future[Any]) -> None:
+            error = done.exception()
+            if error is not None:
+                answer.set_result(self._failure(client, command.name, error))
+            else:
+                answer.set_result(Answer(STATUS_OK, _values(command, done.result())))
+
+        result.add_done_callback(finish)
+        return answer
+
+
+def _values(command: Command, result: Any) -> list[Any]:
+    """A handler's return value as wire values: none, one, or a tuple of several."""
+    count = len(command.results)
+    if count == 0:
+        return []
+    return [result] if count == 1 else list(result)

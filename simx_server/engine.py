@@ -1,0 +1,306 @@
+"""The physics thread's loop: it alone touches the simulation.
+
+It takes calls from a queue whenever it waits for the wall clock and at pass boundaries, so a blocking call
+costs a round trip and never a simulation step. After each pass every stream that is due is computed once.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from functools import partial
+
+from simx_client.protocol.codec import CodecError, decode_batch, encode
+from simx_client.protocol.messages import STATUS_OK, Batch, Call, Delivery, Operation, Reply
+
+from .clock import Pacer
+from .dispatch import Answer, Dispatch
+from .handlers.registry import Handler
+from .sessions import ClientSession, Link
+from .simulation import Simulation, SimulationState
+from .streams import MAX_STREAMS, PassAnswers, Stream
+
+logger = logging.getLogger(__name__)
+
+IDLE_PASS = 0.02
+"""Seconds between two executions of the streams while no pass is due."""
+
+REPEAT = 0.25
+"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
+
+_STATE_BITS = {
+    SimulationState.STOPPED: 0b000,
+    SimulationState.RUNNING: 0b001,
+    SimulationState.PAUSED: 0b011,
+}
+_REAL_TIME_BIT = 0b100
+
+Event = Callable[[], None]
+
+
+class Engine:
+    """Sessions, passes and streams of one simulation."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        handlers: Mapping[str, Handler],
+        pacer: Pacer,
+        *,
+        starting_port: int | None = None,
+    ) -> None:
+        """Make an engine; ``run`` or ``turn`` drive it.
+
+        Args:
+            starting_port: a client that comes by this port starts a stopped simulation, because in V-REP
+                the service behind it existed only while a simulation ran.
+        """
+        self.simulation = simulation
+        self.sessions: dict[str, ClientSession] = {}
+        self._dispatch = Dispatch(simulation, handlers)
+        self._pacer = pacer
+        self._starting_port = starting_port
+        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._next_idle_pass = 0.0
+        self._is_ending = False
+        simulation.on_start.append(pacer.restart)
+        simulation.on_stop.append(self._end_stepping)
+
+    # --- from any thread --------------------------------------------------------------------------------------------
+
+    def post(self, event: Event) -> None:
+        """Have something done on the physics thread, in order of posting."""
+        self._events.put(event)
+
+    def submit(self, client: str, payload: bytes) -> None:
+        """A batch of calls has arrived. Safe to use from Zenoh's threads: it only enqueues."""
+        self._events.put(partial(self._execute_batch, client, payload))
+
+    def end(self) -> None:
+        """Let ``run`` return."""
+        self._events.put(self._end)
+
+    # --- the loop ---------------------------------------------------------------------------------------------------
+
+    def run(self, deadline: float | None = None) -> None:
+        """Serve until ``end``, or until a time on the monotonic clock."""
+        while not self._is_ending and (deadline is None or time.monotonic() < deadline):
+            left = 1.0 if deadline is None else deadline - time.monotonic()
+            self.turn(max_wait=max(0.0, min(1.0, left)))
+
+    def turn(self, max_wait: float = 0.0) -> None:
+        """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
+
+        At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
+        """
+        wait = min(max_wait, self._seconds_until_pass())
+        if wait > 0:
+            try:
+                event = self._events.get(timeout=wait)
+            except queue.Empty:
+                return
+            self._handle(event)
+            return
+        for _ in range(self._events.qsize()):
+            self._handle(self._events.get_nowait())
+        if self._seconds_until_pass() <= 0:
+            self._pass()
+
+    def _handle(self, event: Event) -> None:
+        try:
+            event()
+        except Exception:
+            logger.exception("a request could not be dealt with; the server goes on")
+
+    def _end(self) -> None:
+        self._is_ending = True
+
+    @property
+    def is_ending(self) -> bool:
+        return self._is_ending
+
+    @property
+    def is_waiting_for_trigger(self) -> bool:
+        """Whether a running simulation stands still until stepped clients trigger (parameter 45)."""
+        return self.simulation.state is SimulationState.RUNNING and any(
+            session.is_waiting for session in self.sessions.values()
+        )
+
+    def _is_advancing(self) -> bool:
+        return self.simulation.state is SimulationState.RUNNING and not self.is_waiting_for_trigger
+
+    def _is_stepped(self) -> bool:
+        return any(session.is_stepping for session in self.sessions.values())
+
+    def _seconds_until_pass(self) -> float:
+        if self._is_advancing():
+            return 0.0 if self._is_stepped() else self._pacer.seconds_left()
+        if any(session.streams.by_id for session in self.sessions.values()):
+            return max(0.0, self._next_idle_pass - time.monotonic())
+        return float("inf")
+
+    def _pass(self) -> None:
+        """One pass when the simulation advances; in any case the streams."""
+        if self._is_advancing():
+            self.simulation.advance()
+            self._pacer.passed(self.simulation.time_step)
+            self._publish_streams()
+            for session in self.sessions.values():
+                session.release_triggers()
+        else:
+            self._publish_streams()
+        self._next_idle_pass = time.monotonic() + IDLE_PASS
+
+    def _end_stepping(self) -> None:
+        """A stop request ends stepped mode of every client; it must be asked for again for each run."""
+        for session in self.sessions.values():
+            session.set_stepping(False)
+
+    # --- clients ----------------------------------------------------------------------------------------------------
+
+    def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
+        """A client has said hello. Saying it again (after a loss) begins anew."""
+        self.leave(client)
+        session = ClientSession(client, name, port, link)
+        self.sessions[client] = session
+        logger.info("client %s joined by port %d", name, port)
+        if port == self._starting_port and self.simulation.state is SimulationState.STOPPED:
+            logger.info("starting the simulation, as port %d exists only while one runs", port)
+            self.simulation.start()
+        return session
+
+    def leave(self, client: str) -> None:
+        """A client has gone: its streams and its stepped mode go with it."""
+        session = self.sessions.pop(client, None)
+        if session is not None:
+            session.set_stepping(False)
+            session.link.close()
+            logger.info("client %s left", session.name)
+
+    # --- calls ------------------------------------------------------------------------------------------------------
+
+    def _execute_batch(self, client: str, payload: bytes) -> None:
+        session = self.sessions.get(client)
+        if session is None:
+            logger.debug("calls of a client that has not said hello or has gone")
+            return
+        try:
+            batch = decode_batch(payload)
+        except CodecError as error:
+            logger.warning("client %s sent something unreadable: %s", session.name, error)
+            session.errors.append(str(error))
+            return
+        self._execute(session, batch)
+
+    def _execute(self, session: ClientSession, batch: Batch) -> None:
+        session.message_id, session.client_time = batch.message_id, batch.client_time
+        replies: list[Reply] = []
+        for call in batch.calls:
+            if call.operation == Operation.CANCEL:
+                stream_id = call.arguments[0] if call.arguments else 0
+                session.streams.cancel(stream_id if type(stream_id) is int else 0)
+                if call.call_id:
+                    replies.append(Reply(call.call_id, STATUS_OK, self._time_ms(), []))
+                continue
+            answer = self._dispatch.execute(session, call.command, call.arguments)
+            time_ms = self._time_ms()
+            if call.operation == Operation.STREAM:
+                self._arm(session, call, answer)
+            if isinstance(answer, Future):
+                answer.add_done_callback(partial(self._deliver_later, session, call.call_id, time_ms))
+            else:
+                replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
+        if replies:
+            session.link.deliver(encode(self._delivery(session, replies)))
+
+    def _deliver_later(
+        self, session: ClientSession, call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
+        status, values = done.result()
+        session.link.deliver(encode(self._delivery(session, [Reply(call_id, status, time_ms, values)])))
+
+    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
+        state = _STATE_BITS[self.simulation.state] | (0 if self._is_stepped() else _REAL_TIME_BIT)
+        return Delivery(
+            session.message_id,
+            session.client_time,
+            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
+            0,
+            state,
+            replies,
+        )
+
+    def _time_ms(self) -> int:
+        return int(self.simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
+
+    # --- streams ----------------------------------------------------------------------------------------------------
+
+    def _arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
+        command = self._dispatch.command(call.command)
+        if command is None:
+            return
+        if len(session.streams.by_id) >= MAX_STREAMS:
+            session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
+            return
+        if command.stream_ends_with_hit and isinstance(answer, Answer) and answer.status == STATUS_OK:
+            return
+        stream = Stream(call.call_id, command, call.arguments, max(0, call.delay_ms) / 1000)
+        if isinstance(answer, Future):
+            stream.pending = answer
+        else:
+            stream.last = Reply(call.call_id, answer.status, self._time_ms(), answer.values)
+        session.streams.arm(stream)
+
+    def _publish_streams(self) -> None:
+        answers = PassAnswers()
+        for session in self.sessions.values():
+            if session.streams.by_id:
+                self._publish_client(session, answers)
+
+    def _publish_client(self, session: ClientSession, answers: PassAnswers) -> None:
+        now, time_ms = time.monotonic(), self._time_ms()
+        newest: list[Reply] = []
+        taken: list[Reply] = []
+        for stream in list(session.streams.by_id.values()):
+            command = stream.command
+            if stream.is_due(now):
+                question = stream.question()
+                answer = answers.get(question)
+                if answer is None:
+                    executed = self._dispatch.execute(session, command.name, stream.arguments)
+                    if isinstance(executed, Future):
+                        stream.pending, stream.last = executed, None
+                        executed.add_done_callback(
+                            partial(self._publish_picture, session, stream.stream_id, time_ms)
+                        )
+                        continue
+                    answer = executed
+                    answers.put(question, answer)
+                stream.last = Reply(stream.stream_id, answer.status, time_ms, answer.values)
+                if command.takes_what_it_reads:
+                    if answer.status or answer.values[0]:
+                        taken.append(stream.last)
+                    continue
+                if command.stream_ends_with_hit and answer.status == STATUS_OK:
+                    session.streams.cancel(stream.stream_id)
+                    taken.append(stream.last)
+                    continue
+            if stream.last is not None and not command.takes_what_it_reads:
+                newest.append(stream.last)
+        if taken:
+            session.link.deliver(encode(self._delivery(session, taken)))
+        streams = session.streams
+        if newest and (newest != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = newest, now + REPEAT
+            session.link.publish(encode(self._delivery(session, newest)))
+
+    def _publish_picture(
+        self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        status, values = done.result()
+        delivery = self._delivery(session, [Reply(stream_id, status, time_ms, values)])
+        session.link.publish_picture(stream_id, encode(delivery))

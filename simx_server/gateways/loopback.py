@@ -1,0 +1,110 @@
+"""A client and the engine in one process and one thread: the seam's other implementation, for tests and tools.
+
+While the client waits, the engine's loop turns; so a test needs neither sockets nor threads nor sleeps.
+"""
+
+from __future__ import annotations
+
+import queue
+import time
+import uuid
+from collections import deque
+
+from simx_client.errors import ConnectionFailed
+from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
+
+from ..engine import Engine
+
+
+class LoopbackTransport:
+    """A ``simx_client.transport.Transport`` to an engine in this process."""
+
+    def __init__(self, engine: Engine, *, name: str = "loopback", port: int = 0, turns: bool = True) -> None:
+        """Make a link.
+
+        Args:
+            turns: turn the engine's loop while waiting; False when another thread runs it.
+        """
+        self.client = uuid.uuid4().hex
+        self._engine = engine
+        self._name, self._port = name, port
+        self._turns = turns
+        self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._stream: deque[bytes] = deque(maxlen=1)
+        self._pictures: dict[int, bytes] = {}
+        self._connected = False
+        self._lost = False
+
+    # --- the client's side ------------------------------------------------------------------------------------------
+
+    @property
+    def is_connected(self) -> bool:
+        return self._connected
+
+    @property
+    def was_lost(self) -> bool:
+        return self._lost
+
+    def greet(self, timeout: float) -> Welcome:
+        if self._engine.is_ending:
+            raise ConnectionFailed("the engine has ended")
+        self._engine.post(lambda: self._engine.join(self.client, self._name, self._port, self))
+        self._connected, self._lost = True, False
+        if self._turns:
+            self._engine.turn()
+        return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
+
+    def send(self, payload: bytes) -> None:
+        self._engine.submit(self.client, payload)
+
+    def receive(self, timeout: float) -> bytes | None:
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                if self._turns:
+                    return self._deliveries.get_nowait()
+                return self._deliveries.get(timeout=max(0.0, timeout))
+            except queue.Empty:
+                if not self._turns:
+                    return None
+            remaining = deadline - time.monotonic()
+            self._engine.turn(max_wait=max(0.0, min(0.001, remaining)))
+            if remaining <= 0:
+                try:
+                    return self._deliveries.get_nowait()
+                except queue.Empty:
+                    return None
+
+    def newest(self) -> bytes | None:
+        return self._stream.pop() if self._stream else None
+
+    def pictures(self) -> list[bytes]:
+        pictures, self._pictures = self._pictures, {}
+        return list(pictures.values())
+
+    def lose(self) -> None:
+        """Cut the link, as when the client's process dies or the server goes away."""
+        self._connected, self._lost = False, True
+        self._engine.post(lambda: self._engine.leave(self.client))
+        self._deliveries.put(None)
+        if self._turns:
+            self._engine.turn()
+
+    # --- the engine's side: sessions.Link ---------------------------------------------------------------------------
+
+    def deliver(self, payload: bytes) -> None:
+        self._deliveries.put(payload)
+
+    def publish(self, payload: bytes) -> None:
+        self._stream.append(payload)
+
+    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+        self._pictures[stream_id] = payload
+
+    def close(self) -> None:
+        """Both sides close: the client leaves, the engine lets go."""
+        if self._connected:
+            self._connected = False
+            self._engine.post(lambda: self._engine.leave(self.client))
+            if self._turns:
+                self._engine.turn()

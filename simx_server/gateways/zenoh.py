@@ -1,0 +1,192 @@
+"""The way in over Zenoh. Zenoh's threads only enqueue; answers are published from the engine's threads."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from simx_client.protocol import keys, link
+from simx_client.protocol.codec import CodecError, decode_greeting, encode
+from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
+
+from .. import __version__
+from ..engine import Engine
+
+logger = logging.getLogger(__name__)
+
+
+class GatewayError(Exception):
+    """The server cannot be reached as it was asked to be; the text says what to do."""
+
+
+class ZenohGateway:
+    """Listens on loopback ports and any further endpoints, and serves one engine there."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        *,
+        ports: Sequence[int],
+        listen: Sequence[str] = (),
+        realm: str | None = None,
+        config: Path | None = None,
+        multicast_scouting: bool = False,
+    ) -> None:
+        """Open the session and declare everything. Physics thread, or before it runs.
+
+        Args:
+            ports: on 127.0.0.1; 0 asks the system for a free one.
+            listen: further Zenoh endpoints, such as ``tcp/0.0.0.0:19997``.
+            realm: the simulator's name in the keys; made from the first port when None.
+            config: a Zenoh configuration file; the endpoints above are added to it.
+
+        Raises:
+            GatewayError: a port is taken, an endpoint or the file is wrong.
+        """
+        zenoh = link.import_zenoh()
+        self._zenoh = zenoh
+        self._engine = engine
+        self.ports = tuple(_claim(port) for port in ports)
+        self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
+        if not self.endpoints:
+            raise GatewayError("there is nothing to listen on; give a --port or a --listen endpoint")
+        name = realm or f"simx-{self.ports[0] if self.ports else socket.gethostname()}"
+        try:
+            self.realm = keys.check_chunk(name)
+        except ValueError as error:
+            raise GatewayError(f"--realm: {error}") from None
+        self._session = self._open(config, multicast_scouting)
+        self._declare()
+
+    def _open(self, config_file: Path | None, multicast_scouting: bool) -> Any:
+        zenoh = self._zenoh
+        options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints)}
+        try:
+            if config_file is None:
+                config = zenoh.Config()
+                options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
+            else:
+                config = zenoh.Config.from_file(str(config_file))
+            return zenoh.open(link.configure(config, options))
+        except zenoh.ZError as error:
+            raise GatewayError(f"cannot listen on {', '.join(self.endpoints)}: {error}") from None
+
+    def _declare(self) -> None:
+        session, realm = self._session, self.realm
+        direct = self._zenoh.handlers.Callback
+        # complete=True: a client's question may stop at this server.
+        self._hello = session.declare_queryable(
+            keys.hello(realm), direct(self._on_hello, indirect=False), complete=True
+        )
+        self._calls = session.declare_subscriber(keys.call(realm), direct(self._on_call, indirect=False))
+        self._clients = session.liveliness().declare_subscriber(
+            keys.client(realm), direct(self._on_client, indirect=False)
+        )
+        self._token = session.liveliness().declare_token(keys.alive(realm))
+
+    # --- Zenoh's threads --------------------------------------------------------------------------------------------
+
+    def _on_hello(self, query: Any) -> None:
+        self._engine.post(partial(self._welcome, query))
+
+    def _on_call(self, sample: Any) -> None:
+        client = str(sample.key_expr).rpartition("/")[2]
+        self._engine.submit(client, sample.payload.to_bytes())
+
+    def _on_client(self, sample: Any) -> None:
+        if sample.kind == self._zenoh.SampleKind.DELETE:
+            client = str(sample.key_expr).rpartition("/")[2]
+            self._engine.post(partial(self._engine.leave, client))
+
+    # --- the physics thread -----------------------------------------------------------------------------------------
+
+    def _welcome(self, query: Any) -> None:
+        with query:
+            refusal = "" if query.payload is None else self._join(query.payload.to_bytes())
+            welcome = Welcome(
+                PROTOCOL_VERSION, refusal, self.realm, self._engine.simulation.scene.title, __version__
+            )
+            query.reply(keys.hello(self.realm), encode(welcome))
+
+    def _join(self, payload: bytes) -> str:
+        """Take a client in; returns the reason if it is refused."""
+        try:
+            greeting = decode_greeting(payload)
+            client = keys.check_chunk(greeting.client)
+        except (CodecError, ValueError) as error:
+            return f"the greeting could not be read ({error})"
+        if greeting.protocol != PROTOCOL_VERSION:
+            return _version_refusal(greeting)
+        if client not in self._engine.sessions:
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
+            self._engine.join(client, greeting.name, greeting.port, zenoh_link)
+        return ""
+
+    def close(self) -> None:
+        """Leave the network. Clients notice at once."""
+        self._session.close()
+
+
+class ZenohLink:
+    """The publishers that reach one client."""
+
+    def __init__(self, zenoh: Any, session: Any, realm: str, client: str) -> None:
+        reliable = zenoh.Reliability.RELIABLE
+        self._session = session
+        self._realm, self._client = realm, client
+        self._drop = zenoh.CongestionControl.DROP
+        self._replies = session.declare_publisher(
+            keys.reply(realm, client),
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            reliability=reliable,
+        )
+        self._stream = session.declare_publisher(
+            keys.stream(realm, client), congestion_control=self._drop, reliability=reliable
+        )
+
+    def deliver(self, payload: bytes) -> None:
+        self._replies.put(payload)
+
+    def publish(self, payload: bytes) -> None:
+        self._stream.put(payload)
+
+    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+        key = keys.picture(self._realm, self._client, stream_id)
+        self._session.put(key, payload, congestion_control=self._drop)
+
+    def close(self) -> None:
+        self._replies.undeclare()
+        self._stream.undeclare()
+
+
+def _version_refusal(greeting: Greeting) -> str:
+    older = "server" if greeting.protocol > PROTOCOL_VERSION else "client"
+    return (
+        f"client and server speak different protocols ({greeting.protocol} and {PROTOCOL_VERSION}); "
+        f"upgrade the {older}: pip install --upgrade simx-vrep"
+    )
+
+
+def _claim(port: int) -> int:
+    """Check that a loopback port is free, or find a free one for 0.
+
+    Raises:
+        GatewayError: taken or not allowed.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+            probe.listen(1)
+        except PermissionError:
+            raise GatewayError(f"port {port} needs more rights; choose one above 1023 with --port") from None
+        except OSError as error:
+            raise GatewayError(
+                f"port {port} is taken ({error.strerror}), perhaps by another simx-server or a V-REP; "
+                f"stop that one, or choose another port with --port N (0 finds a free one)"
+            ) from None
+        return int(probe.getsockname()[1])

@@ -1,0 +1,104 @@
+"""The composition: settings in, a serving process out. Nothing else knows all the parts."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from types import FrameType
+
+from .clock import Pacer
+from .engine import Engine
+from .errors import CommandError
+from .gateways.zenoh import GatewayError, ZenohGateway
+from .handlers import HANDLERS
+from .library import DEFAULT_SCENE, find_scene
+from .scene.loader import SceneError
+from .scripting import Scripts
+from .sensors.render_thread import RenderThread
+from .settings import Settings
+from .simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+EXIT_FAILURE = 1
+EXIT_INTERRUPTED = 130
+
+
+def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
+    """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
+
+    Raises:
+        CommandError, SceneError: the scene cannot be used.
+    """
+    simulation = Simulation(time_step=settings.time_step)
+    simulation.rendering = RenderThread()
+    stack.callback(simulation.rendering.close)
+    simulation.scripts = Scripts(simulation)
+    simulation.load(find_scene(settings.scene or DEFAULT_SCENE))
+    return simulation
+
+
+def serve(settings: Settings) -> int:
+    """Run a server until it is told to end. Returns the process's exit code."""
+    with ExitStack() as stack:
+        try:
+            simulation = build_simulation(settings, stack)
+            engine = Engine(
+                simulation,
+                HANDLERS,
+                Pacer(settings.speed),
+                starting_port=settings.temporary_port if settings.auto_start else None,
+            )
+            gateway = ZenohGateway(
+                engine,
+                ports=settings.ports,
+                listen=settings.listen,
+                realm=settings.realm,
+                config=settings.config,
+                multicast_scouting=settings.multicast_scouting,
+            )
+        except (GatewayError, SceneError, CommandError) as error:
+            logger.error("%s", error)
+            return EXIT_FAILURE
+        stack.callback(gateway.close)
+        if settings.quit_after_stop:
+            simulation.on_stop.append(engine.end)
+        with _ending_by_signal(engine):
+            if settings.start:
+                simulation.start()
+            _say_ready(gateway, simulation)
+            engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
+            simulation.stop()
+    return 0
+
+
+def _say_ready(gateway: ZenohGateway, simulation: Simulation) -> None:
+    """One line on stdout for people, supervisors and tests."""
+    endpoints = " ".join(gateway.endpoints)
+    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={simulation.scene.title}\n")
+    sys.stdout.flush()
+
+
+@contextmanager
+def _ending_by_signal(engine: Engine) -> Iterator[None]:
+    """SIGINT and SIGTERM end the loop cleanly; a second one ends the process at once."""
+    has_come = False
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal has_come
+        if has_come:
+            os._exit(EXIT_INTERRUPTED)
+        has_come = True
+        engine.end()
+
+    previous = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,81 @@
+"""One connected client as the server sees it: its errors, its stepped mode, its way back."""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from .errors import CommandError
+from .streams import Streams
+
+MAX_ERRORS = 50
+"""Error texts kept for simxGetLastErrors; the oldest go first."""
+
+
+class Link(Protocol):
+    """The way back to one client. May be used from any thread; never blocks for long."""
+
+    def deliver(self, payload: bytes) -> None:
+        """Send replies; every one arrives, in order."""
+        ...
+
+    def publish(self, payload: bytes) -> None:
+        """Send the newest values of all small streams; a slow client may miss some."""
+        ...
+
+    def publish_picture(self, stream_id: int, payload: bytes) -> None:
+        """Send the newest picture of one stream; a slow client may miss some."""
+        ...
+
+    def close(self) -> None: ...
+
+
+@dataclass
+class ClientSession:
+    """State of one client. Belongs to the physics thread."""
+
+    client: str
+    """Its segment of the keys."""
+
+    name: str
+    port: int
+    link: Link
+    errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
+    streams: Streams = field(default_factory=Streams)
+    is_stepping: bool = False
+    message_id: int = 0
+    client_time: int = 0
+    _triggers: list[Future[None]] = field(default_factory=list)
+
+    def set_stepping(self, enable: bool) -> None:
+        """Arm or end stepped mode. Ending it lets waiting triggers go."""
+        self.is_stepping = enable
+        if not enable:
+            self.release_triggers()
+
+    def trigger(self, *, is_running: bool) -> Future[None]:
+        """Allow one pass; the future is done after it.
+
+        Raises:
+            CommandError: stepped mode is off, or no pass can come.
+        """
+        if not self.is_stepping:
+            raise CommandError("stepped mode is off; call simxSynchronous(clientID, True) first")
+        if not is_running:
+            raise CommandError("the simulation does not run, so there is no step to trigger; start it first")
+        future: Future[None] = Future()
+        self._triggers.append(future)
+        return future
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether the simulation must wait for a trigger of this client."""
+        return self.is_stepping and not self._triggers
+
+    def release_triggers(self) -> None:
+        """The pass was made (or will never be): answer the triggers."""
+        triggers, self._triggers = self._triggers, []
+        for future in triggers:
+            future.set_result(None)

@@ -1,0 +1,84 @@
+"""Streams: calls that are executed again after each pass, until cancelled.
+
+Each distinct question is computed once per pass, however many clients ask it. All small values of one
+client leave together in one message, so they belong to one instant; a value that is not due this time is
+repeated from before. Pictures travel by themselves when they are rendered.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol.commands import Command
+from simx_client.protocol.messages import Reply
+
+if TYPE_CHECKING:
+    from .dispatch import Answer
+
+MAX_STREAMS = 4096
+"""Streams one client may have at a time."""
+
+
+@dataclass
+class Stream:
+    """One armed stream of one client."""
+
+    stream_id: int
+    command: Command
+    arguments: list[Any]
+    delay: float
+    """Least wall time between two executions, seconds."""
+
+    next_due: float = 0.0
+    last: Reply | None = None
+    pending: Future[Any] | None = None
+    """A picture that is being rendered: until it is done, no other is asked for."""
+
+    def question(self) -> tuple[Any, ...] | None:
+        """What makes two streams the same question; None when the answer is one client's own."""
+        if self.command.takes_what_it_reads or self.command.stream_ends_with_hit or not self.command.key:
+            return None
+        if len(self.command.key) != len(self.command.arguments):
+            return None  # it sets something: each client's own call counts
+        return (self.command.name, *self.arguments)
+
+    def is_due(self, now: float) -> bool:
+        if now < self.next_due or (self.pending is not None and not self.pending.done()):
+            return False
+        self.next_due = now + self.delay
+        return True
+
+
+@dataclass
+class Streams:
+    """The streams of one client, in the order they were armed."""
+
+    by_id: dict[int, Stream] = field(default_factory=dict)
+    last_sent: list[Reply] | None = None
+    next_repeat: float = 0.0
+
+    def arm(self, stream: Stream) -> None:
+        """Add a stream; it was executed once already, as part of the call."""
+        stream.next_due = time.monotonic() + stream.delay
+        self.by_id[stream.stream_id] = stream
+
+    def cancel(self, stream_id: int) -> None:
+        """End a stream; unknown ids are harmless."""
+        self.by_id.pop(stream_id, None)
+
+
+class PassAnswers:
+    """Answers of one pass, by question, so that equal questions are computed once."""
+
+    def __init__(self) -> None:
+        self._answers: dict[tuple[Any, ...], Answer] = {}
+
+    def get(self, question: tuple[Any, ...] | None) -> Answer | None:
+        return None if question is None else self._answers.get(question)
+
+    def put(self, question: tuple[Any, ...] | None, answer: Answer) -> None:
+        if question is not None:
+            self._answers[question] = answer
