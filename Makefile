@@ -30,7 +30,8 @@ $(READY): pyproject.toml
 	  echo "Python's venv module failed; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
 	@echo "[2/3] installing with pip: MuJoCo, Zenoh, OpenCV and the tools (about 400 MB, a minute or two)"
 	@$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off -e '.[demo,dev]' \
-	  | awk '/^Collecting/ { print "      " $$2; fflush() }' || { \
+	    2> >(grep -v '^WARNING' >&2) \
+	  | awk '/^(Collecting|Processing)/ { n = split($$2, part, "/"); print "      " part[n]; fflush() }' || { \
 	  echo "pip could not install what simx needs; its own message stands above."; \
 	  echo "Without a network, point pip at a mirror or a folder of wheels (see 'pip config'), then try again."; \
 	  exit 1; }
