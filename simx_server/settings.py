@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from simx_client.protocol import keys
 from simx_server.setting_rules import (
     Setting,
     SettingError,
@@ -145,10 +146,10 @@ class Settings:
         None,
         "--realm",
         "name of this simulator among several",
-        "letters, digits, dots, dashes and underscores",
-        matching(r"[A-Za-z0-9._-]+"),
+        "1 to 64 letters, digits, dots, dashes and underscores",
+        keys.check_chunk,
         metavar="NAME",
-        unset="derived from the port",
+        unset="simx-PORT, of the first port",
     )
     workspace: Path = _setting(
         Path.cwd,

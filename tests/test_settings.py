@@ -79,7 +79,7 @@ def test_folder_and_file_become_absolute_paths(tmp_path: Path, monkeypatch: pyte
         ("temporary_port", "-19997", "a whole number from 0 to 65535"),
         ("time_step", "-0.05", "seconds greater than 0, such as 0.05"),
         ("duration", "inf", "seconds greater than 0, such as 60"),
-        ("realm", "a/b", "letters, digits, dots, dashes and underscores"),
+        ("realm", "a/b", "1 to 64 letters, digits, dots, dashes and underscores"),
         ("config", "missing.json5", "an existing JSON5 file of Zenoh settings"),
         ("workspace", "no/such/folder", "an existing folder"),
         ("log_level", "loud", "debug, info, warning, error"),
