@@ -71,7 +71,7 @@ class Connection:
         self._logged: set[str] = set()
         self._closed = False
 
-    # --- life -------------------------------------------------------------------------------------------------------
+    # --- life ------------------------------------------------------------------------------------
 
     def connect(self, timeout: float) -> None:
         """Open the link and greet the server.
@@ -151,7 +151,7 @@ class Connection:
             logger.warning("connected to %s again; streams must be asked for again", self.where)
         return True
 
-    # --- calls ------------------------------------------------------------------------------------------------------
+    # --- calls -----------------------------------------------------------------------------------
 
     def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
         """One legacy call in one operation mode; returns what the legacy function returns."""
@@ -248,7 +248,7 @@ class Connection:
         self._transport.send(encode(Batch(self.message_id, client_time(), calls)))
         self.message_id = (self.message_id + 1) & 0x7FFF_FFFF
 
-    # --- what the local functions need ------------------------------------------------------------------------------
+    # --- what the local functions need -----------------------------------------------------------
 
     def pause(self, enable: bool) -> None:
         """Hold calls back, or send what was held back. Pauses nest."""

@@ -57,7 +57,7 @@ class Modes:
         self._awaited: int | None = None
         self._answer: Reply | None = None
 
-    # --- sending ----------------------------------------------------------------------------------------------------
+    # --- sending ---------------------------------------------------------------------------------
 
     def take_outbox(self) -> list[Call]:
         """The calls to send now, in order; the outbox is empty afterwards."""
@@ -155,7 +155,7 @@ class Modes:
         del self._asked[call_id]
         self._cancels[call_id] = key
 
-    # --- receiving --------------------------------------------------------------------------------------------------
+    # --- receiving -------------------------------------------------------------------------------
 
     def absorb(self, delivery: Delivery) -> None:
         """Store what came back. Replies nobody asked for any more are dropped."""

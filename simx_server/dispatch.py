@@ -1,4 +1,4 @@
-"""From a call to an answer: find the command, check the arguments, run the handler, turn exceptions into codes."""
+"""From a call to an answer: find the command, check its arguments, run its handler, turn exceptions into codes."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ class Engine:
         simulation.on_start.append(pacer.restart)
         simulation.on_stop.append(self._end_stepping)
 
-    # --- from any thread --------------------------------------------------------------------------------------------
+    # --- from any thread -------------------------------------------------------------------------
 
     def post(self, event: Event) -> None:
         """Have something done on the physics thread, in order of posting."""
@@ -83,7 +83,7 @@ class Engine:
         """Let ``run`` return."""
         self._events.put(self._end)
 
-    # --- the loop ---------------------------------------------------------------------------------------------------
+    # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None) -> None:
         """Serve until ``end``, or until a time on the monotonic clock."""
@@ -159,7 +159,7 @@ class Engine:
         for session in self.sessions.values():
             session.set_stepping(False)
 
-    # --- clients ----------------------------------------------------------------------------------------------------
+    # --- clients ---------------------------------------------------------------------------------
 
     def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
         """A client has said hello. Saying it again (after a loss) begins anew."""
@@ -180,7 +180,7 @@ class Engine:
             session.link.close()
             logger.info("client %s left", session.name)
 
-    # --- calls ------------------------------------------------------------------------------------------------------
+    # --- calls -----------------------------------------------------------------------------------
 
     def _execute_batch(self, client: str, payload: bytes) -> None:
         session = self.sessions.get(client)
@@ -237,7 +237,7 @@ class Engine:
     def _time_ms(self) -> int:
         return int(self.simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
 
-    # --- streams ----------------------------------------------------------------------------------------------------
+    # --- streams ---------------------------------------------------------------------------------
 
     def _arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
         command = self._dispatch.command(call.command)

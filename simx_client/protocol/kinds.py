@@ -150,7 +150,7 @@ def _describe(value: Any) -> str:
     return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"
 
 
-# --- the server's side: values as decoded from the wire -------------------------------------------------------------
+# --- the server's side: values as decoded from the wire -----------------------------------------
 
 
 def _check_int(value: Any) -> int:

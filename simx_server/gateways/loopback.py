@@ -1,4 +1,4 @@
-"""A client and the engine in one process and one thread: the seam's other implementation, for tests and tools.
+"""A client and the engine in one process and one thread: the other implementation of the seam.
 
 While the client waits, the engine's loop turns; so a test needs neither sockets nor threads nor sleeps.
 """
@@ -35,7 +35,7 @@ class LoopbackTransport:
         self._connected = False
         self._lost = False
 
-    # --- the client's side ------------------------------------------------------------------------------------------
+    # --- the client's side -----------------------------------------------------------------------
 
     @property
     def is_connected(self) -> bool:
@@ -90,7 +90,7 @@ class LoopbackTransport:
         if self._turns:
             self._engine.turn()
 
-    # --- the engine's side: sessions.Link ---------------------------------------------------------------------------
+    # --- the engine's side: sessions.Link --------------------------------------------------------
 
     def deliver(self, payload: bytes) -> None:
         self._deliveries.put(payload)

@@ -88,7 +88,7 @@ class ZenohGateway:
         )
         self._token = session.liveliness().declare_token(keys.alive(realm))
 
-    # --- Zenoh's threads --------------------------------------------------------------------------------------------
+    # --- Zenoh's threads -------------------------------------------------------------------------
 
     def _on_hello(self, query: Any) -> None:
         self._engine.post(partial(self._welcome, query))
@@ -102,7 +102,7 @@ class ZenohGateway:
             client = str(sample.key_expr).rpartition("/")[2]
             self._engine.post(partial(self._engine.leave, client))
 
-    # --- the physics thread -----------------------------------------------------------------------------------------
+    # --- the physics thread ----------------------------------------------------------------------
 
     def _welcome(self, query: Any) -> None:
         with query:

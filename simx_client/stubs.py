@@ -1,0 +1,75 @@
+"""Writes ``__init__.pyi`` from the table, so editors complete and type checkers check.
+
+``python -m simx_client.stubs`` writes the file; a test fails when it is stale.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from . import local
+from .protocol import constants
+from .protocol.commands import TABLE, Command, Place
+from .protocol.kinds import Kind
+
+PATH = Path(__file__).with_name("__init__.pyi")
+
+_ACCEPTED = {
+    "int": "SupportsIndex",
+    "float": "SupportsFloat",
+    "bool": "bool | int",
+    "str": "str | bytes",
+    "bytearray": "bytes | bytearray | str | memoryview",
+    "list[int]": "Iterable[SupportsIndex]",
+    "list[float]": "Iterable[SupportsFloat]",
+    "list[str]": "Iterable[str]",
+}
+"""What an argument may be, wider than what a result is."""
+
+_HEADER = '''"""Generated from the table by ``python -m simx_client.stubs``; do not edit."""
+
+from collections.abc import Iterable
+from typing import Any, SupportsFloat, SupportsIndex
+
+from simx_client.values import DepthBuffer, VisionImage
+
+'''
+
+
+def _accepted(kind: Kind) -> str:
+    annotation, _, optional = kind.annotation.partition(" | ")
+    wide = _ACCEPTED[annotation]
+    return f"{wide} | None" if optional else wide
+
+
+def _returned(kind: Kind) -> str:
+    return {"pixels": "VisionImage", "depths": "DepthBuffer"}.get(kind.name, kind.annotation)
+
+
+def _remote(name: str, command: Command) -> str:
+    kinds = {argument.name: _accepted(argument.kind) for argument in command.arguments}
+    parameters = ", ".join(f"{p}: {kinds.get(p, 'SupportsIndex')}" for p in command.parameters)
+    results = ", ".join(["int", *[_returned(result.kind) for result in command.results]])
+    returns = f"tuple[{results}]" if command.results else "int"
+    return f"def {name}({parameters}) -> {returns}: ..."
+
+
+def _local(name: str) -> str:
+    signature = inspect.signature(getattr(local, name))
+    parameters = ", ".join(str(parameter) for parameter in signature.parameters.values())
+    return f"def {name}({parameters}) -> {signature.return_annotation}: ..."
+
+
+def render() -> str:
+    """The whole stub file."""
+    lines = [f"{name}: int" for name in vars(constants) if not name.startswith("_")]
+    for command in TABLE:
+        for name in command.names:
+            line = _local(name) if command.place is Place.LOCAL else _remote(name, command)
+            lines.append(line.replace("'", ""))
+    return _HEADER + "\n".join(lines) + "\n\n__all__: list[str]\n"
+
+
+if __name__ == "__main__":
+    PATH.write_text(render(), encoding="utf-8")

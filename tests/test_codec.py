@@ -1,0 +1,123 @@
+"""Messages survive the way; anything else is refused with one kind of error."""
+
+import struct
+
+import msgpack
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simx_client.protocol import kinds
+from simx_client.protocol.codec import (
+    CodecError,
+    decode_batch,
+    decode_delivery,
+    decode_greeting,
+    decode_welcome,
+    encode,
+)
+from simx_client.protocol.messages import Batch, Call, Delivery, Greeting, Reply, Welcome
+
+int32 = st.integers(-(2**31), 2**31 - 1)
+float32 = st.floats(width=32, allow_nan=False, allow_infinity=False)
+values = st.recursive(
+    st.one_of(int32, float32, st.booleans(), st.text(), st.binary(), st.none()), st.lists, max_leaves=8
+)
+
+
+@given(int32, int32, st.lists(st.builds(Call, int32, int32, int32, st.text(), st.lists(values))))
+def test_a_batch_comes_back_as_it_was_sent(message_id, client_time, calls):
+    batch = Batch(message_id, client_time, calls)
+    assert decode_batch(encode(batch)) == batch
+
+
+@given(int32, st.lists(st.builds(Reply, int32, int32, int32, st.lists(values))))
+def test_a_delivery_comes_back_as_it_was_sent(number, replies):
+    delivery = Delivery(number, number, number, number, 1, replies)
+    assert decode_delivery(encode(delivery)) == delivery
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_message_or_a_codec_error(payload):
+    for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
+        try:
+            decode(payload)
+        except CodecError as error:
+            assert str(error)
+
+
+@given(values)
+def test_any_msgpack_value_is_a_message_or_a_codec_error(value):
+    for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
+        try:
+            decode(msgpack.packb(value))
+        except CodecError as error:
+            assert str(error)
+
+
+def test_numbers_travel_in_single_precision():
+    reply = Reply(1, 0, 0, [0.1])
+    came = decode_delivery(encode(Delivery(0, 0, 0, 0, 0, [reply])))
+    assert came.replies[0].values == [struct.unpack("<f", struct.pack("<f", 0.1))[0]]
+
+
+def test_a_newer_peer_may_say_more_in_its_greeting():
+    longer = msgpack.packb([1, "abc", "prog", 19997, "something new"])
+    assert decode_greeting(longer) == Greeting(1, "abc", "prog", 19997)
+    longer = msgpack.packb([1, "", "realm", "scene", "0.1", {"new": 1}])
+    assert decode_welcome(longer) == Welcome(1, "", "realm", "scene", "0.1")
+
+
+@given(st.integers())
+def test_integers_wrap_like_a_c_int(value):
+    assert kinds.to_int32(value) == struct.unpack("<i", struct.pack("<I", value & 0xFFFF_FFFF))[0]
+
+
+def test_arguments_of_old_scripts_are_accepted():
+    np = pytest.importorskip("numpy")
+    assert kinds.to_int32(np.array([7])) == 7 and type(kinds.to_int32(np.int64(7))) is int
+    assert kinds.to_int32(True) == 1
+    assert kinds.to_float(np.array([[0.5]])) == 0.5
+    assert kinds.VECTOR3.coerce((1, 2)) == [1.0, 2.0, 0.0]
+    assert kinds.VECTOR3.coerce(np.array([1, 2, 3])) == [1.0, 2.0, 3.0]
+    assert kinds.to_text(b"Cuboid\0rest") == "Cuboid"
+    assert kinds.to_pixels([-1, 0, 255]) == bytes([255, 0, 255])
+    assert kinds.to_bytes("abc") == kinds.to_bytes(bytearray(b"abc")) == b"abc"
+
+
+@pytest.mark.parametrize(
+    ("coerce", "value", "error"),
+    [
+        (kinds.to_int32, 1.5, TypeError),
+        (kinds.to_int32, "1", TypeError),
+        (kinds.to_float, "x", TypeError),
+        (kinds.VECTOR3.coerce, [1, 2, 3, 4], IndexError),
+        (kinds.to_text, 3, TypeError),
+        (kinds.to_texts, "abc", TypeError),
+        (kinds.to_ints, 3, TypeError),
+        (kinds.to_pixels, 3.5, TypeError),
+    ],
+)
+def test_wrong_arguments_are_errors_that_say_what_was_given(coerce, value, error):
+    with pytest.raises(error, match="needs"):
+        coerce(value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        (kinds.INT, 2**40),
+        (kinds.INT, True),
+        (kinds.FLOAT, float("nan")),
+        (kinds.FLOAT, float("inf")),
+        (kinds.FLOAT, 1e300),
+        (kinds.TEXT, 5),
+        (kinds.BYTES, "text"),
+        (kinds.INTS, [1, "2"]),
+        (kinds.VECTOR3, [1.0, 2.0]),
+        (kinds.BOOL, "yes"),
+    ],
+)
+def test_hostile_values_are_refused_at_the_server(kind, value):
+    with pytest.raises(ValueError, match="must"):
+        kind.check(value)
