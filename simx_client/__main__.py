@@ -1,0 +1,33 @@
+"""``python -m simx_client COMMAND``: the client's own commands, each a module with a ``main(argv)``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+COMMANDS = {
+    "run": ("run an unmodified legacy script", "simx_client.run"),
+    "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Hand the remaining arguments to the command; its exit code is returned."""
+    commands = "\n".join(f"  {name:8} {meaning}" for name, (meaning, _) in COMMANDS.items())
+    parser = argparse.ArgumentParser(
+        "python -m simx_client",
+        usage="python -m simx_client COMMAND [ARGS...]",
+        description=f"commands:\n{commands}\n\nCOMMAND --help says more.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    options = parser.parse_args(argv)
+    return import_module(COMMANDS[options.command][1]).main(options.arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,12 @@
+"""What ``simx-run`` puts around an unmodified legacy script; each file is one provision and knows no other.
+
+    bindings        the carried vrep.py / sim.py is replaced when it is imported
+    numpy_aliases   np.int and the others that NumPy dropped
+    paths           "folder\\\\file.jpg" means folder/file.jpg on POSIX
+    after_import    how the last two reach a module: as soon as it has been imported
+    python2         is it Python 2, where, and by what construct
+    script          run a file as ``__main__`` the way ``python FILE`` does
+    server          a simx-server of the script's own
+
+All of it lives in this process only; no file is ever edited. ``run`` puts it together.
+"""

@@ -1,0 +1,63 @@
+"""Calls a function with a module as soon as that module has been imported, at once if it already has.
+
+Importing NumPy or OpenCV ahead, only to patch them, would cost every script that uses neither.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+Patch = Callable[[ModuleType], None]
+
+
+class AfterImport(MetaPathFinder):
+    """A finder that finds nothing itself; it has the patch follow the module's own loader.
+
+    A patch must bear being applied twice: OpenCV's loader imports a second module under its own name.
+    """
+
+    def __init__(self, patches: dict[str, Patch]) -> None:
+        self._patches = patches
+
+    def install(self) -> None:
+        sys.meta_path.insert(0, self)
+        for name, patch in self._patches.items():
+            if name in sys.modules:
+                patch(sys.modules[name])
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        patch = self._patches.get(fullname)
+        if patch is None:
+            return None
+        spec = found_by_others(self, fullname, path, target)
+        if spec is not None:
+            _follow(spec, patch)
+        return spec
+
+
+def found_by_others(
+    asking: MetaPathFinder, fullname: str, path: Sequence[str] | None, target: ModuleType | None
+) -> ModuleSpec | None:
+    """What the import would find if the finder `asking` were not there."""
+    specs = (finder.find_spec(fullname, path, target) for finder in sys.meta_path if finder is not asking)
+    return next((spec for spec in specs if spec is not None), None)
+
+
+def _follow(spec: ModuleSpec, patch: Patch) -> None:
+    loader = spec.loader
+    if loader is None:  # a folder without __init__.py, whatever its name
+        return
+    exec_module = loader.exec_module
+
+    def exec_and_patch(module: ModuleType) -> None:
+        exec_module(module)
+        patch(sys.modules[spec.name])
+
+    # on this one loader object, so that everything else about it stays what it was
+    setattr(loader, "exec_module", exec_and_patch)  # noqa: B010 - assignment to a method, as intended

@@ -1,0 +1,149 @@
+"""Lets Windows paths mean what they meant: on POSIX ``"imgTemp\\\\frame.jpg"`` is imgTemp/frame.jpg.
+
+A path is translated only if it has a backslash, is relative or lies below the working folder or the script's
+(``os.getcwd() + "\\\\imgTemp"``), and no file of literally that name exists. What is opened for writing gets
+its folder made; nothing else makes folders.
+
+The set of functions is small on purpose. Whatever opens files in Python arrives at ``open`` or at one of the
+``os`` functions below: ``os.path.exists`` and its kin, ``shutil``, ``pathlib``, ``glob``, ``np.save``,
+``np.load``, PIL. Only libraries that open files in C need patches of their own: OpenCV's pictures and films,
+pygame's pictures.
+"""
+
+from __future__ import annotations
+
+import builtins
+import functools
+import io
+import os
+import posixpath
+import re
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+_PLAIN_LSTAT = os.lstat  # taken before it is replaced: the test for a literal file must not translate
+_NOT_RELATIVE = re.compile(r"[/\\]|[A-Za-z]:")
+
+_ONE_PATH = (
+    *("stat", "lstat", "access", "open", "listdir", "scandir", "chdir"),
+    *("remove", "unlink", "mkdir", "rmdir", "chmod", "utime", "truncate", "readlink"),
+)
+_TWO_PATHS = ("rename", "replace", "link", "symlink")
+_TEXT_ONLY = ("split", "dirname", "basename")  # makedirs and glob take paths apart with these
+
+
+class BackslashPaths:
+    """Translates paths for one script."""
+
+    def __init__(self, script_folder: str) -> None:
+        self._script_folder = script_folder
+
+    def real(self, path: Any, *, writing: bool = False) -> Any:
+        """The path that was meant, its folder made if `writing`; what is no such path comes back as is."""
+        text = _text(path)
+        if "\\" not in text or not self._is_ours(text) or _exists(text):
+            return path
+        translated = text.replace("\\", "/")
+        if writing and (folder := os.path.dirname(translated)):
+            os.makedirs(folder, exist_ok=True)
+        return translated
+
+    def _is_ours(self, text: str) -> bool:
+        if not _NOT_RELATIVE.match(text):
+            return True
+        try:
+            folders = (self._script_folder, os.getcwd())
+        except FileNotFoundError:  # the working folder itself is gone
+            folders = (self._script_folder,)
+        return any(text.startswith((folder + "/", folder + "\\")) for folder in folders)
+
+    def install(self) -> None:
+        """Patch ``open`` and ``os`` in this process."""
+        opener = self._wrapped_open(builtins.open)
+        builtins.open = opener
+        io.open = opener
+        for names, count in ((_ONE_PATH, 1), (_TWO_PATHS, 2)):
+            for name in names:
+                plain = getattr(os, name)
+                wrapped = self._wrapped(plain, range(count))
+                setattr(os, name, wrapped)
+                # shutil and others ask whether a function is in these sets
+                for supported in (os.supports_dir_fd, os.supports_fd, os.supports_follow_symlinks):
+                    if plain in supported:
+                        supported.add(wrapped)
+        for name in _TEXT_ONLY:
+            setattr(posixpath, name, self._wrapped(getattr(posixpath, name), range(1)))
+
+    def patch_cv2(self, cv2: ModuleType) -> None:
+        """Pictures and films of OpenCV."""
+        for name in ("imread", "imreadmulti"):
+            self._replace(cv2, name, range(1))
+        for name in ("imwrite", "imwritemulti"):
+            self._replace(cv2, name, range(1), writing=True)
+        for name, writing in (("VideoCapture", False), ("VideoWriter", True)):
+            self._replace_film(cv2, name, writing=writing)
+
+    def patch_pygame_image(self, image: ModuleType) -> None:
+        """Pictures of pygame."""
+        for name in ("load", "load_basic", "load_extended"):
+            self._replace(image, name, range(1))
+        for name in ("save", "save_extended"):
+            self._replace(image, name, range(1, 2), writing=True)
+
+    def _replace(self, module: ModuleType, name: str, positions: range, *, writing: bool = False) -> None:
+        function = getattr(module, name, None)
+        if function is not None and not hasattr(function, "__wrapped__"):
+            setattr(module, name, self._wrapped(function, positions, writing=writing))
+
+    def _replace_film(self, cv2: ModuleType, name: str, *, writing: bool) -> None:
+        """A class has to stay a class, for isinstance and for its other members."""
+        plain = getattr(cv2, name, None)
+        if plain is None or hasattr(plain, "__wrapped__"):
+            return
+        members: dict[str, Any] = {
+            "__wrapped__": plain,
+            "__module__": plain.__module__,
+            "__doc__": plain.__doc__,
+        }
+        for method in ("__init__", "open"):
+            members[method] = self._wrapped(getattr(plain, method), range(1, 2), writing=writing)
+        setattr(cv2, name, type(name, (plain,), members))
+
+    def _wrapped(self, function: Callable[..., Any], positions: range, *, writing: bool = False) -> Any:
+        keywords = ("path", "src", "dst", "filename", "file", "target", "top", "p")
+
+        @functools.wraps(function)
+        def with_real_paths(*args: Any, **kwargs: Any) -> Any:
+            values = list(args)
+            for position in positions:
+                if position < len(values):
+                    values[position] = self.real(values[position], writing=writing)
+            for keyword in keywords:
+                if keyword in kwargs:
+                    kwargs[keyword] = self.real(kwargs[keyword], writing=writing)
+            return function(*values, **kwargs)
+
+        return with_real_paths
+
+    def _wrapped_open(self, function: Callable[..., Any]) -> Any:
+        @functools.wraps(function)
+        def open(file: Any, mode: Any = "r", *args: Any, **kwargs: Any) -> Any:
+            writing = isinstance(mode, str) and any(letter in mode for letter in "wax")
+            return function(self.real(file, writing=writing), mode, *args, **kwargs)
+
+        return open
+
+
+def _text(path: Any) -> str:
+    """The path as text; empty for bytes, file descriptors and whatever else ``open`` takes."""
+    text: Any = os.fspath(path) if hasattr(path, "__fspath__") else path
+    return text if isinstance(text, str) else ""
+
+
+def _exists(text: str) -> bool:
+    try:
+        _PLAIN_LSTAT(text)
+    except (OSError, ValueError):  # ValueError: a NUL inside
+        return False
+    return True

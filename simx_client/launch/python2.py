@@ -1,0 +1,77 @@
+"""Recognises a Python 2 script: by the line at which Python 3 stops, or by a built-in that is gone.
+
+Only what cannot be anything else counts, so that a plain typing error is still shown as Python shows it, and
+a script that serves both versions is left alone.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import dataclass
+
+_SYNTAX = (
+    (re.compile(r"\bprint\b(?!\s*[(=.,\])])"), "the print statement"),
+    (re.compile(r"\bexcept\b[^:#]*,\s*\w+\s*:"), "except X, e"),
+    (re.compile(r"\braise\s+[\w.]+\s*,"), "raise X, text"),
+    (re.compile(r"\bexec\s+[^(=\s]"), "the exec statement"),
+    (re.compile(r"\b(lambda\s*\(\s*\w+\s*,|def\s+\w+\s*\([^()]*\()"), "a tuple as parameter"),
+    (re.compile(r"\b(0[xX][0-9a-fA-F]+|\d+)[lL]\b"), "a long number such as 10L"),
+    (re.compile(r"(?<![\w.])0[0-7]+\b(?!\.)"), "an octal number such as 0777"),
+    (re.compile(r"\b[uU][rR]['\"]"), 'a text such as ur"..."'),
+    (re.compile(r"<>"), "<> for unequal"),
+    (re.compile(r"`[^`]+`"), "backquotes for repr"),
+)
+_STRINGS = re.compile(r"'[^']*'|\"[^\"]*\"")
+_GONE_BUILTINS = frozenset({"raw_input", "xrange", "unicode", "unichr", "basestring", "execfile"})
+_SERVES_BOTH = re.compile(r"sys\s*\.\s*version|version_info|NameError|\bsix\b|\bfuture\b|\bPY[23]\b")
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Where a source is Python 2, and by what."""
+
+    line: int
+    construct: str
+
+
+def from_syntax_error(error: SyntaxError, source: str) -> Finding | None:
+    """The Python 2 construct at which the compiler stopped, if it is one."""
+    if isinstance(error, TabError):
+        return Finding(error.lineno or 1, "tabs and blanks mixed in the indentation")
+    lines = source.splitlines()
+    if error.lineno is None or not 0 < error.lineno <= len(lines):
+        return None
+    text = _STRINGS.sub("''", lines[error.lineno - 1]).partition("#")[0]
+    return next((Finding(error.lineno, name) for pattern, name in _SYNTAX if pattern.search(text)), None)
+
+
+def from_names(tree: ast.Module, source: str) -> Finding | None:
+    """The first use of something Python 3 compiles but cannot run; None where the script provides for it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.RShift) and _is_name(node.left, "print"):
+            return Finding(node.lineno, "print >>file")
+    if _SERVES_BOTH.search(source):
+        return None
+    used: dict[str, int] = {}
+    bound: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            if isinstance(node.ctx, ast.Load):
+                used.setdefault(node.id, node.lineno)
+            else:
+                bound.add(node.id)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            bound.add(node.name)
+        elif isinstance(node, ast.arg):
+            bound.add(node.arg)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            bound.update(alias.asname or alias.name for alias in node.names)
+    if "*" in bound:  # from somewhere import *: it may bring them
+        return None
+    gone = [(used[name], name) for name in _GONE_BUILTINS & (used.keys() - bound)]
+    return Finding(min(gone)[0], f"the built-in {min(gone)[1]}") if gone else None
+
+
+def _is_name(node: ast.expr, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name

@@ -1,0 +1,68 @@
+"""Runs a file as ``__main__`` the way ``python FILE ARGS`` does: names, arguments, tracebacks, exit code."""
+
+from __future__ import annotations
+
+import builtins
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import SourceFileLoader
+from types import CodeType, ModuleType, TracebackType
+
+OUR_FOLDER = os.path.dirname(os.path.abspath(__file__))
+
+
+def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> int:
+    """Run it; 0, 1 after an uncaught exception, 130 after Ctrl-C. SystemExit passes through, as Python's own.
+
+    `path` is the file as it was named on the command line.
+    """
+    module = ModuleType("__main__")
+    module.__dict__.update(
+        __builtins__=builtins,
+        __file__=os.path.abspath(path),
+        __cached__=None,
+        __annotations__={},
+        __loader__=SourceFileLoader("__main__", os.path.abspath(path)),
+    )
+    sys.modules["__main__"] = module
+    sys.argv[:] = [path, *arguments]
+    if not sys.flags.safe_path:
+        sys.path[0] = os.path.dirname(os.path.realpath(path))
+    try:
+        exec(code, module.__dict__)
+    except SystemExit:
+        raise
+    except KeyboardInterrupt as error:
+        show(error)
+        return 130
+    except BaseException as error:
+        show(error)
+        return 1
+    return 0
+
+
+def show(error: BaseException) -> None:
+    """Print an uncaught exception as Python would, without the launcher's own frames."""
+    _hide_our_frames(error, set())
+    sys.excepthook(type(error), error, error.__traceback__)
+
+
+def _hide_our_frames(error: BaseException, seen: set[int]) -> None:
+    if id(error) in seen:
+        return
+    seen.add(id(error))
+    error.__traceback__ = _without_our_frames(error.__traceback__)
+    for other in (error.__cause__, error.__context__):
+        if other is not None:
+            _hide_our_frames(other, seen)
+
+
+def _without_our_frames(traceback: TracebackType | None) -> TracebackType | None:
+    if traceback is None:
+        return None
+    rest = _without_our_frames(traceback.tb_next)
+    if os.path.dirname(traceback.tb_frame.f_code.co_filename) == OUR_FOLDER:
+        return rest
+    traceback.tb_next = rest
+    return traceback

@@ -1,0 +1,82 @@
+"""A simx-server of the script's own: started before it, ready before the script begins, stopped after it."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from typing import IO
+
+from simx_client.errors import SimxError
+
+logger = logging.getLogger(__name__)
+
+STOP_WITHIN_S = 5.0  # the server promises two seconds after SIGTERM
+
+
+class ServerNotReady(SimxError):
+    """The server ended, or said nothing, instead of getting ready."""
+
+
+class OwnServer:
+    """One ``python -m simx_server SCENE --start``, on the default ports: old scripts have them written in."""
+
+    def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
+        self._command = [sys.executable, "-m", "simx_server", scene, "--start", *arguments]
+        self._process: subprocess.Popen[str] | None = None
+        self._is_ready = False
+        self._ready_or_ended = threading.Event()
+
+    def start(self, timeout_s: float) -> None:
+        """Returns when the server has said that it is ready; raises ServerNotReady otherwise."""
+        self._process = subprocess.Popen(
+            self._command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            text=True,
+            # a group of its own: Ctrl-C is for the script, which may still want its server
+            start_new_session=os.name == "posix",
+        )
+        assert self._process.stdout is not None
+        threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()
+        has_answered = self._ready_or_ended.wait(timeout_s)
+        if self._is_ready:
+            return
+        if has_answered:
+            code = self._process.wait()
+            raise ServerNotReady(f"simx-server ended with code {code} before it was ready; see above for why")
+        self.stop()
+        raise ServerNotReady(
+            f"simx-server was not ready within {timeout_s:g} s; see what it says by itself "
+            f"(python {' '.join(self._command[1:])}) or give it longer with --server-timeout"
+        )
+
+    def stop(self) -> None:
+        """End the server and wait for it; a server that is gone already is said so in the log."""
+        if self._process is None:
+            return
+        if (code := self._process.poll()) is not None:
+            logger.warning("simx-server had ended by itself with code %d", code)
+        else:
+            self._process.terminate()
+            try:
+                self._process.wait(STOP_WITHIN_S)
+            except subprocess.TimeoutExpired:
+                logger.warning("simx-server did not end within %g s and was killed", STOP_WITHIN_S)
+                self._process.kill()
+                self._process.wait()
+        self._process = None
+
+    def _read(self, stdout: IO[str]) -> None:
+        """Wait for the ready line, then keep the pipe empty so that the server can never block on it."""
+        with stdout:
+            for line in stdout:
+                logger.debug("simx-server: %s", line.rstrip())
+                if re.search(r"\bready\b", line):
+                    self._is_ready = True
+                    self._ready_or_ended.set()
+        self._ready_or_ended.set()
