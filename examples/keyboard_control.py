@@ -319,7 +319,7 @@ def main() -> None:
         os.environ["SDL_VIDEODRIVER"] = "dummy"
 
     robot, album = Robot(chosen.address, chosen.port), Album(chosen.output)
-    say("connected; " + ("no display, so the keys are pressed by the program" if scripted else CAPTION))
+    say("connected; " + ("the program presses its own keys" if scripted else CAPTION))
     try:
         cockpit = Cockpit(robot, album, chosen.step)
         cockpit.run(scripted_keys(robot, album) if scripted else None)
