@@ -1,11 +1,11 @@
-"""Which OpenGL back end renders: what the user asked for, else the first that proves itself, else ray casting.
+"""Which OpenGL back end renders: what the user asked for, else the first that works, else ray casting.
 
-Proof is a small picture rendered and checked in a child process (`gl_probe`), because a broken graphics driver
-may kill or hang the process that tries it. That takes about half a second, so choose on the thread that renders,
-at first use, not while the server starts.
+Proof is a small picture rendered and checked in a child process (`gl_probe`), because a broken graphics
+driver may kill or hang the process that tries it. That takes about half a second, so choose on the thread
+that renders, at first use, not while the server starts.
 
-mujoco's own choice at import is not used: each back end's context class is taken from its module. Those modules
-set PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
+mujoco's own choice at import is not used: each back end's context class is taken from its module. Those
+modules set PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
 """
 
 import importlib
@@ -26,7 +26,9 @@ from simx_server.sensors.picture import RenderError
 logger = logging.getLogger(__name__)
 
 RAYCAST = "raycast"
-INSTALL_HINT = "for faster pictures install an OpenGL library: on Debian or Ubuntu libegl1 with libgl1-mesa-dri, or libosmesa6"
+INSTALL_HINT = (
+    "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libgl1-mesa-dri, or libosmesa6"
+)
 
 _CONTEXT_MODULES = {
     "egl": "mujoco.egl",
@@ -88,7 +90,7 @@ def choose_backend(
 
     Args:
         requested: a value as MUJOCO_GL takes; None reads that variable. What is asked for is taken unproven.
-        probe: tries one back end and returns None if it works, else what is wrong; by default in a child process.
+        probe: tries one back end: None if it works, else what is wrong; by default in a child process.
         give_up: set it to end probing early, for a server that closes.
 
     Raises:
@@ -114,7 +116,7 @@ def choose_backend(
 
 
 def probe_in_child(name: str, give_up: threading.Event) -> str | None:
-    """Render a test picture with one back end in a child process; None if it came out right, else what went wrong."""
+    """Render a test picture in a child process with one back end: None if it came out right, else why not."""
     environment = os.environ.copy()
     # "on" and its kin only say that rendering is wanted; the child must not trip over them at import.
     environment.pop("MUJOCO_GL", None)
@@ -148,7 +150,7 @@ def probe_in_child(name: str, give_up: threading.Event) -> str | None:
 
 
 def make_gl_context(name: str, width: int, height: int) -> Any:
-    """mujoco's OpenGL context of one back end: `make_current()` and `free()`, both on the thread that made it.
+    """mujoco's OpenGL context of one back end: `make_current()` and `free()`, on the thread that made it.
 
     Raises:
         RenderError: its library or its driver is missing or broken.
@@ -158,6 +160,6 @@ def make_gl_context(name: str, width: int, height: int) -> Any:
     # A missing library shows as ImportError, OSError, AttributeError or GLError, by back end and its version.
     except Exception as error:
         raise RenderError(
-            f"no OpenGL context with {name} ({type(error).__name__}: {error}); unset MUJOCO_GL to take the first "
-            f"back end that works, or set MUJOCO_GL=disable to cast rays; {INSTALL_HINT}"
+            f"no OpenGL context with {name} ({type(error).__name__}: {error}); unset MUJOCO_GL to take the "
+            f"first back end that works, or set MUJOCO_GL=disable to cast rays; {INSTALL_HINT}"
         ) from error

@@ -1,8 +1,8 @@
 """Import mujoco whatever MUJOCO_GL says. Standard library only, so it can run before anything else does.
 
-mujoco 4.0 acts on MUJOCO_GL while it is imported: an unknown value raises RuntimeError, and `osmesa` without its
-library raises AttributeError from deep inside PyOpenGL. A server must start all the same, since physics needs no
-OpenGL, and say what is wrong with the variable in its own words when a picture is wanted (`gl_backend`).
+mujoco 4.0 acts on MUJOCO_GL while it is imported: an unknown value raises RuntimeError, and `osmesa` without
+its library raises AttributeError from deep inside PyOpenGL. A server must start all the same, since physics
+needs no OpenGL, and say what is wrong with the variable when a picture is wanted (`gl_backend`).
 """
 
 import importlib

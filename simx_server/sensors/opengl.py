@@ -3,8 +3,8 @@
 Shadows and multisampling cost ten to twenty times the picture itself in software and V-REP's sensors had
 neither, so both are off, as are reflections, fog and the skybox.
 
-Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth exactly
-where V-REP did, and what it cleared is what nothing was seen in.
+Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth
+exactly where V-REP did, and what it cleared is where nothing is seen.
 """
 
 import copy
@@ -38,6 +38,7 @@ class OpenGLRenderer:
 
     def __init__(self, model: mujoco.MjModel, backend_name: str) -> None:
         self._model = model
+        self._closed = False
         self._option = _visible_things()
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
         self._scene.flags[:] = 0
@@ -91,12 +92,12 @@ class OpenGLRenderer:
 
     def close(self) -> None:
         """Free what the graphics driver holds. Twice does no harm."""
-        if self._gl is None:
+        if self._closed:
             return
+        self._closed = True
         self._gl.make_current()
         self._context.free()
         self._gl.free()
-        self._gl = None
 
     def _make_room(self, width: int, height: int) -> None:
         """Grow the offscreen buffer to the largest picture asked for so far."""
@@ -150,7 +151,7 @@ def _visible_things() -> mujoco.MjvOption:
 
 
 def _without_effects(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy for making the context: the size of its buffers is read from the model, which is not ours to change."""
+    """A copy to make the context from: buffer sizes are read from the model, which is not ours to change."""
     plain = copy.copy(model)
     plain.vis.quality.offsamples = 0
     plain.vis.quality.shadowsize = 0
@@ -162,7 +163,7 @@ def _without_effects(model: mujoco.MjModel) -> mujoco.MjModel:
 def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:
     """Depth 0..1 linear in distance, in place, from OpenGL's buffer that holds 1 near and 0 far.
 
-    Perspective: the distance is z = n f / (n + d (f - n)), so (z - n) / (f - n) = n (1 - d) / (n + d (f - n)).
+    Perspective: the distance z = n f / (n + d (f - n)), so (z - n) / (f - n) = n (1 - d) / (n + d (f - n)).
     Orthographic: already linear.
     """
     if view.orthographic_size is not None:

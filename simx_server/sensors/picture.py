@@ -24,7 +24,7 @@ OPAQUE_ALPHA = 0.995
 """From this alpha on MuJoCo's renderer treats a geom as opaque."""
 
 MAX_SIDE = 4096
-"""Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB, beyond it a typing slip could take the machine."""
+"""Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB; a slip of the hand must not take the machine."""
 
 
 class RenderError(RuntimeError):
@@ -78,7 +78,7 @@ class CameraView:
             )
 
     def half_extent(self) -> tuple[float, float]:
-        """Half width and half height of what is seen: at 1 m distance, or anywhere if orthographic. Metres."""
+        """Half width and half height of what is seen, metres: at 1 m depth, or anywhere if orthographic."""
         if self.orthographic_size is not None:
             per_pixel = self.orthographic_size / max(self.width, self.height)
             return 0.5 * per_pixel * self.width, 0.5 * per_pixel * self.height
@@ -95,8 +95,9 @@ class CameraView:
 class Picture:
     """Pixels of one view at one instant, read-only because several askers may share them.
 
-    `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view axis,
-    0 at the near plane, 1 at the far plane or where nothing is seen. A channel nobody asked for may be None.
+    `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view
+    axis, 0 at the near plane, 1 at the far plane or where nothing is seen.
+    A channel nobody asked for may be None.
     """
 
     rgb: NDArray[np.uint8] | None
@@ -126,7 +127,7 @@ def grey(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def depth_as_grey(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8, three equal channels: depth as V-REP's depth-to-grey filter shows it, 0 near, 255 far."""
+    """(h, w, 3) uint8, equal channels: depth as V-REP's depth-to-grey filter shows it, 0 near, 255 far."""
     levels = np.rint(depth * np.float32(255)).astype(np.uint8)
     return np.repeat(levels[..., np.newaxis], 3, axis=2)
 
@@ -139,7 +140,7 @@ def fovy_from_perspective_angle(angle_rad: float, width: int, height: int) -> fl
 
 
 def perspective_angle_from_fovy(fovy_deg: float, width: int, height: int) -> float:
-    """V-REP's perspective angle in radians, across the larger image side, from the vertical angle in degrees."""
+    """V-REP's perspective angle (radians, across the larger image side) from the vertical angle."""
     if width <= height:
         return math.radians(fovy_deg)
     return 2 * math.atan(math.tan(math.radians(fovy_deg) / 2) * width / height)

@@ -57,7 +57,7 @@ class RaycastRenderer:
     def _look(
         self, seeing: Seeing, rays: Rays, alpha: NDArray[np.float32], rgb: bool
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray; depth is `far` where nothing is."""
+        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is."""
         view = seeing.view
         count = len(rays.directions)
         colour = np.zeros((count, 3), np.float32)

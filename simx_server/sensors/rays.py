@@ -61,8 +61,9 @@ class Rays:
 class Seeing:
     """Nearest surfaces in one state as one view meets them.
 
-    MuJoCo leaves geoms out by their group, and the model belongs to the physics thread, so groups are set in a copy.
-    Leaving out what lies beside the view makes a picture of a robot cell three times as fast.
+    MuJoCo leaves geoms out by their group, and the model belongs to the physics thread, so groups are set in
+    a copy. Leaving out what lies beside the view makes
+    a picture of a robot cell three times as fast.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """The one thread that makes pictures, and how the physics thread asks it for one without ever waiting.
 
-A request copies the state and returns a future at once. What was asked already is not done twice: requests for the
-same view of the same version share one picture, and several views of one version share one copy of the state.
-The renderer, and with it every OpenGL call, lives and dies on this thread.
+A request copies the state and returns a future at once. What was asked already is not done twice: requests
+for the same view of the same version share one picture, and several views of one version share one copy of
+the state. The renderer, and with it every OpenGL call, lives and dies on this thread.
 """
 
 import functools
@@ -22,8 +22,8 @@ from simx_server.sensors.snapshots import Snapshot, SnapshotPool
 logger = logging.getLogger(__name__)
 
 MAX_WAITING = 32
-"""Pictures that may wait; each may hold a copy of the state, so a client that asks faster than pictures can be
-made gets an error instead of the machine's memory."""
+"""Pictures that may wait; each may hold a copy of the state, so a client that asks faster than pictures can
+be made gets an error instead of the machine's memory."""
 
 _JOIN_TIMEOUT = 2.0
 
@@ -45,9 +45,6 @@ class _Job:
     def key(self) -> tuple[int, CameraView, Hashable]:
         return id(self.model), self.view, self.version
 
-    def gives(self, rgb: bool, depth: bool) -> bool:
-        return self.rgb >= rgb and self.depth >= depth
-
 
 def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
     """The renderer of a back end; to be called on the thread that will use it."""
@@ -62,7 +59,7 @@ def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
 
 
 class RenderThread:
-    """Owns the renderer. `request` and `prepare` may be called from any thread and return at once; close it at the end.
+    """Owns the renderer. `request` and `prepare` return at once, on any thread. Close it at the end.
 
     The thread starts with the first request, and so does the choice of a back end (about half a second).
 
@@ -112,27 +109,26 @@ class RenderThread:
     ) -> "Future[Picture]":
         """Ask for a picture of the state `data` (forward kinematics done) and go on.
 
-        `version` names the state: equal versions of one model must mean equal states. The future may be shared with
-        other askers, so do not cancel it; its picture may hold a channel more than asked for. Its callbacks run on
-        the render thread. It fails with RenderError, never by hanging.
+        `version` names the state: equal versions of one model must mean equal states. The future may be
+        shared with other askers, so do not cancel it; its picture may hold a channel more than asked for. Its
+        callbacks run on the render thread. It fails with RenderError.
         """
         with self._wake:
             if self._closing.is_set():
                 return _failed("rendering is closed; the server is shutting down")
             key = (id(model), view, version)
-            running_or_waiting = self._pending.get(key)
-            for known in (running_or_waiting, self._newest.get(view.camera_id)):
-                if known is None or known.model is not model or known.key != key or known.future.cancelled():
-                    continue
-                if known is running_or_waiting and not known.future.running():
+            known = self._pending.get(key) or self._newest.get(view.camera_id)
+            if known is not None and known.key == key and not known.future.cancelled():
+                if known.snapshot is not None and not known.future.running():
+                    # It still waits: one pass makes both channels.
                     known.rgb, known.depth = known.rgb or rgb, known.depth or depth
-                if known.gives(rgb, depth):
+                if known.rgb >= rgb and known.depth >= depth:
                     return known.future
-                # One pass makes both, and whoever asked for the other channel is likely to ask again.
+                # Whoever asked for the other channel is likely to ask again.
                 rgb = depth = True
             if len(self._waiting) >= MAX_WAITING:
                 return _failed(
-                    f"{MAX_WAITING} pictures are waiting to be rendered; ask less often or for a smaller resolution"
+                    f"{MAX_WAITING} pictures wait to be rendered; ask less often or for a smaller resolution"
                 )
             job = _Job(model, view, version, rgb, depth, self._pool.take(model, data, version))
             self._waiting.append(job)
@@ -148,7 +144,7 @@ class RenderThread:
                 self._start_or_wake()
 
     def close(self) -> None:
-        """Fail what waits, finish what is being rendered, free the renderer, end the thread. Twice does no harm."""
+        """Fail what waits, finish what is under way, end the thread. Twice does no harm."""
         with self._wake:
             self._closing.set()
             waiting = list(self._waiting)
@@ -174,16 +170,13 @@ class RenderThread:
 
     def _run(self) -> None:
         try:
-            while (task := self._next()) is not None:
-                if isinstance(task, tuple):
-                    self._do(*task)
-                else:
-                    self._prepare(task)
+            while (work := self._next()) is not None:
+                work()
         finally:
             self._drop_renderer()
 
-    def _next(self) -> tuple[_Job, Snapshot] | mujoco.MjModel | None:
-        """The next picture to make and its state, else the model to prepare for, else None: closing."""
+    def _next(self) -> Callable[[], None] | None:
+        """The next picture to make, else the model to prepare for; None when closing."""
         with self._wake:
             while True:
                 if self._closing.is_set():
@@ -191,17 +184,17 @@ class RenderThread:
                 while self._waiting:
                     job = self._waiting.popleft()
                     if job.snapshot is not None and job.future.set_running_or_notify_cancel():
-                        return job, job.snapshot
+                        return functools.partial(self._do, job, job.snapshot)
                     self._forget(job)
                 if self._to_prepare is not None:
                     model, self._to_prepare = self._to_prepare, None
-                    return model
+                    return functools.partial(self._prepare, model)
                 self._wake.wait()
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
             picture = self._renderer_for(job.model).render(snapshot.data, job.view, job.rgb, job.depth)
-        # Whatever a driver, a model or a renderer does wrong is the asker's to hear, and no reason to end the thread.
+        # Whatever a driver or a renderer does wrong is the asker's to hear, and no reason to end the thread.
         except Exception as error:
             self._drop_renderer()
             with self._wake:

@@ -1,4 +1,4 @@
-"""Copies of the state that pictures are made from: one per version, however many views; MjData reused, not grown."""
+"""Copies of the state that pictures are made from: one per version, however many views; MjData is reused."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import mujoco
 
 _KEPT = 4
-"""Idle MjData kept for the next copies; more than a few views of a few versions are rarely under way at once."""
+"""Idle MjData kept for the next copies; rarely are more than a few versions under way at once."""
 
 
 @dataclass(eq=False)

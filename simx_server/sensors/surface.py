@@ -23,7 +23,7 @@ _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 
 
 class Surfaces:
-    """Colours of one model's geoms under its lights. Reads the model anew for each picture: colours may change."""
+    """Colours of one model's geoms under its lights, read anew for each picture: colours may change."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
@@ -43,7 +43,12 @@ class Surfaces:
         return rgba
 
     def colours(
-        self, data: mujoco.MjData, geom_ids: Ids, points: Points, normals: Points, forward: NDArray[np.float64]
+        self,
+        data: mujoco.MjData,
+        geom_ids: Ids,
+        points: Points,
+        normals: Points,
+        forward: NDArray[np.float64],
     ) -> NDArray[np.float32]:
         """(n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
         colours = self._light(data, points, normals, forward)
@@ -99,31 +104,40 @@ class Surfaces:
             texid = int(texid_of_geom[geom_id])
             is_plane = model.geom_type[geom_id] == mujoco.mjtGeom.mjGEOM_PLANE
             if is_plane and model.tex_type[texid] == mujoco.mjtTexture.mjTEXTURE_2D:
-                local = (points[here] - data.geom_xpos[geom_id]) @ data.geom_xmat[geom_id].reshape(3, 3)
+                frame = data.geom_xmat[geom_id].reshape(3, 3)
+                local = points[here] @ frame[:, :2] - data.geom_xpos[geom_id] @ frame[:, :2]
                 colours[here] *= self._look_up(int(geom_id), texid, local)
             else:
                 colours[here] *= self._mean_colours[texid]
 
     def _look_up(self, geom_id: int, texid: int, local: Points) -> NDArray[np.float32]:
-        """Nearest texels at points in a plane's frame. The texture repeats from the plane's upper left corner.
+        """(n, 3): nearest texels at points (n, 2) in a plane's frame.
 
-        Found by comparing with MuJoCo 4.0's OpenGL pictures; an infinite plane counts as a unit tile at the origin.
+        Found by comparing with MuJoCo 4.0's OpenGL pictures: the texture repeats from the plane's upper left
+        corner; on an infinite plane a copy is centred on the origin.
         """
         model = self._model
         matid = model.geom_matid[geom_id]
-        half = np.where(model.geom_size[geom_id, :2] > 0, model.geom_size[geom_id, :2], 1.0)
-        repeats = np.array(model.mat_texrepeat[matid], np.float64)
-        if np.any(model.geom_size[geom_id, :2] <= 0):
-            tile = np.stack(
-                (0.5 * repeats[0] * local[:, 0] - 0.5, -0.5 * repeats[1] * local[:, 1] - 0.5), axis=1
-            )
-        else:
-            per_metre = repeats if model.mat_texuniform[matid] else repeats / half
-            tile = 0.5 * per_metre * (half + local[:, :2] * (1.0, -1.0))
+        size = model.geom_size[geom_id, :2]
+        per_metre = np.array(model.mat_texrepeat[matid], np.float64)
+        offset = np.full(2, 0.5)
+        if np.all(size > 0):
+            per_metre /= 1.0 if model.mat_texuniform[matid] else size
+            offset = 0.5 * per_metre * size
         texels = self._textures[texid]
         rows, columns = texels.shape[:2]
-        cell = np.floor(tile * (columns, rows)).astype(np.int64) % (columns, rows)
-        return texels[cell[:, 1], cell[:, 0]]
+        column = _repeated(0.5 * per_metre[0] * local[:, 0] + offset[0], columns)
+        row = _repeated(-0.5 * per_metre[1] * local[:, 1] + offset[1], rows)
+        row *= columns
+        row += column
+        return texels.reshape(-1, 3).take(row, axis=0)
+
+
+def _repeated(place: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    """The texel, 0 .. count - 1, at places measured in whole textures."""
+    place -= np.floor(place)
+    place *= count
+    return np.minimum(place.astype(np.intp), count - 1)
 
 
 def _is_parallel(light: mujoco.MjvLight) -> bool:
@@ -153,4 +167,4 @@ def _texels(model: mujoco.MjModel, texid: int) -> NDArray[np.float32]:
     )
     start = int(model.tex_adr[texid])
     texels = model.tex_data[start : start + rows * columns * channels].reshape(rows, columns, channels)
-    return np.broadcast_to(texels[..., :3] / np.float32(255), (rows, columns, 3))
+    return np.ascontiguousarray(np.broadcast_to(texels[..., :3] / np.float32(255), (rows, columns, 3)))

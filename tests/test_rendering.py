@@ -1,0 +1,575 @@
+"""Pictures: what is where, how far, in both renderers; and the thread that makes them."""
+
+import dataclasses
+import logging
+import math
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+
+import mujoco
+import numpy as np
+import pytest
+
+from simx_server.sensors.gl_backend import Backend, choose_backend
+from simx_server.sensors.opengl import OpenGLRenderer
+from simx_server.sensors.picture import (
+    CameraView,
+    Picture,
+    Renderer,
+    RenderError,
+    depth_as_grey,
+    fovy_from_perspective_angle,
+    grey,
+    perspective_angle_from_fovy,
+)
+from simx_server.sensors.raycast import RaycastRenderer
+from simx_server.sensors.render_thread import MAX_WAITING, RenderThread
+
+WAIT = 30.0
+ONE_GREY_LEVEL = 1 / 255
+
+# The camera `front` stands at y = -2 and looks along +y: world x is to the right, world z is up.
+SCENE = """
+<mujoco>
+  <visual><headlight ambient="0.5 0.5 0.5" diffuse="0.5 0.5 0.5" specular="0 0 0"/></visual>
+  <worldbody>
+    <geom name="red" type="sphere" size="0.1" pos="-0.4 0 0.3" rgba="1 0 0 1"/>
+    <geom name="green" type="box" size="0.1 0.1 0.1" pos="0.4 0 -0.3" rgba="0 1 0 1"/>
+    <geom name="wall" type="box" size="3 0.1 3" pos="0 2.1 0" rgba="0.4 0.4 1 1"/>
+    <geom name="collision shape" group="3" type="box" size="0.2 0.2 0.2" rgba="1 1 1 1"/>
+    <geom name="invisible" type="box" size="0.2 0.2 0.2" pos="0 -1 0" rgba="1 1 1 0"/>
+    <site name="dummy" size="0.2" rgba="1 1 1 1"/>
+    <camera name="front" pos="0 -2 0" xyaxes="1 0 0 0 0 1" fovy="10"/>
+    <camera name="down" pos="0 0 3" fovy="10"/>
+  </worldbody>
+</mujoco>
+"""
+FRONT = CameraView(camera_id=0, width=160, height=120, fovy_deg=45.0, near=0.1, far=10.0)
+
+
+def load(xml: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+@pytest.fixture(scope="module")
+def opengl_name() -> str:
+    """A back end that works here, or the tests that need one are skipped."""
+    backend = choose_backend()
+    if backend.name == "raycast":
+        pytest.skip(backend.reason)
+    return backend.name
+
+
+@pytest.fixture(params=["opengl", "raycast"])
+def make_renderer(request: pytest.FixtureRequest) -> Iterator:
+    """Makes renderers of one kind, and closes them."""
+    made: list[Renderer] = []
+
+    def make(model: mujoco.MjModel) -> Renderer:
+        if request.param == "raycast":
+            made.append(RaycastRenderer(model))
+        else:
+            made.append(OpenGLRenderer(model, request.getfixturevalue("opengl_name")))
+        return made[-1]
+
+    yield make
+    for renderer in made:
+        renderer.close()
+
+
+def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Picture:
+    model, data = load(xml)
+    return make_renderer(model).render(data, view, rgb=True, depth=True)
+
+
+def pixel_of(view: CameraView, x: float, y: float, depth: float) -> tuple[int, int]:
+    """Row (bottom first) and column of a point x to the right of the view axis and y above it."""
+    half_width, half_height = view.half_extent()
+    scale = 1.0 if view.orthographic_size is not None else depth
+    column = (x / (half_width * scale) + 1) / 2 * view.width
+    row = (y / (half_height * scale) + 1) / 2 * view.height
+    return int(row), int(column)
+
+
+# What a picture shows
+
+
+def test_rows_come_bottom_first_and_left_is_left(make_renderer) -> None:
+    picture = picture_of(make_renderer)
+    assert picture.rgb.shape == (120, 160, 3)
+    assert picture.rgb.dtype == np.uint8
+    assert picture.rgb.flags.c_contiguous
+    red = picture.rgb[pixel_of(FRONT, -0.4, 0.3, 2.0)]
+    green = picture.rgb[pixel_of(FRONT, 0.4, -0.3, 1.9)]
+    assert red[0] > 150 > 50 > red[1]
+    assert green[1] > 150 > 50 > green[0]
+    assert pixel_of(FRONT, -0.4, 0.3, 2.0)[0] > 60  # above the middle: a late row
+    assert pixel_of(FRONT, -0.4, 0.3, 2.0)[1] < 80
+
+
+def test_depth_is_linear_along_the_view_axis(make_renderer) -> None:
+    picture = picture_of(make_renderer)
+    assert picture.depth.shape == (120, 160)
+    assert picture.depth.dtype == np.float32
+    metres = FRONT.near + picture.depth * (FRONT.far - FRONT.near)
+    assert metres[pixel_of(FRONT, -0.4, 0.3, 1.9)] == pytest.approx(1.9, abs=0.01)  # the ball's nearest point
+    assert metres[pixel_of(FRONT, 0.4, -0.3, 1.9)] == pytest.approx(1.9, abs=1e-3)
+    # A wall square to the axis has one depth all over, however slanting the ray.
+    for corner in ((0, 0), (0, 159), (119, 0), (119, 159)):
+        assert metres[corner] == pytest.approx(4.0, abs=1e-3)
+
+
+def test_depth_matches_the_geometry_within_a_grey_level(make_renderer) -> None:
+    xml = """
+    <mujoco><worldbody>
+      <geom type="plane" size="0 0 0.1" pos="0 0 -0.3" euler="20 5 0"/>
+      <camera name="eye" pos="0 0 1"/>
+    </worldbody></mujoco>
+    """
+    model, data = load(xml)
+    view = dataclasses.replace(FRONT, near=0.01, far=3.5)
+    depth = make_renderer(model).render(data, view, rgb=False, depth=True).depth
+    half_width, half_height = view.half_extent()
+    x = half_width * ((np.arange(view.width) + 0.5) * 2 / view.width - 1)
+    y = half_height * ((np.arange(view.height) + 0.5) * 2 / view.height - 1)
+    normal = data.geom_xmat[0].reshape(3, 3)[:, 2]
+    distance = ((data.geom_xpos[0] - data.cam_xpos[0]) @ normal) / (
+        x[np.newaxis, :] * normal[0] + y[:, np.newaxis] * normal[1] - normal[2]
+    )
+    expected = (distance - view.near) / (view.far - view.near)
+    assert np.abs(depth - expected).max() < ONE_GREY_LEVEL / 10
+
+
+def test_beyond_the_far_plane_there_is_background_and_depth_one(make_renderer) -> None:
+    near_only = dataclasses.replace(FRONT, far=3.0)
+    picture = picture_of(make_renderer, view=near_only)
+    assert picture.depth[0, 0] == 1.0
+    assert not picture.rgb[0, 0].any()
+    assert picture.rgb[pixel_of(near_only, -0.4, 0.3, 2.0)].any()
+
+
+def test_the_far_plane_cuts_a_surface_where_it_is(make_renderer) -> None:
+    xml = """
+    <mujoco><worldbody>
+      <geom type="plane" size="5 5 0.1" pos="0 0 -0.2"/>
+      <camera name="eye" xyaxes="1 0 0 0 0 1"/>
+    </worldbody></mujoco>
+    """
+    view = dataclasses.replace(FRONT, height=240, far=1.0)
+    picture = picture_of(make_renderer, xml, view)
+    row, column = pixel_of(view, 0.0, -0.2, 1.0)
+    assert picture.depth[row - 2, column] < 1.0
+    assert picture.rgb[row - 2, column].any()
+    assert picture.depth[row + 2, column] == 1.0
+    assert not picture.rgb[row + 2, column].any()
+
+
+def test_a_background_colour_fills_what_nothing_is_seen_in(make_renderer) -> None:
+    coloured = dataclasses.replace(FRONT, far=3.0, background=(0.2, 0.4, 1.0))
+    picture = picture_of(make_renderer, view=coloured)
+    assert np.abs(picture.rgb[0, 0].astype(int) - (51, 102, 255)).max() <= 1
+    model, data = load(SCENE)
+    alone = make_renderer(model).render(data, coloured, rgb=True, depth=False)
+    assert alone.depth is None
+    assert np.array_equal(alone.rgb, picture.rgb)
+
+
+def test_what_is_nearer_than_the_near_plane_is_looked_through(make_renderer) -> None:
+    beyond_the_balls = dataclasses.replace(FRONT, near=2.5)
+    picture = picture_of(make_renderer, view=beyond_the_balls)
+    wall = (4.0 - 2.5) / (10.0 - 2.5)
+    assert picture.depth[pixel_of(FRONT, -0.4, 0.3, 2.0)] == pytest.approx(wall, abs=1e-3)
+    assert picture.depth[pixel_of(FRONT, 0.4, -0.3, 1.9)] == pytest.approx(wall, abs=1e-3)
+
+
+def test_a_camera_inside_its_housing_sees_out(make_renderer) -> None:
+    xml = SCENE.replace(
+        '<site name="dummy"', '<geom type="sphere" size="0.3" pos="0 -2 0"/><site name="dummy"'
+    )
+    picture = picture_of(make_renderer, xml)
+    assert picture.depth[0, 0] == pytest.approx((4.0 - 0.1) / 9.9, abs=1e-3)
+
+
+def test_collision_shapes_sites_and_invisible_geoms_are_not_seen(make_renderer) -> None:
+    picture = picture_of(make_renderer)
+    assert picture.depth[60, 80] == pytest.approx((4.0 - 0.1) / 9.9, abs=1e-3)
+    alone = make_renderer(load(SCENE)[0]).render(load(SCENE)[1], FRONT, rgb=False, depth=True)
+    assert alone.rgb is None
+    assert np.abs(alone.depth - picture.depth).max() < 1e-5
+
+
+def test_a_see_through_geom_tints_and_leaves_no_depth(make_renderer) -> None:
+    pane = '<geom type="box" size="0.2 0.01 0.2" rgba="1 0 0 0.5"/><site name="dummy"'
+    xml = SCENE.replace('<site name="dummy"', pane)
+    clear, tinted = picture_of(make_renderer), picture_of(make_renderer, xml)
+    assert np.abs(clear.depth - tinted.depth).max() < 1e-5
+    assert tinted.rgb[60, 80, 0] > clear.rgb[60, 80, 0] + 30
+    model, data = load(xml)
+    alone = make_renderer(model).render(data, FRONT, rgb=False, depth=True)
+    assert np.abs(alone.depth - clear.depth).max() < 1e-5
+
+
+def test_an_orthographic_view_measures_its_larger_side(make_renderer) -> None:
+    view = dataclasses.replace(FRONT, orthographic_size=1.6, width=80, height=60)
+    picture = picture_of(make_renderer, view=view)
+    metres = view.near + picture.depth * (view.far - view.near)
+    assert metres[0, 0] == pytest.approx(4.0, abs=1e-3)
+    # The box spans x 0.3 .. 0.5 of a picture 1.6 m wide: ten of 80 columns.
+    row, _ = pixel_of(view, 0.4, -0.3, 1.9)
+    assert np.flatnonzero(metres[row] < 3.0).tolist() == list(range(55, 65))
+    assert metres[row, 60] == pytest.approx(1.9, abs=1e-3)
+
+
+def test_a_colour_changed_in_the_model_shows(make_renderer) -> None:
+    model, data = load(SCENE)
+    renderer = make_renderer(model)
+    where = pixel_of(FRONT, 0.4, -0.3, 1.9)
+    assert renderer.render(data, FRONT, rgb=True, depth=False).rgb[where][2] < 50
+    model.geom("green").rgba = (0, 0, 1, 1)
+    assert renderer.render(data, FRONT, rgb=True, depth=False).rgb[where][2] > 150
+
+
+def test_a_camera_that_is_not_in_the_model_is_an_error(make_renderer) -> None:
+    with pytest.raises(RenderError, match=r"camera id 7 .* has 2"):
+        picture_of(make_renderer, view=dataclasses.replace(FRONT, camera_id=7))
+
+
+def test_both_renderers_see_the_same(opengl_name: str) -> None:
+    xml = """
+    <mujoco>
+      <asset>
+        <texture name="tiles" type="2d" builtin="checker" rgb1="0.9 0.8 0.7" rgb2="0.2 0.3 0.4" width="64" height="64"/>
+        <material name="floor" texture="tiles" texrepeat="5 3" specular="0"/>
+        <material name="paint" rgba="0.1 0.7 0.3 1" emission="0.2" specular="0"/>
+        <mesh name="wedge" vertex="0 0 0  0.4 0 0  0 0.4 0  0 0 0.4"/>
+      </asset>
+      <worldbody>
+        <light pos="0.5 0 3" dir="0 0 -1" specular="0 0 0"/>
+        <light type="directional" dir="1 1 -1" diffuse="0.4 0.3 0.2" specular="0 0 0"/>
+        <geom type="plane" size="2 2 0.1" material="floor"/>
+        <geom type="sphere" size="0.2" pos="-0.6 0.3 0.2" material="paint"/>
+        <geom type="capsule" size="0.1 0.2" pos="0.6 0.3 0.4" euler="40 30 0" rgba="0.2 0.2 0.9 1"/>
+        <geom type="cylinder" size="0.15 0.2" pos="0 0.8 0.2" rgba="0.9 0.9 0.1 1"/>
+        <geom type="ellipsoid" size="0.1 0.2 0.1" pos="0 -0.2 0.1" rgba="0.9 0.2 0.1 1"/>
+        <geom type="mesh" mesh="wedge" pos="0.3 0 0.2" rgba="0.6 0.2 0.9 1"/>
+        <camera name="eye" pos="0 -1.6 1.2" xyaxes="1 0 0 0 0.6 0.8"/>
+      </worldbody>
+      <visual><quality numslices="64" numstacks="48"/></visual>
+    </mujoco>
+    """
+    model, data = load(xml)
+    view = dataclasses.replace(FRONT, far=3.0)
+    drawn = OpenGLRenderer(model, opengl_name)
+    try:
+        one = drawn.render(data, view, rgb=True, depth=True)
+    finally:
+        drawn.close()
+    other = RaycastRenderer(model).render(data, view, rgb=True, depth=True)
+    # Tessellated outlines differ from true ones by part of a pixel, so a few edge pixels may disagree.
+    assert np.mean((one.depth < 1.0) != (other.depth < 1.0)) < 0.003
+    apart = np.abs(one.depth - other.depth)
+    assert np.median(apart) < 1e-4
+    assert np.mean(apart > ONE_GREY_LEVEL) < 0.005
+    colours_apart = np.abs(one.rgb.astype(int) - other.rgb).max(axis=2)
+    assert np.median(colours_apart) <= 2
+    assert np.mean(colours_apart > 12) < 0.08
+
+
+# Conversions
+
+
+def test_a_perspective_angle_belongs_to_the_larger_side() -> None:
+    # The tutorial's camera: 57 degrees at 640 x 480.
+    assert fovy_from_perspective_angle(math.radians(57), 640, 480) == pytest.approx(44.31, abs=0.01)
+    assert fovy_from_perspective_angle(math.radians(57), 480, 640) == pytest.approx(57)
+    for size in ((640, 480), (480, 640), (64, 64)):
+        there = fovy_from_perspective_angle(1.1, *size)
+        assert perspective_angle_from_fovy(there, *size) == pytest.approx(1.1)
+
+
+def test_grey_is_the_integer_mean() -> None:
+    rgb = np.array([[[255, 255, 255], [0, 1, 1], [10, 20, 33]]], np.uint8)
+    assert grey(rgb).tolist() == [[255, 0, 21]]
+
+
+def test_depth_as_grey_is_dark_near_and_bright_far() -> None:
+    shown = depth_as_grey(np.array([[0.0, 0.2, 1.0]], np.float32))
+    assert shown.tolist() == [[[0, 0, 0], [51, 51, 51], [255, 255, 255]]]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"width": 0},
+        {"height": 100_000},
+        {"near": 0.0},
+        {"far": 0.1},
+        {"fovy_deg": 180.0},
+        {"orthographic_size": 0.0},
+        {"far": math.inf},
+    ],
+)
+def test_a_view_no_camera_can_have_is_refused(wrong: dict) -> None:
+    with pytest.raises(ValueError, match=r"give|between"):
+        dataclasses.replace(FRONT, **wrong)
+
+
+# The render thread
+
+
+class ScriptedRenderer:
+    """Renders nothing but notes what it was asked; waits for `go` and fails when told to."""
+
+    def __init__(self) -> None:
+        self.go = threading.Event()
+        self.go.set()
+        self.started = threading.Event()
+        self.seen: list[tuple[float, int, bool, bool]] = []
+        self.made = 0
+        self.closed = 0
+        self.fail_next = False
+        self.threads: set[int] = set()
+
+    def make(self, model: mujoco.MjModel, backend: Backend) -> Renderer:
+        self.made += 1
+        self.threads.add(threading.get_ident())
+        return self
+
+    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+        self.threads.add(threading.get_ident())
+        self.started.set()
+        assert self.go.wait(WAIT)
+        if self.fail_next:
+            self.fail_next = False
+            raise RuntimeError("the driver lost its mind")
+        self.seen.append((data.time, view.camera_id, rgb, depth))
+        size = (view.height, view.width)
+        return Picture(
+            np.zeros((*size, 3), np.uint8) if rgb else None, np.ones(size, np.float32) if depth else None
+        )
+
+    def close(self) -> None:
+        self.threads.add(threading.get_ident())
+        self.closed += 1
+
+
+@pytest.fixture
+def scripted() -> ScriptedRenderer:
+    return ScriptedRenderer()
+
+
+@pytest.fixture
+def thread(scripted: ScriptedRenderer) -> Iterator[RenderThread]:
+    thread = RenderThread(choose=lambda: Backend("raycast", "a test asked for it"), make=scripted.make)
+    yield thread
+    scripted.go.set()
+    thread.close()
+
+
+class Asker:
+    """Asks a render thread for pictures of one world at chosen times."""
+
+    def __init__(self, thread: RenderThread) -> None:
+        self.thread = thread
+        self.model, self.data = load(SCENE)
+
+    def ask(
+        self, time: float, view: CameraView = FRONT, rgb: bool = True, depth: bool = False
+    ) -> "Future[Picture]":
+        self.data.time = time
+        return self.thread.request(self.model, self.data, view, rgb=rgb, depth=depth, version=time)
+
+
+def test_equal_requests_of_one_version_render_once(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    first = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    while_running = asker.ask(1.0)
+    scripted.go.set()
+    picture = first.result(WAIT)
+    afterwards = asker.ask(1.0)
+    assert while_running.result(WAIT) is picture
+    assert afterwards.result(WAIT) is picture
+    assert len(scripted.seen) == 1
+
+
+def test_a_waiting_picture_takes_on_the_other_channel(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    colour = asker.ask(2.0)
+    depth = asker.ask(2.0, rgb=False, depth=True)
+    scripted.go.set()
+    assert colour.result(WAIT) is depth.result(WAIT)
+    assert scripted.seen[1:] == [(2.0, 0, True, True)]
+
+
+def test_the_other_channel_of_a_made_picture_makes_both(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    asker.ask(1.0).result(WAIT)
+    both = asker.ask(1.0, rgb=False, depth=True).result(WAIT)
+    assert both.rgb is not None
+    assert asker.ask(1.0).result(WAIT) is both
+    assert len(scripted.seen) == 2
+
+
+def test_each_version_gets_its_own_instant(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    pictures = [asker.ask(time) for time in (1.0, 2.0, 3.0)]
+    scripted.go.set()
+    assert len({id(picture.result(WAIT)) for picture in pictures}) == 3
+    assert [time for time, *_ in scripted.seen] == [1.0, 2.0, 3.0]
+
+
+def test_different_views_of_one_version_render_each(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread)
+    views = (FRONT, dataclasses.replace(FRONT, camera_id=1), dataclasses.replace(FRONT, far=2.0))
+    for future in [asker.ask(1.0, view) for view in views]:
+        future.result(WAIT)
+    assert len(scripted.seen) == 3
+
+
+def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread)
+    scripted.fail_next = True
+    with pytest.raises(RenderError, match=r"camera id 0 could not be rendered with raycast: the driver lost"):
+        asker.ask(1.0).result(WAIT)
+    asker.ask(1.0).result(WAIT)
+    assert (scripted.made, scripted.closed) == (2, 1)
+
+
+def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
+    def choose() -> Backend:
+        raise ValueError("MUJOCO_GL='nonsense' is not a way to render")
+
+    thread = RenderThread(choose=choose)
+    try:
+        with pytest.raises(RenderError, match="nonsense"):
+            Asker(thread).ask(1.0).result(WAIT)
+    finally:
+        thread.close()
+
+
+def test_another_model_gets_another_renderer(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    one, other = Asker(thread), Asker(thread)
+    first = one.ask(1.0).result(WAIT)
+    second = other.ask(1.0).result(WAIT)
+    assert first is not second
+    assert (scripted.made, scripted.closed) == (2, 1)
+
+
+def test_closing_fails_what_waits_and_finishes_what_runs(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    waiting = asker.ask(2.0)
+    waiting.add_done_callback(lambda _: scripted.go.set())
+    thread.close()
+    assert running.result(WAIT).rgb is not None
+    with pytest.raises(RenderError, match="closing"):
+        waiting.result(WAIT)
+    with pytest.raises(RenderError, match="closed"):
+        asker.ask(3.0).result(WAIT)
+    assert scripted.closed == 1
+    assert not [each for each in threading.enumerate() if each.name == "simx-render"]
+    thread.close()
+
+
+def test_the_renderer_lives_on_one_thread_that_is_not_the_askers(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    asker.ask(1.0).result(WAIT)
+    asker.ask(2.0).result(WAIT)
+    thread.close()
+    assert len(scripted.threads) == 1
+    assert threading.get_ident() not in scripted.threads
+
+
+def test_a_flood_of_requests_is_refused_not_stored(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    asker.ask(0.0)
+    assert scripted.started.wait(WAIT)
+    accepted = [asker.ask(float(time)) for time in range(1, MAX_WAITING + 1)]
+    with pytest.raises(RenderError, match="ask less often"):
+        asker.ask(1e6).result(WAIT)
+    scripted.go.set()
+    for future in accepted:
+        future.result(WAIT)
+
+
+def test_a_cancelled_picture_is_not_made_and_not_shared(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    cancelled = asker.ask(2.0)
+    assert cancelled.cancel()
+    again = asker.ask(2.0)
+    scripted.go.set()
+    again.result(WAIT)
+    assert [time for time, *_ in scripted.seen] == [1.0, 2.0]
+
+
+def test_preparing_makes_the_renderer_before_a_picture_is_wanted(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    thread.prepare(asker.model)
+    assert thread.ready.wait(WAIT)
+    assert thread.backend == Backend("raycast", "a test asked for it")
+    asker.ask(1.0).result(WAIT)
+    assert scripted.made == 1
+
+
+def test_the_back_end_is_logged_once(
+    scripted: ScriptedRenderer, thread: RenderThread, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.INFO, logger="simx_server.sensors.render_thread"):
+        Asker(thread).ask(1.0).result(WAIT)
+        Asker(thread).ask(1.0).result(WAIT)
+    assert [(record.levelname, record.message) for record in caplog.records] == [
+        ("WARNING", "pictures are made with raycast: a test asked for it")
+    ]
+
+
+def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:
+    picture = picture_of(make_renderer)
+    with pytest.raises(ValueError, match="read-only"):
+        picture.rgb[0, 0] = 1
+    with pytest.raises(ValueError, match="read-only"):
+        picture.depth[0, 0] = 1
+
+
+def test_a_real_picture_comes_through_the_thread(opengl_name: str) -> None:
+    thread = RenderThread(choose=lambda: Backend(opengl_name, "it works here"))
+    try:
+        asker = Asker(thread)
+        before = asker.ask(1.0, depth=True).result(WAIT)
+        asker.model, asker.data = load(SCENE.replace('pos="-0.4 0 0.3"', 'pos="0.4 0 0.3"'))
+        after = asker.ask(1.0, depth=True).result(WAIT)
+        left, right = pixel_of(FRONT, -0.4, 0.3, 2.0), pixel_of(FRONT, 0.4, 0.3, 2.0)
+        assert before.depth[left] < 0.3 < before.depth[right]
+        assert after.depth[right] < 0.3 < after.depth[left]
+        with pytest.raises(RenderError, match="camera id 9"):
+            asker.ask(2.0, dataclasses.replace(FRONT, camera_id=9)).result(WAIT)
+        assert asker.ask(3.0).result(WAIT).rgb[left].any()
+    finally:
+        thread.close()
