@@ -137,7 +137,10 @@ class BackslashPaths:
 
 def _text(path: Any) -> str:
     """The path as text; empty for bytes, file descriptors and whatever else ``open`` takes."""
-    text: Any = os.fspath(path) if hasattr(path, "__fspath__") else path
+    try:
+        text: object = os.fspath(path)
+    except TypeError:
+        return ""
     return text if isinstance(text, str) else ""
 
 

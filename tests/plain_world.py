@@ -1,0 +1,146 @@
+"""A world without physics for tests of the engine and the client: joints are numbers, time is counted."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from types import SimpleNamespace
+
+import simx_client as vrep
+from simx_client.connection import CLIENTS, Connection
+from simx_server.clock import Pacer
+from simx_server.engine import Engine
+from simx_server.errors import CommandError
+from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.handlers import session
+from simx_server.handlers.registry import Handler, handlers_of
+from simx_server.simulation import SimulationState
+from simx_client.protocol.commands import BY_NAME
+
+
+class PlainSimulation:
+    """As much of a Simulation as the engine uses, and a few numbers to read and write."""
+
+    def __init__(self) -> None:
+        self.state = SimulationState.STOPPED
+        self.time_step = 0.05
+        self.passes = 0
+        self.on_start, self.on_stop, self.on_pause = [], [], []
+        self.scene = SimpleNamespace(title="plain")
+        self.joints: dict[int, float] = {}
+        self.strings: dict[str, bytes] = {}
+        self.log: list[tuple] = []
+        self.pictures: list[Future] = []
+
+    @property
+    def time(self) -> float:
+        return 0.0 if self.state is SimulationState.STOPPED else self.passes * self.time_step
+
+    def start(self) -> None:
+        self.state = SimulationState.RUNNING
+        for listener in self.on_start:
+            listener()
+
+    def pause(self) -> None:
+        self.state = SimulationState.PAUSED
+
+    def stop(self) -> None:
+        self.state = SimulationState.STOPPED
+        self.passes = 0
+        for listener in self.on_stop:
+            listener()
+
+    def advance(self) -> None:
+        self.passes += 1
+        self.log.append(("pass", self.passes))
+
+
+def _joint(sim, handle):
+    if handle < 0:
+        raise CommandError(f"no object with handle {handle}")
+    return sim.joints.get(handle, 0.0)
+
+
+def _set_joint(sim, handle, value):
+    sim.log.append(("set", handle, value))
+    sim.joints[handle] = value
+
+
+def _take(sim, name):
+    return sim.strings.pop(name, b"")
+
+
+def _take_or_fail(sim, name):
+    if name not in sim.strings:
+        raise CommandError(f"no string signal {name!r}")
+    return sim.strings.pop(name)
+
+
+def _write(sim, name, value):
+    sim.strings[name] = sim.strings.get(name, b"") + value
+
+
+def _call(sim, where, options, function, ints, floats, strings, buffer):
+    if function == "crash":
+        raise RuntimeError("boom")
+    return ints, floats, strings, buffer
+
+
+def _picture(sim, handle, options):
+    future: Future = Future()
+    sim.pictures.append(future)
+    return future
+
+
+def _status(sim, text):
+    sim.log.append(("status", text))
+
+
+_FUNCTIONS = {
+    "simxGetJointPosition": _joint,
+    "simxSetJointPosition": _set_joint,
+    "simxSetJointTargetPosition": _set_joint,
+    "simxGetIntegerParameter": lambda sim, parameter: 40000 + parameter,
+    "simxReadStringStream": _take,
+    "simxGetAndClearStringSignal": _take_or_fail,
+    "simxAppendStringSignal": _write,
+    "simxSetStringSignal": lambda sim, name, value: sim.strings.__setitem__(name, value),
+    "simxClearStringSignal": lambda sim, name: sim.strings.pop(name, None) and None,
+    "simxGetObjects": lambda sim, kind: list(range(kind)),
+    "simxCallScriptFunction": _call,
+    "simxGetVisionSensorImage": _picture,
+    "simxAddStatusbarMessage": _status,
+    "simxStartSimulation": lambda sim: sim.start(),
+    "simxPauseSimulation": lambda sim: sim.pause(),
+    "simxStopSimulation": lambda sim: sim.stop(),
+}
+
+HANDLERS = {
+    **handlers_of(session),
+    **{name: Handler(BY_NAME[name], function, False) for name, function in _FUNCTIONS.items()},
+}
+
+
+class World:
+    """An engine over a plain simulation, and clients in the same thread."""
+
+    def __init__(self, speed: float = float("inf"), **engine_options) -> None:
+        self.simulation = PlainSimulation()
+        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed), **engine_options)
+        self.transports: dict[int, LoopbackTransport] = {}
+
+    def client(self, *, port: int = 0, timeout: float = 5.0, may_reconnect: bool = True) -> int:
+        transport = LoopbackTransport(self.engine, port=port)
+        connection = Connection(
+            lambda: transport, where=transport.client, timeout=timeout, may_reconnect=may_reconnect
+        )
+        client_id = CLIENTS.add(connection)
+        connection.connect(1.0)
+        self.transports[client_id] = transport
+        return client_id
+
+    def settle(self) -> None:
+        """Let the engine deal with everything that has arrived, and make one pass if one is due."""
+        self.engine.turn()
+
+    def close(self) -> None:
+        vrep.simxFinish(-1)

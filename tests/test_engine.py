@@ -1,0 +1,284 @@
+"""The physics thread's loop: passes, stepped mode, who leaves, what streams cost."""
+
+import math
+
+import pytest
+from plain_world import World
+
+import simx_client as v
+from simx_client.protocol.codec import decode_delivery, encode
+from simx_client.protocol.messages import Batch, Call
+from simx_server.clock import Pacer
+from simx_server.simulation import SimulationState
+
+
+@pytest.fixture
+def world():
+    world = World()
+    yield world
+    world.close()
+
+
+def _passes(world):
+    return world.simulation.passes
+
+
+def test_a_trigger_makes_exactly_one_pass_and_answers_after_it(world):
+    cid = world.client()
+    assert v.simxSynchronous(cid, True) == 0
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    for _ in range(5):
+        world.settle()
+    assert _passes(world) == 0
+    for expected in (1, 2, 3):
+        assert v.simxSynchronousTrigger(cid) == 0
+        assert _passes(world) == expected
+
+
+def test_stepped_mode_may_be_armed_with_0_1_and_before_or_after_the_start(world):
+    cid = world.client()
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    assert v.simxSynchronous(cid, 1) == 0
+    before = _passes(world)
+    v.simxGetPingTime(cid)
+    v.simxGetPingTime(cid)
+    assert _passes(world) <= before + 1
+    assert v.simxSynchronous(cid, 0) == 0
+    v.simxGetPingTime(cid)
+    world.settle()
+    assert _passes(world) > before
+
+
+def test_a_trigger_without_stepped_mode_or_without_a_running_simulation_is_8(world):
+    cid = world.client()
+    assert v.simxSynchronousTrigger(cid) == 8
+    v.simxSynchronous(cid, True)
+    assert v.simxSynchronousTrigger(cid) == 8
+    errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
+    assert "stepped mode is off" in errors[0] and "does not run" in errors[1]
+
+
+def test_values_set_before_a_trigger_act_on_its_pass_and_streams_show_it_right_after(world):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    for value in (1.0, 2.0, 3.0):
+        v.simxSetJointPosition(cid, 3, value, v.simx_opmode_oneshot)
+        v.simxSynchronousTrigger(cid)
+        assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer) == (0, value)
+    log = [entry for entry in world.simulation.log if entry[0] in ("set", "pass")]
+    assert log == [
+        ("set", 3, 1.0),
+        ("pass", 1),
+        ("set", 3, 2.0),
+        ("pass", 2),
+        ("set", 3, 3.0),
+        ("pass", 3),
+    ]
+
+
+def test_all_stepped_clients_must_trigger(world):
+    one, two = world.client(), world.client(timeout=0.02)
+    for cid in (one, two):
+        v.simxSynchronous(cid, True)
+    v.simxStartSimulation(one, v.simx_opmode_blocking)
+    assert v.simxSynchronousTrigger(two) & v.simx_return_timeout_flag
+    assert _passes(world) == 0
+    assert v.simxSynchronousTrigger(one) == 0
+    assert _passes(world) == 1
+
+
+def test_a_stepped_client_that_dies_lets_the_simulation_go(world):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    world.transports[cid].lose()
+    world.settle()
+    assert _passes(world) > 0
+    assert not world.engine.sessions
+
+
+def test_a_stop_ends_stepped_mode_and_lets_a_waiting_trigger_go(world):
+    one, two = world.client(), world.client(timeout=0.02)
+    for cid in (one, two):
+        v.simxSynchronous(cid, True)
+    v.simxStartSimulation(one, v.simx_opmode_blocking)
+    v.simxSynchronousTrigger(two)
+    v.simxStopSimulation(one, v.simx_opmode_blocking)
+    assert not any(session.is_stepping for session in world.engine.sessions.values())
+    v.simxStartSimulation(one, v.simx_opmode_blocking)
+    world.settle()
+    assert _passes(world) > 0
+
+
+def test_start_and_trigger_in_one_message_work_in_this_order(world):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxPauseCommunication(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_oneshot)
+    v.simxPauseCommunication(cid, False)
+    assert v.simxSynchronousTrigger(cid) == 0
+    assert _passes(world) == 1
+
+
+def test_a_paused_simulation_makes_no_pass_and_a_start_resumes_it(world):
+    cid = world.client()
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    v.simxPauseSimulation(cid, v.simx_opmode_blocking)
+    before = _passes(world)
+    v.simxGetPingTime(cid)
+    world.settle()
+    assert _passes(world) == before
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.settle()
+    assert _passes(world) > before
+
+
+def test_joining_by_the_starting_port_starts_a_stopped_simulation():
+    world = World(starting_port=19)
+    world.client(port=20)
+    assert world.simulation.state is SimulationState.STOPPED
+    world.client(port=19)
+    assert world.simulation.state is SimulationState.RUNNING
+    world.close()
+
+
+def test_equal_streams_of_several_clients_are_computed_once_a_pass(world, monkeypatch):
+    clients = [world.client() for _ in range(5)]
+    for cid in clients:
+        v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    executed = []
+    original = world.engine._dispatch.execute
+    monkeypatch.setattr(world.engine._dispatch, "execute", lambda *a: executed.append(a[1]) or original(*a))
+    world.simulation.start()
+    world.settle()
+    assert executed == ["simxGetJointPosition"]
+    for cid in clients:
+        assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer)[0] == 0
+
+
+def test_streamed_sets_of_two_clients_are_both_executed(world):
+    one, two = world.client(), world.client()
+    v.simxSetJointPosition(one, 1, 1.0, v.simx_opmode_streaming)
+    v.simxSetJointPosition(two, 2, 2.0, v.simx_opmode_streaming)
+    world.simulation.start()
+    world.settle()
+    assert world.simulation.joints == {1: 1.0, 2: 2.0}
+
+
+def test_all_small_values_of_a_client_belong_to_one_instant(world):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    for handle in range(20):
+        v.simxGetJointPosition(cid, handle, v.simx_opmode_streaming)
+    for step in range(1, 4):
+        world.simulation.joints = dict.fromkeys(range(20), float(step))
+        v.simxSynchronousTrigger(cid)
+        values = {v.simxGetJointPosition(cid, handle, v.simx_opmode_buffer) for handle in range(20)}
+        assert values == {(0, float(step))}
+
+
+def test_a_client_that_does_not_read_gets_the_newest_not_a_backlog(world):
+    cid = world.client()
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    world.simulation.start()
+    for value in range(50):
+        world.simulation.joints[3] = float(value)
+        world.settle()
+    assert len(world.transports[cid]._stream) == 1
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer) == (0, 49.0)
+
+
+def test_unreadable_bytes_are_an_error_of_that_client_only(world):
+    cid, other = world.client(), world.client()
+    world.transports[cid].send(b"\xff\xfe rubbish")
+    world.settle()
+    assert "not a message" in v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1][0]
+    assert v.simxGetLastErrors(other, v.simx_opmode_blocking) == (0, [])
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "text"),
+    [
+        ("simxNoSuchThing", [], "there is no command 'simxNoSuchThing'"),
+        ("simxStart", ["127.0.0.1", 1, 1, 1, 1, 1], "there is no command"),
+        ("simxGetJointPosition", [], "takes jointHandle; got 0 arguments"),
+        ("simxGetJointPosition", ["x"], "jointHandle must be a 32-bit integer"),
+        ("simxSetJointPosition", [1, math.inf], "position must be a finite number"),
+    ],
+)
+def test_a_wrong_call_is_answered_with_what_would_be_right(world, command, arguments, text):
+    cid = world.client()
+    transport = world.transports[cid]
+    transport.send(encode(Batch(0, 0, [Call(1, 0, 0, command, arguments)])))
+    delivery = decode_delivery(transport.receive(1.0))
+    assert delivery.replies[0].status == 8
+    assert text in delivery.replies[0].values[0]
+
+
+def test_calls_of_a_client_that_never_said_hello_are_ignored(world):
+    world.engine.submit("stranger", encode(Batch(0, 0, [Call(1, 0, 0, "simxStartSimulation", [])])))
+    world.settle()
+    assert world.simulation.state is SimulationState.STOPPED
+
+
+def test_a_lost_server_is_noticed_and_a_reconnection_counts_up(world, caplog):
+    cid = world.client()
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    assert v.simxGetConnectionId(cid) == 1
+    transport = world.transports[cid]
+    transport.lose()
+    assert v.simxGetConnectionId(cid) == -1
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    transport._connected = True  # a server is there again
+    assert v.simxGetConnectionId(cid) == 2
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking)[0] == 0
+    assert "went away" in caplog.text and "again" in caplog.text
+
+
+def test_without_reconnection_calls_answer_at_once_that_there_is_no_value(world):
+    cid = world.client(may_reconnect=False)
+    world.transports[cid].lose()
+    assert v.simxGetConnectionId(cid) == -1
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking) == (3, 0.0)
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_oneshot) == (1, 0.0)
+
+
+class _Clock:
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_real_time_passes_come_one_step_apart_and_double_speed_in_half():
+    for speed, gap in ((1.0, 0.05), (2.0, 0.025)):
+        clock = _Clock()
+        pacer = Pacer(speed, clock)
+        assert pacer.seconds_left() == 0.0
+        pacer.passed(0.05)
+        assert pacer.seconds_left() == pytest.approx(gap)
+
+
+def test_at_full_speed_the_next_pass_is_always_due():
+    pacer = Pacer(math.inf, _Clock())
+    pacer.passed(0.05)
+    assert pacer.seconds_left() == 0.0
+
+
+def test_a_simulation_that_cannot_keep_up_says_so_once_and_gives_the_lost_time_up(caplog):
+    clock = _Clock()
+    pacer = Pacer(1.0, clock)
+    for _ in range(10):
+        clock.now += 1.0
+        pacer.passed(0.05)
+    assert caplog.text.count("cannot keep up") == 1
+    clock.now += 0.01
+    pacer.passed(0.05)
+    assert pacer.seconds_left() > 0

@@ -1,0 +1,422 @@
+"""The operation modes, over the in-process way: which calls are sent, where a result comes from."""
+
+import pytest
+from plain_world import World
+
+import simx_client as v
+
+GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
+
+
+@pytest.fixture
+def world():
+    world = World()
+    yield world
+    world.close()
+
+
+@pytest.fixture
+def cid(world):
+    return world.client()
+
+
+def test_the_first_client_id_is_0_and_again_after_finish_all(world):
+    assert world.client() == 0
+    assert world.client() == 1
+    v.simxFinish(-1)
+    assert world.client() == 0
+
+
+def test_blocking_waits_for_its_own_reply(world, cid):
+    world.simulation.joints[3] = 0.5
+    assert GET(cid, 3, v.simx_opmode_blocking) == (0, 0.5)
+    assert GET(cid, 3, v.simx_opmode_oneshot_wait) == (0, 0.5)
+
+
+def test_blocking_leaves_nothing_in_the_inbox(cid):
+    GET(cid, 3, v.simx_opmode_blocking)
+    assert GET(cid, 3, v.simx_opmode_buffer) == (v.simx_return_novalue_flag, 0.0)
+
+
+def test_oneshot_answers_with_the_previous_execution(world, cid):
+    world.simulation.joints[3] = 1.0
+    assert GET(cid, 3, v.simx_opmode_oneshot) == (1, 0.0)
+    world.settle()
+    world.simulation.joints[3] = 2.0
+    assert GET(cid, 3, v.simx_opmode_oneshot) == (0, 1.0)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 2.0)
+
+
+def test_a_oneshot_set_answers_1_first_and_then_the_earlier_status(world, cid):
+    assert SET(cid, 3, 1.0, v.simx_opmode_oneshot) == 1
+    world.settle()
+    assert SET(cid, 3, 2.0, v.simx_opmode_oneshot) == 0
+
+
+def test_the_first_streaming_call_has_no_value_and_buffer_then_has_the_newest(world, cid):
+    world.simulation.joints[3] = 1.0
+    assert GET(cid, 3, v.simx_opmode_streaming) == (1, 0.0)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 1.0)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.simulation.joints[3] = 7.0
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 7.0)
+    assert GET(cid, 3, v.simx_opmode_streaming) == (0, 7.0)
+
+
+def test_streaming_goes_on_while_the_simulation_is_stopped(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.joints[3] = 4.0
+    world.engine.turn(max_wait=1.0)  # the idle pass
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 4.0)
+
+
+def test_buffer_without_any_streaming_is_novalue_and_sends_nothing(world, cid):
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+
+
+def test_a_blocking_call_ends_the_stream_of_its_key(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_blocking)[0] == 0
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    assert not next(iter(world.engine.sessions.values())).streams.by_id
+
+
+def test_a_oneshot_call_ends_the_stream_and_its_value_stays(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.joints[3] = 1.5
+    GET(cid, 3, v.simx_opmode_oneshot)
+    world.settle()
+    world.simulation.joints[3] = 9.0
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 1.5)
+
+
+def test_discontinue_gives_the_last_value_once_more_and_then_none(world, cid):
+    world.simulation.joints[3] = 2.5
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_discontinue) == (0, 2.5)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    assert not next(iter(world.engine.sessions.values())).streams.by_id
+
+
+def test_discontinue_of_what_is_not_streamed_is_harmless(world, cid):
+    assert GET(cid, 3, v.simx_opmode_discontinue) == (1, 0.0)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_blocking)[0] == 0
+
+
+def test_remove_forgets_the_value_and_says_whether_there_was_one(world, cid):
+    GET(cid, 3, v.simx_opmode_oneshot)
+    world.settle()
+    GET(cid, 4, v.simx_opmode_buffer)
+    assert GET(cid, 3, v.simx_opmode_remove) == (0, 0.0)
+    assert GET(cid, 3, v.simx_opmode_remove) == (1, 0.0)
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+
+
+@pytest.mark.parametrize("mode", [v.simx_opmode_streaming + 10, v.simx_opmode_streaming_split + 4000])
+def test_a_rate_or_size_added_to_the_mode_is_accepted(world, cid, mode):
+    world.simulation.joints[3] = 3.0
+    assert GET(cid, 3, mode)[0] == 1
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 3.0)
+
+
+def test_a_rate_spaces_the_executions(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming + 60_000)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.simulation.joints[3] = 8.0
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 0.0)
+
+
+def test_oneshot_split_behaves_like_oneshot(world, cid):
+    assert SET(cid, 3, 1.0, v.simx_opmode_oneshot_split + 100) == 1
+    world.settle()
+    assert world.simulation.joints[3] == 1.0
+
+
+def test_a_streamed_set_goes_on_being_applied_until_replaced(world, cid):
+    SET(cid, 3, 1.0, v.simx_opmode_streaming)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.simulation.joints[3] = 0.0
+    world.settle()
+    assert world.simulation.joints[3] == 1.0
+    SET(cid, 3, 2.0, v.simx_opmode_streaming)
+    world.settle()
+    world.settle()
+    assert world.simulation.joints[3] == 2.0
+
+
+def test_a_failing_stream_answers_8_and_recovers(world, cid):
+    world.simulation.strings["s"] = b"x"
+    assert v.simxGetAndClearStringSignal(cid, "missing", v.simx_opmode_streaming)[0] == 1
+    world.settle()
+    assert v.simxGetAndClearStringSignal(cid, "missing", v.simx_opmode_buffer) == (8, bytearray())
+
+
+def test_get_and_clear_ends_its_stream_with_the_first_hit(world, cid):
+    v.simxGetAndClearStringSignal(cid, "s", v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.strings["s"] = b"hit"
+    world.engine.turn(max_wait=1.0)
+    world.settle()
+    assert v.simxGetAndClearStringSignal(cid, "s", v.simx_opmode_buffer) == (0, bytearray(b"hit"))
+    assert v.simxGetAndClearStringSignal(cid, "s", v.simx_opmode_buffer) == (1, bytearray())
+    assert not next(iter(world.engine.sessions.values())).streams.by_id
+
+
+def test_read_string_stream_loses_nothing_and_gives_empty_data_between(world, cid):
+    read = v.simxReadStringStream
+    assert read(cid, "s", v.simx_opmode_streaming) == (1, bytearray())
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    for word in (b"a", b"b", b"c"):
+        v.simxWriteStringStream(cid, "s", word, v.simx_opmode_oneshot)
+        world.settle()
+    world.settle()
+    assert read(cid, "s", v.simx_opmode_buffer) == (0, bytearray(b"abc"))
+    assert read(cid, "s", v.simx_opmode_buffer) == (0, bytearray())
+
+
+def test_read_string_stream_refuses_blocking(cid):
+    assert v.simxReadStringStream(cid, "s", v.simx_opmode_blocking) == (4, bytearray())
+
+
+def test_query_sets_one_signal_and_returns_the_other(world, cid):
+    world.simulation.on_start.append(lambda: None)
+    answered = _answer_in_the_world(world)
+    assert v.simxQuery(cid, "ask", b"1+1", "answer", 5000) == (0, bytearray(b"2"))
+    answered()
+    assert v.simxQuery(cid, "ask", b"1+1", "answer", 10)[0] == v.simx_return_timeout_flag
+
+
+def _answer_in_the_world(world):
+    """Answer signal 'ask' in the world, as a script in the scene would; returns how to stop it."""
+    strings = world.simulation.strings
+
+    class Answering(dict):
+        def __setitem__(self, name, value):
+            super().__setitem__(name, value)
+            if name == "ask":
+                super().__setitem__("answer", b"2")
+
+    world.simulation.strings = Answering(strings)
+    return lambda: setattr(world.simulation, "strings", {})
+
+
+def test_paused_calls_arrive_together_in_order_and_only_the_last_of_a_key(world, cid):
+    world.simulation.log.clear()
+    assert v.simxPauseCommunication(cid, True) == 0
+    SET(cid, 1, 1.0, v.simx_opmode_oneshot)
+    SET(cid, 2, 2.0, v.simx_opmode_oneshot)
+    SET(cid, 1, 3.0, v.simx_opmode_oneshot)
+    world.settle()
+    assert world.simulation.log == []
+    assert v.simxPauseCommunication(cid, False) == 0
+    v.simxGetPingTime(cid)
+    assert world.simulation.log == [("set", 2, 2.0), ("set", 1, 3.0)]
+
+
+def test_every_paused_status_message_is_kept(world, cid):
+    v.simxPauseCommunication(cid, True)
+    for _ in range(3):
+        v.simxAddStatusbarMessage(cid, "again", v.simx_opmode_oneshot)
+    v.simxPauseCommunication(cid, False)
+    v.simxGetPingTime(cid)
+    assert world.simulation.log.count(("status", "again")) == 3
+
+
+def test_pauses_nest_and_a_resume_too_many_is_harmless(world, cid):
+    v.simxPauseCommunication(cid, 1)
+    v.simxPauseCommunication(cid, 1)
+    v.simxPauseCommunication(cid, 0)
+    SET(cid, 1, 1.0, v.simx_opmode_oneshot)
+    world.settle()
+    assert 1 not in world.simulation.joints
+    v.simxPauseCommunication(cid, 0)
+    v.simxPauseCommunication(cid, 0)
+    world.settle()
+    assert world.simulation.joints[1] == 1.0
+
+
+def test_a_blocking_call_while_paused_times_out_at_once_and_is_sent_with_the_batch(world, cid):
+    v.simxPauseCommunication(cid, True)
+    assert GET(cid, 3, v.simx_opmode_blocking) == (3, 0.0)
+    v.simxPauseCommunication(cid, False)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (0, 0.0)
+
+
+def test_oneshot_and_blocking_calls_keep_their_order(world, cid):
+    for value in range(5):
+        SET(cid, 3, float(value), v.simx_opmode_oneshot)
+        assert GET(cid, 3, v.simx_opmode_blocking) == (0, float(value))
+
+
+def test_results_are_new_lists_each_time_and_exact_types(world, cid):
+    v.simxGetObjects(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    first = v.simxGetObjects(cid, 3, v.simx_opmode_buffer)
+    first[1].append(99)
+    assert v.simxGetObjects(cid, 3, v.simx_opmode_buffer) == (0, [0, 1, 2])
+    assert type(first) is tuple and type(first[0]) is int and type(first[1]) is list
+    assert all(type(n) is int for n in first[1])
+
+
+def test_a_remote_error_gives_8_and_defaults_and_its_text_once(world, cid):
+    assert GET(cid, -5, v.simx_opmode_blocking) == (8, 0.0)
+    code, errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)
+    assert code == 0 and errors == ["simxGetJointPosition: no object with handle -5"]
+    assert v.simxGetLastErrors(cid, v.simx_opmode_blocking) == (0, [])
+
+
+def test_at_most_50_errors_are_kept_the_newest(cid):
+    for handle in range(1, 61):
+        GET(cid, -handle, v.simx_opmode_blocking)
+    errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
+    assert len(errors) == 50 and errors[-1].endswith("-60")
+
+
+def test_the_reason_of_a_remote_error_is_logged_once(cid, caplog):
+    for _ in range(3):
+        GET(cid, -5, v.simx_opmode_blocking)
+    told = [r for r in caplog.records if r.name.startswith("simx_client")]
+    assert len(told) == 1 and "no object with handle -5" in told[0].message
+
+
+def test_a_function_that_comes_later_exists_and_says_so(cid):
+    assert v.simxLoadUI(cid, "x.ttb", 0, v.simx_opmode_blocking) == (8, [])
+    errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
+    assert "simxLoadUI is not available in this version" in errors[0]
+
+
+def test_a_crash_in_a_handler_is_a_remote_error_and_the_server_goes_on(world, cid):
+    call = v.simxCallScriptFunction
+    arguments = ("RG2", 1, "crash", [], [], [], b"", v.simx_opmode_blocking)
+    assert call(cid, *arguments) == (8, [], [], [], bytearray())
+    assert "internal error" in v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1][0]
+    assert GET(cid, 3, v.simx_opmode_blocking)[0] == 0
+
+
+def test_script_functions_take_and_return_what_old_scripts_use(cid):
+    result = v.simxCallScriptFunction(
+        cid, "RG2", v.sim_scripttype_childscript, "f", [1], [0.5], ["a"], "abc", v.simx_opmode_blocking
+    )
+    assert result == (0, [1], [0.5], ["a"], bytearray(b"abc"))
+    assert type(result[4]) is bytearray
+
+
+def test_a_blocking_script_call_returns_its_own_outputs_not_those_of_a_oneshot_before(cid):
+    arguments = ("RG2", 1, "f")
+    v.simxCallScriptFunction(cid, *arguments, [1], [], [], b"", v.simx_opmode_oneshot)
+    assert v.simxCallScriptFunction(cid, *arguments, [2], [], [], b"", v.simx_opmode_blocking)[1] == [2]
+
+
+def test_an_unknown_client_gives_64_and_defaults():
+    assert GET(17, 3, v.simx_opmode_blocking) == (64, 0.0)
+    assert GET(-1, 3, v.simx_opmode_streaming) == (64, 0.0)
+    assert SET(17, 3, 1.0, v.simx_opmode_oneshot) == 64
+    assert v.simxGetPingTime(17) == (0, 0)
+    assert v.simxSynchronous(17, True) == v.simxSynchronousTrigger(17) == 64
+    assert v.simxPauseCommunication(17, True) == 64
+    assert v.simxGetConnectionId(17) == -1
+    assert v.simxGetConnectionId(17 != -1) == -1
+    assert v.simxGetInMessageInfo(17, v.simx_headeroffset_server_state) == (-1, 0)
+    v.simxFinish(17)
+
+
+def test_keyword_arguments_and_numpy_handles_work(world, cid):
+    np = pytest.importorskip("numpy")
+    handle = np.zeros((1, 1), dtype=int)[0]
+    handle[:] = 3
+    assert SET(clientID=cid, jointHandle=handle, position=0.5, operationMode=v.simx_opmode_blocking) == 0
+    assert GET(cid, np.int64(3), operationMode=v.simx_opmode_blocking) == (0, 0.5)
+    assert GET(np.int64(cid), handle, v.simx_opmode_blocking) == (0, 0.5)
+
+
+def test_wrong_arguments_name_the_function_and_the_argument(cid):
+    with pytest.raises(TypeError, match="simxGetJointPosition: jointHandle needs an integer, got str 'UR5'"):
+        GET(cid, "UR5", v.simx_opmode_blocking)
+
+
+def test_a_time_out_is_3_and_the_late_reply_waits_in_the_inbox(world):
+    cid = world.client(timeout=0.01)
+    code, resolution, image = v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_blocking)
+    assert (code, resolution, image) == (3, [], [])
+    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 2, 255])))
+    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 2, -1])
+
+
+def test_a_time_out_with_an_older_reply_is_2_and_removes_it(world):
+    cid = world.client(timeout=0.01)
+    v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_oneshot)
+    world.settle()
+    world.simulation.pictures[0].set_result(([1, 1], bytes(3)))
+    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 0
+    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_blocking)[0] == 2
+    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 1
+
+
+def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, cid):
+    image = v.simxGetVisionSensorImage
+    image(cid, 1, 0, v.simx_opmode_streaming)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    for _ in range(3):
+        world.settle()
+    assert len(world.simulation.pictures) == 1
+    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 1, 1])))
+    world.settle()
+    assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 1, 1])
+    world.simulation.pictures[1].set_result(([1, 1], bytes([2, 2, 2])))
+    assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [2, 2, 2])
+
+
+def test_grey_and_colour_pictures_are_different_streams(world, cid):
+    v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_oneshot)
+    v.simxGetVisionSensorImage(cid, 1, 1, v.simx_opmode_oneshot)
+    world.settle()
+    world.simulation.pictures[1].set_result(([1, 1], bytes([9])))
+    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 1
+    assert v.simxGetVisionSensorImage(cid, 1, 1, v.simx_opmode_buffer) == (0, [1, 1], [9])
+
+
+def test_last_command_time_is_simulated_milliseconds_of_the_reply_fetched(world, cid):
+    assert v.simxGetLastCmdTime(cid) == 0
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    for _ in range(3):
+        v.simxSynchronousTrigger(cid)
+    GET(cid, 3, v.simx_opmode_blocking)
+    assert v.simxGetLastCmdTime(cid) == 150
+    v.simxStopSimulation(cid, v.simx_opmode_blocking)
+    GET(cid, 3, v.simx_opmode_blocking)
+    assert v.simxGetLastCmdTime(cid) == 0
+
+
+def test_message_headers_tell_the_server_state(world, cid):
+    state = v.simx_headeroffset_server_state
+    v.simxGetPingTime(cid)
+    assert v.simxGetInMessageInfo(cid, state) == (1, 0b100)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    assert v.simxGetInMessageInfo(cid, state)[1] & 1 == 1
+    v.simxPauseSimulation(cid, v.simx_opmode_blocking)
+    assert v.simxGetInMessageInfo(cid, state)[1] & 3 == 3
+    v.simxStopSimulation(cid, v.simx_opmode_blocking)
+    assert v.simxGetInMessageInfo(cid, state)[1] & 1 == 0
+    assert v.simxGetInMessageInfo(cid, 0) == (-1, 0)
+    assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_version) == (1, 11)
+    assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_message_id)[0] == 1
