@@ -1,0 +1,55 @@
+"""The README promises only what is there: flags, make targets, files of the map, variables."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from simx_client.run import make_parser as make_run_parser
+from simx_server.cli import make_parser as make_server_parser
+from simx_server.settings import SETTINGS
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def readme() -> str:
+    return (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_every_flag_in_the_readme_exists(readme: str) -> None:
+    flags = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", readme))
+    known = make_server_parser().format_help() + make_run_parser().format_help()
+    assert {flag for flag in flags if flag not in known} == set()
+
+
+def test_every_variable_in_the_readme_exists(readme: str) -> None:
+    named = set(re.findall(r"SIMX_[A-Z_]+", readme))
+    assert named <= {setting.variable for setting in SETTINGS.values()}
+
+
+def test_every_make_target_in_the_readme_exists(readme: str) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"\bmake ([a-z]+)", readme):
+        if f"`make {target}`" in readme or f"    make {target}" in readme:
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_every_place_on_the_map_exists(readme: str) -> None:
+    table = readme.partition("## Map of the house")[2].partition("\n## ")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    assert rows
+    for row in rows:
+        first, *others = re.findall(r"`([^`]+)`", row)
+        folder = (ROOT / first).parent if first.startswith("simx_") else ROOT
+        for place in [ROOT / first, *(folder / other for other in others)]:
+            assert place.exists(), place
+
+
+def test_differences_are_numbered_without_a_gap(readme: str) -> None:
+    section = readme.partition("## Differences from the original")[2].partition("\n## ")[0]
+    numbers = [int(number) for number in re.findall(r"^(\d+)\. \*\*", section, re.MULTILINE)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    assert numbers
