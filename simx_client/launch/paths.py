@@ -82,7 +82,10 @@ class BackslashPaths:
         for name in ("imwrite", "imwritemulti"):
             self._replace(cv2, name, range(1), writing=True)
         for name, writing in (("VideoCapture", False), ("VideoWriter", True)):
-            self._replace_film(cv2, name, writing=writing)
+            if (film := getattr(cv2, name, None)) is not None:
+                # in the class itself: OpenCV's classes do not survive being subclassed
+                self._replace(film, "__init__", range(1, 2), writing=writing)
+                self._replace(film, "open", range(1, 2), writing=writing)
 
     def patch_pygame_image(self, image: ModuleType) -> None:
         """Pictures of pygame."""
@@ -91,24 +94,10 @@ class BackslashPaths:
         for name in ("save", "save_extended"):
             self._replace(image, name, range(1, 2), writing=True)
 
-    def _replace(self, module: ModuleType, name: str, positions: range, *, writing: bool = False) -> None:
-        function = getattr(module, name, None)
+    def _replace(self, owner: object, name: str, positions: range, *, writing: bool = False) -> None:
+        function = getattr(owner, name, None)
         if function is not None and not hasattr(function, "__wrapped__"):
-            setattr(module, name, self._wrapped(function, positions, writing=writing))
-
-    def _replace_film(self, cv2: ModuleType, name: str, *, writing: bool) -> None:
-        """A class has to stay a class, for isinstance and for its other members."""
-        plain = getattr(cv2, name, None)
-        if plain is None or hasattr(plain, "__wrapped__"):
-            return
-        members: dict[str, Any] = {
-            "__wrapped__": plain,
-            "__module__": plain.__module__,
-            "__doc__": plain.__doc__,
-        }
-        for method in ("__init__", "open"):
-            members[method] = self._wrapped(getattr(plain, method), range(1, 2), writing=writing)
-        setattr(cv2, name, type(name, (plain,), members))
+            setattr(owner, name, self._wrapped(function, positions, writing=writing))
 
     def _wrapped(self, function: Callable[..., Any], positions: range, *, writing: bool = False) -> Any:
         keywords = ("path", "src", "dst", "filename", "file", "target", "top", "p")
@@ -137,11 +126,9 @@ class BackslashPaths:
 
 def _text(path: Any) -> str:
     """The path as text; empty for bytes, file descriptors and whatever else ``open`` takes."""
-    try:
-        text: object = os.fspath(path)
-    except TypeError:
-        return ""
-    return text if isinstance(text, str) else ""
+    if hasattr(path, "__fspath__"):
+        path = path.__fspath__()
+    return path if isinstance(path, str) else ""
 
 
 def _exists(text: str) -> bool:
