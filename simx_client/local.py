@@ -26,6 +26,7 @@ from .errors import ConnectionFailed
 from .protocol import constants as c
 from .protocol.commands import BY_NAME
 from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints, to_text
+from .redirect import redirected
 from .shape import Shape
 from .transport import ZenohTransport
 
@@ -65,10 +66,15 @@ def simxStart(
             port,
         )
         return -1
+    try:
+        host, target = redirected(address, port)
+    except ValueError as error:
+        logger.warning("no connection to %s:%d: %s", address, port, error)
+        return -1
     once = bool(doNotReconnectOnceDisconnected)
     patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
     connection = Connection(
-        lambda: ZenohTransport(address, port, connect_timeout=patience, retry=not once),
+        lambda: ZenohTransport(host, target, connect_timeout=patience, retry=not once, asked_port=port),
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
@@ -84,7 +90,7 @@ def simxStart(
     try:
         connection.connect(min(patience, _GREETING_TIMEOUT))
     except ConnectionFailed as error:
-        logger.warning("no connection: tried %s:%d over Zenoh; %s", address, port, error)
+        logger.warning("no connection: tried %s:%d over Zenoh; %s", host, target, error)
         CLIENTS.remove(client_id)
         return -1
     return client_id

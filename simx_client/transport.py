@@ -71,12 +71,15 @@ class Transport(Protocol):
 class ZenohTransport:
     """One Zenoh session to one server. Zenoh's threads only store what arrives."""
 
-    def __init__(self, address: str, port: int, *, connect_timeout: float, retry: bool) -> None:
+    def __init__(
+        self, address: str, port: int, *, connect_timeout: float, retry: bool, asked_port: int | None = None
+    ) -> None:
         """Open a session to ``tcp/address:port``.
 
         Args:
             connect_timeout: seconds to keep trying when ``retry``; otherwise one attempt is made.
             retry: also reconnect by itself when the server comes back later.
+            asked_port: the port the script asked for, when it was sent here instead.
 
         Raises:
             ConnectionFailed: nothing there that speaks Zenoh.
@@ -84,6 +87,7 @@ class ZenohTransport:
         zenoh = link.import_zenoh()
         self._zenoh = zenoh
         self._address, self._port = address, port
+        self._asked_port = port if asked_port is None else asked_port
         self.client = uuid.uuid4().hex
         self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._pictures: dict[str, Any] = {}
@@ -116,7 +120,7 @@ class ZenohTransport:
         self._lost = False
         deadline = time.monotonic() + timeout
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
-        greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._port))
+        greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._asked_port))
         if self._realm is None:
             self._declare(self._ask(keys.ANY_HELLO, None, deadline).realm)
         assert self._realm is not None

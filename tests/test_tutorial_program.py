@@ -1,0 +1,120 @@
+"""The touchstone: the tutorial's own program, byte for byte, in a real window that gets real key presses."""
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from processes import ROOT, read_line, running, server, wait_until
+
+import simx_client as v
+from simx_client.redirect import VARIABLE, format_redirects
+
+PROGRAM = ROOT.parent / "shared" / "seed" / "robotControl.py"
+TOOLS = ("Xvfb", "xdotool")
+BLOCKING = v.simx_opmode_blocking
+
+missing = [tool for tool in TOOLS if shutil.which(tool) is None]
+pytestmark = [
+    pytest.mark.skipif(bool(missing), reason=f"{missing} missing: apt-get install xvfb xdotool"),
+    pytest.mark.skipif(not PROGRAM.exists(), reason="the tutorial's program is not beside this repository"),
+]
+
+
+@pytest.fixture(scope="module")
+def display():
+    """A virtual screen of its own."""
+    pytest.importorskip("pygame")
+    read, write = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL) as screen:
+        os.close(write)
+        with os.fdopen(read) as answer:
+            number = answer.readline().strip()
+        assert number, "Xvfb did not start"
+        yield f":{number}"
+        screen.terminate()
+
+
+class Keyboard:
+    """Real key events into the window with a title."""
+
+    def __init__(self, display: str, title: str) -> None:
+        self._environment = {**os.environ, "DISPLAY": display}
+        self._window = ""
+        assert wait_until(lambda: self._find(title), 60.0), f"no window {title!r} appeared"
+        self._xdotool("windowfocus", "--sync", self._window)
+
+    def _xdotool(self, *arguments: str) -> str:
+        done = subprocess.run(
+            ["xdotool", *arguments], env=self._environment, capture_output=True, text=True, timeout=20
+        )
+        return done.stdout.strip()
+
+    def _find(self, title: str) -> bool:
+        self._window = self._xdotool("search", "--onlyvisible", "--name", title).partition("\n")[0]
+        return bool(self._window)
+
+    def press(self, key: str, times: int = 1) -> None:
+        for _ in range(times):
+            self._xdotool("key", "--clearmodifiers", key)
+
+
+def test_the_tutorial_runs_unchanged_in_a_window_under_real_keys(display, tmp_path):
+    with server("ur5_rg2_kinect") as simulator:
+        environment = {
+            **os.environ,
+            "DISPLAY": display,
+            "SDL_VIDEODRIVER": "x11",
+            "PYTHONUNBUFFERED": "1",
+            VARIABLE: format_redirects({19999: ("127.0.0.1", simulator.port)}),
+        }
+        command = [sys.executable, "-m", "simx_client", "run", str(PROGRAM)]
+        with running(
+            subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+        ) as program:
+            assert "Simulation started" in _line_with(program, "Simulation started")
+            _line_with(program, "Connection success")
+            keys = Keyboard(display, "Vrep yolov3 ddpg pytorch")
+            watcher = v.simxStart("127.0.0.1", simulator.port, True, True, 5000, 5)
+            try:
+                _drive(keys, watcher, tmp_path)
+            finally:
+                v.simxFinish(watcher)
+            keys.press("p")
+            assert program.wait(20) == 0
+
+
+def _line_with(program: subprocess.Popen[str], text: str) -> str:
+    while text not in (line := read_line(program)):
+        assert line, f"the program ended before it said {text!r}"
+    return line
+
+
+def _drive(keys: Keyboard, watcher: int, folder: Path) -> None:
+    def position(name: str) -> float:
+        code, handle = v.simxGetObjectHandle(watcher, name, BLOCKING)
+        assert code == 0
+        code, value = v.simxGetJointPosition(watcher, handle, BLOCKING)
+        assert code == 0
+        return value
+
+    assert position("UR5_joint1") == pytest.approx(0.0, abs=1e-3)
+    keys.press("q", 10)
+    goal = math.radians(10)
+    assert wait_until(lambda: abs(position("UR5_joint1") - goal) < math.radians(0.05), 10.0)
+    assert position("UR5_joint2") == pytest.approx(0.0, abs=math.radians(0.1))
+
+    keys.press("t")
+    assert wait_until(lambda: position("RG2_openCloseJoint") < -0.045, 15.0)
+    keys.press("y")
+    assert wait_until(lambda: position("RG2_openCloseJoint") > 0.053, 15.0)
+
+    keys.press("space")
+    saved = folder / "saveImg"
+    assert wait_until(lambda: len([*saved.rglob("*_rgb.jpg"), *saved.rglob("*_depth.jpg")]) == 2, 20.0)
+    assert [path.parent.name for path in sorted(saved.rglob("*.jpg"))] == ["depthImg", "rgbImg"]
+    assert (folder / "imgTemp" / "frame.jpg").exists()

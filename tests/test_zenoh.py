@@ -1,0 +1,254 @@
+"""Client and server as real processes over real Zenoh: connecting, dying, coming back."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+from processes import PENDULUM, ROOT, read_line, running, server, spawn, wait_until
+
+import simx_client as v
+
+BLOCKING = v.simx_opmode_blocking
+
+
+@pytest.fixture(autouse=True)
+def no_connection_left():
+    yield
+    v.simxFinish(-1)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
+    path.write_text(PENDULUM)
+    return path
+
+
+@pytest.fixture(scope="module")
+def pendulum(scene):
+    with server(scene, ports=(0, 0)) as process:
+        yield process
+
+
+def _connect(port, **more):
+    options = {"timeOutInMs": 5000, "doNotReconnectOnceDisconnected": True, **more}
+    return v.simxStart(
+        connectionAddress=options.pop("address", "127.0.0.1"),
+        connectionPort=port,
+        waitUntilConnected=options.pop("wait", True),
+        commThreadCycleInMs=5,
+        **options,
+    )
+
+
+def _free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def test_a_script_connects_asks_and_leaves(pendulum):
+    cid = _connect(pendulum.port)
+    assert cid == 0
+    assert v.simxGetConnectionId(cid) == 1
+    code, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
+    assert code == 0 and handle > 0
+    assert v.simxGetJointPosition(cid, handle, BLOCKING) == (0, 0.0)
+    code, milliseconds = v.simxGetPingTime(cid)
+    assert code == 0 and milliseconds < 1000
+    assert v.simxFinish(cid) is None
+    assert v.simxGetJointPosition(cid, handle, BLOCKING) == (64, 0.0)
+    assert _connect(pendulum.port) == 0
+
+
+@pytest.mark.parametrize("address", ["localhost", "127.0.0.2", b"127.0.0.1"])
+def test_host_names_other_loopback_addresses_and_bytes_connect(pendulum, address):
+    assert _connect(pendulum.port, address=address) == 0
+
+
+def test_both_ports_lead_to_the_same_simulation(pendulum):
+    one, two = _connect(pendulum.ports[0]), _connect(pendulum.ports[1])
+    assert (one, two) == (0, 1)
+    v.simxSetIntegerSignal(one, "hello", 42, BLOCKING)
+    assert v.simxGetIntegerSignal(two, "hello", BLOCKING) == (0, 42)
+
+
+def test_the_same_address_and_port_twice_is_minus_1_and_says_why(pendulum, caplog):
+    assert _connect(pendulum.port) == 0
+    assert _connect(pendulum.port) == -1
+    assert "client 0 is connected to" in caplog.text and "simxFinish" in caplog.text
+
+
+def test_nothing_there_is_minus_1_at_once_with_the_way_out(caplog):
+    port = _free_port()
+    began = time.monotonic()
+    assert _connect(port) == -1
+    assert time.monotonic() - began < 2.0
+    assert (
+        f"nothing listens at 127.0.0.1:{port}" in caplog.text and f"simx-server --port {port}" in caplog.text
+    )
+
+
+def test_another_program_on_the_port_is_named_as_such(caplog):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        assert _connect(other.getsockname()[1], timeOutInMs=300) == -1
+    assert "does not speak Zenoh" in caplog.text
+
+
+def test_an_unknown_host_and_a_wrong_port_are_minus_1_with_a_reason(caplog):
+    assert _connect(19997, address="no-such-host.invalid", timeOutInMs=200) == -1
+    assert _connect(-3) == -1
+    assert "not known" in caplog.text and "1..65535" in caplog.text
+
+
+def test_a_retrying_start_finds_a_server_that_comes_later(scene):
+    port = _free_port()
+    waiting = (
+        "import sys; sys.path.insert(0, '.'); import simx_client as v;"
+        f"print('trying', flush=True);"
+        f"print(v.simxStart('127.0.0.1', {port}, True, False, 20000, 5), flush=True)"
+    )
+    with running(spawn("-c", waiting)) as client:
+        assert read_line(client).strip() == "trying"
+        with server(scene, ports=(port,)):
+            assert read_line(client).strip() == "0"
+
+
+def test_without_waiting_the_id_comes_at_once_and_the_connection_in_the_background(pendulum):
+    cid = _connect(pendulum.port, wait=False)
+    assert cid == 0
+    assert wait_until(lambda: v.simxGetConnectionId(cid) == 1, 5.0)
+    assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] == 0
+
+
+def test_streams_reach_the_client(pendulum):
+    cid = _connect(pendulum.port)
+    _, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
+    assert v.simxGetJointPosition(cid, handle, v.simx_opmode_streaming) == (1, 0.0)
+    assert wait_until(lambda: v.simxGetJointPosition(cid, handle, v.simx_opmode_buffer)[0] == 0, 2.0)
+
+
+def test_a_killed_server_is_noticed_and_a_new_one_is_found_again(scene):
+    port = _free_port()
+    with server(scene, ports=(port,)) as first:
+        cid = _connect(port, doNotReconnectOnceDisconnected=False)
+        _, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
+        first.kill()
+        began = time.monotonic()
+        assert wait_until(lambda: v.simxGetConnectionId(cid) == -1, 2.0)
+        assert time.monotonic() - began < 2.0
+        assert v.simxGetJointPosition(cid, handle, v.simx_opmode_buffer)[0] == 1
+    with server(scene, ports=(port,)):
+        assert wait_until(lambda: v.simxGetConnectionId(cid) == 2, 5.0)
+        assert v.simxGetJointPosition(cid, handle, BLOCKING)[0] == 0
+
+
+def test_a_server_killed_during_a_blocking_call_does_not_hang_the_client(scene):
+    with server(scene) as process:
+        cid = _connect(process.port)
+        process.process.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+        assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] & v.simx_return_timeout_flag
+        assert time.monotonic() - began < 5.5
+        process.kill()
+    with server(scene) as process:
+        assert _connect(process.port) >= 0
+
+
+def test_a_killed_client_frees_its_stepped_mode_and_its_streams(scene):
+    with server(scene) as process:
+        stepping = (
+            "import sys; sys.path.insert(0, '.'); import simx_client as v;"
+            f"c = v.simxStart('127.0.0.1', {process.port}, True, True, 5000, 5);"
+            "v.simxSynchronous(c, True); v.simxStartSimulation(c, v.simx_opmode_blocking);"
+            "v.simxGetIntegerParameter(c, 1, v.simx_opmode_streaming); v.simxGetPingTime(c);"
+            "print('stepping', flush=True); sys.stdin.read()"
+        )
+        watcher = _connect(process.port)
+        waiting = v.sim_boolparam_waiting_for_trigger
+        with running(
+            subprocess.Popen(
+                [sys.executable, "-c", stepping],
+                cwd=ROOT,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+        ) as client:
+            assert read_line(client).strip() == "stepping"
+            assert v.simxGetBooleanParameter(watcher, waiting, BLOCKING) == (0, True)
+            client.kill()
+            began = time.monotonic()
+            assert wait_until(
+                lambda: v.simxGetBooleanParameter(watcher, waiting, BLOCKING) == (0, False), 2.0
+            )
+            assert time.monotonic() - began < 2.0
+            client.stdin.close()
+
+
+def test_sigterm_and_sigint_end_the_server_cleanly_within_two_seconds(scene):
+    for number in (signal.SIGTERM, signal.SIGINT):
+        with server(scene, "--start") as process:
+            cid = _connect(process.port)
+            began = time.monotonic()
+            process.process.send_signal(number)
+            assert process.process.wait(5) == 0
+            assert time.monotonic() - began < 2.0
+            assert wait_until(lambda cid=cid: v.simxGetConnectionId(cid) == -1, 2.0)
+            v.simxFinish(-1)
+
+
+def test_a_port_that_is_taken_is_a_clear_error_with_the_way_out(scene):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        done = subprocess.run(
+            [sys.executable, "-m", "simx_server", str(scene), "--port", str(port)],
+            capture_output=True,
+            text=True,
+            cwd=ROOT,
+            timeout=30,
+        )
+    assert done.returncode == 1
+    assert f"port {port} is taken" in done.stderr and "--port" in done.stderr
+    assert done.stdout == ""
+
+
+def test_the_ready_line_names_endpoints_realm_and_scene_and_is_all_of_stdout(scene):
+    with server(scene, "--realm", "lab-7", "--duration", "0.1") as process:
+        assert f"tcp/127.0.0.1:{process.port}" in process.ready
+        assert "realm=lab-7" in process.ready and "scene=pendulum" in process.ready
+        assert process.process.wait(10) == 0
+        assert process.process.stdout.read() == ""
+
+
+def test_quit_after_stop_ends_the_server_when_a_client_stops_the_simulation(scene):
+    with server(scene, "--start", "--quit-after-stop") as process:
+        cid = _connect(process.port)
+        v.simxStopSimulation(cid, BLOCKING)
+        assert process.process.wait(5) == 0
+
+
+def test_an_unfinished_client_that_exits_does_not_hang(pendulum):
+    script = (
+        "import sys; sys.path.insert(0, '.'); import simx_client as v;"
+        f"c = v.simxStart('127.0.0.1', {pendulum.port}, True, True, 5000, 5);"
+        "v.simxGetIntegerParameter(c, 1, v.simx_opmode_streaming);"
+        "v.simxSetIntegerSignal(c, 'last', 7, v.simx_opmode_oneshot); sys.exit(3)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, timeout=20)
+    assert done.returncode == 3
+    cid = _connect(pendulum.port)
+    assert v.simxGetIntegerSignal(cid, "last", BLOCKING) == (0, 7)
+
+
+def test_an_idle_loop_until_the_server_ends_is_left(scene):
+    with server(scene, "--duration", "0.3") as process:
+        cid = _connect(process.port)
+        assert wait_until(lambda: v.simxGetConnectionId(cid) == -1, 5.0)
