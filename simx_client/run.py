@@ -18,6 +18,7 @@ import sys
 from collections.abc import Sequence
 from importlib import metadata
 from importlib.util import decode_source
+from pathlib import Path
 from types import CodeType, FrameType
 
 from simx_client.launch import python2, script
@@ -28,7 +29,7 @@ from simx_client.launch.paths import BackslashPaths
 from simx_client.launch.server import OwnServer, ServerNotReady
 
 PROGRAM = "simx-run"
-FAILURE, USAGE = 1, 2
+FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
 EXAMPLES = """\
 what a script gets, in this process only:
@@ -81,15 +82,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         _log_to_stderr()
     path = os.path.abspath(options.script)
     try:
-        with open(path, "rb") as file:
-            source = file.read()
+        source = Path(path).read_bytes()
     except OSError as error:
         return _refuse(f"cannot open {options.script}: {error.strerror}; name the script's .py file", USAGE)
     try:
         code = _compile(source, path)
     except _IsPython2 as refusal:
         return _refuse(str(refusal), USAGE)
-    except (SyntaxError, ValueError) as error:
+    except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         script.show(error.with_traceback(None))
         return FAILURE
     _provide(options, script_folder=os.path.dirname(os.path.realpath(path)))
@@ -98,7 +98,19 @@ def main(argv: Sequence[str] | None = None) -> int:
             _start_server(options)
         except ServerNotReady as error:
             return _refuse(str(error), FAILURE)
-    return script.run_as_main(code, options.script, options.arguments)
+    try:
+        script.run_as_main(code, options.script, options.arguments)
+    except SystemExit:
+        raise
+    except KeyboardInterrupt as error:
+        script.show(error)
+        return INTERRUPTED
+    except BaseException as error:
+        if isinstance(error, SyntaxError) and (refusal := _python2_in_a_module(error)):
+            return _refuse(str(refusal), USAGE)
+        script.show(error)
+        return FAILURE
+    return 0
 
 
 class _IsPython2(Exception):
@@ -124,6 +136,15 @@ def _compile(source: bytes, path: str) -> CodeType:
     if finding is not None:
         raise _IsPython2(path, finding)
     return compile(tree, path, "exec", dont_inherit=True)
+
+
+def _python2_in_a_module(error: SyntaxError) -> _IsPython2 | None:
+    """Why a module that the script imports does not compile, if it is Python 2."""
+    if error.filename is None or not os.path.isfile(error.filename):
+        return None
+    source = Path(error.filename).read_text(encoding="utf-8", errors="replace")
+    finding = python2.from_syntax_error(error, source)
+    return _IsPython2(error.filename, finding) if finding else None
 
 
 def _provide(options: argparse.Namespace, script_folder: str) -> None:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import simx_client as vrep
 from simx_client.connection import CLIENTS, Connection
+from simx_client.protocol.commands import BY_NAME
 from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.errors import CommandError
@@ -14,7 +15,6 @@ from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import session
 from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.simulation import SimulationState
-from simx_client.protocol.commands import BY_NAME
 
 
 class PlainSimulation:

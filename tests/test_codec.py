@@ -1,5 +1,6 @@
 """Messages survive the way; anything else is refused with one kind of error."""
 
+import contextlib
 import struct
 
 import msgpack
@@ -40,19 +41,15 @@ def test_a_delivery_comes_back_as_it_was_sent(number, replies):
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_message_or_a_codec_error(payload):
     for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
-        try:
+        with contextlib.suppress(CodecError):
             decode(payload)
-        except CodecError as error:
-            assert str(error)
 
 
 @given(values)
 def test_any_msgpack_value_is_a_message_or_a_codec_error(value):
     for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
-        try:
+        with contextlib.suppress(CodecError):
             decode(msgpack.packb(value))
-        except CodecError as error:
-            assert str(error)
 
 
 def test_numbers_travel_in_single_precision():
@@ -75,7 +72,8 @@ def test_integers_wrap_like_a_c_int(value):
 
 def test_arguments_of_old_scripts_are_accepted():
     np = pytest.importorskip("numpy")
-    assert kinds.to_int32(np.array([7])) == 7 and type(kinds.to_int32(np.int64(7))) is int
+    assert kinds.to_int32(np.array([7])) == 7
+    assert type(kinds.to_int32(np.int64(7))) is int
     assert kinds.to_int32(True) == 1
     assert kinds.to_float(np.array([[0.5]])) == 0.5
     assert kinds.VECTOR3.coerce((1, 2)) == [1.0, 2.0, 0.0]

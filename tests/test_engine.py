@@ -55,7 +55,8 @@ def test_a_trigger_without_stepped_mode_or_without_a_running_simulation_is_8(wor
     v.simxSynchronous(cid, True)
     assert v.simxSynchronousTrigger(cid) == 8
     errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
-    assert "stepped mode is off" in errors[0] and "does not run" in errors[1]
+    assert "stepped mode is off" in errors[0]
+    assert "does not run" in errors[1]
 
 
 def test_values_set_before_a_trigger_act_on_its_pass_and_streams_show_it_right_after(world):
@@ -239,7 +240,8 @@ def test_a_lost_server_is_noticed_and_a_reconnection_counts_up(world, caplog):
     transport._connected = True  # a server is there again
     assert v.simxGetConnectionId(cid) == 2
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking)[0] == 0
-    assert "went away" in caplog.text and "again" in caplog.text
+    assert "went away" in caplog.text
+    assert "again" in caplog.text
 
 
 def test_without_reconnection_calls_answer_at_once_that_there_is_no_value(world):

@@ -273,14 +273,17 @@ def test_results_are_new_lists_each_time_and_exact_types(world, cid):
     first = v.simxGetObjects(cid, 3, v.simx_opmode_buffer)
     first[1].append(99)
     assert v.simxGetObjects(cid, 3, v.simx_opmode_buffer) == (0, [0, 1, 2])
-    assert type(first) is tuple and type(first[0]) is int and type(first[1]) is list
+    assert type(first) is tuple
+    assert type(first[0]) is int
+    assert type(first[1]) is list
     assert all(type(n) is int for n in first[1])
 
 
 def test_a_remote_error_gives_8_and_defaults_and_its_text_once(world, cid):
     assert GET(cid, -5, v.simx_opmode_blocking) == (8, 0.0)
     code, errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)
-    assert code == 0 and errors == ["simxGetJointPosition: no object with handle -5"]
+    assert code == 0
+    assert errors == ["simxGetJointPosition: no object with handle -5"]
     assert v.simxGetLastErrors(cid, v.simx_opmode_blocking) == (0, [])
 
 
@@ -288,14 +291,16 @@ def test_at_most_50_errors_are_kept_the_newest(cid):
     for handle in range(1, 61):
         GET(cid, -handle, v.simx_opmode_blocking)
     errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
-    assert len(errors) == 50 and errors[-1].endswith("-60")
+    assert len(errors) == 50
+    assert errors[-1].endswith("-60")
 
 
 def test_the_reason_of_a_remote_error_is_logged_once(cid, caplog):
     for _ in range(3):
         GET(cid, -5, v.simx_opmode_blocking)
     told = [r for r in caplog.records if r.name.startswith("simx_client")]
-    assert len(told) == 1 and "no object with handle -5" in told[0].message
+    assert len(told) == 1
+    assert "no object with handle -5" in told[0].message
 
 
 def test_a_function_that_comes_later_exists_and_says_so(cid):

@@ -55,10 +55,12 @@ def test_a_script_connects_asks_and_leaves(pendulum):
     assert cid == 0
     assert v.simxGetConnectionId(cid) == 1
     code, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
-    assert code == 0 and handle > 0
+    assert code == 0
+    assert handle > 0
     assert v.simxGetJointPosition(cid, handle, BLOCKING) == (0, 0.0)
     code, milliseconds = v.simxGetPingTime(cid)
-    assert code == 0 and milliseconds < 1000
+    assert code == 0
+    assert milliseconds < 1000
     assert v.simxFinish(cid) is None
     assert v.simxGetJointPosition(cid, handle, BLOCKING) == (64, 0.0)
     assert _connect(pendulum.port) == 0
@@ -79,7 +81,8 @@ def test_both_ports_lead_to_the_same_simulation(pendulum):
 def test_the_same_address_and_port_twice_is_minus_1_and_says_why(pendulum, caplog):
     assert _connect(pendulum.port) == 0
     assert _connect(pendulum.port) == -1
-    assert "client 0 is connected to" in caplog.text and "simxFinish" in caplog.text
+    assert "client 0 is connected to" in caplog.text
+    assert "simxFinish" in caplog.text
 
 
 def test_nothing_there_is_minus_1_at_once_with_the_way_out(caplog):
@@ -87,9 +90,8 @@ def test_nothing_there_is_minus_1_at_once_with_the_way_out(caplog):
     began = time.monotonic()
     assert _connect(port) == -1
     assert time.monotonic() - began < 2.0
-    assert (
-        f"nothing listens at 127.0.0.1:{port}" in caplog.text and f"simx-server --port {port}" in caplog.text
-    )
+    assert f"nothing listens at 127.0.0.1:{port}" in caplog.text
+    assert f"simx-server --port {port}" in caplog.text
 
 
 def test_another_program_on_the_port_is_named_as_such(caplog):
@@ -103,7 +105,8 @@ def test_another_program_on_the_port_is_named_as_such(caplog):
 def test_an_unknown_host_and_a_wrong_port_are_minus_1_with_a_reason(caplog):
     assert _connect(19997, address="no-such-host.invalid", timeOutInMs=200) == -1
     assert _connect(-3) == -1
-    assert "not known" in caplog.text and "1..65535" in caplog.text
+    assert "not known" in caplog.text
+    assert "1..65535" in caplog.text
 
 
 def test_a_retrying_start_finds_a_server_that_comes_later(scene):
@@ -216,14 +219,16 @@ def test_a_port_that_is_taken_is_a_clear_error_with_the_way_out(scene):
             timeout=30,
         )
     assert done.returncode == 1
-    assert f"port {port} is taken" in done.stderr and "--port" in done.stderr
+    assert f"port {port} is taken" in done.stderr
+    assert "--port" in done.stderr
     assert done.stdout == ""
 
 
 def test_the_ready_line_names_endpoints_realm_and_scene_and_is_all_of_stdout(scene):
     with server(scene, "--realm", "lab-7", "--duration", "0.1") as process:
         assert f"tcp/127.0.0.1:{process.port}" in process.ready
-        assert "realm=lab-7" in process.ready and "scene=pendulum" in process.ready
+        assert "realm=lab-7" in process.ready
+        assert "scene=pendulum" in process.ready
         assert process.process.wait(10) == 0
         assert process.process.stdout.read() == ""
 

@@ -11,10 +11,8 @@ import re
 from dataclasses import dataclass
 
 _SYNTAX = (
-    (re.compile(r"\bprint\b(?!\s*[(=.,\])])"), "the print statement"),
     (re.compile(r"\bexcept\b[^:#]*,\s*\w+\s*:"), "except X, e"),
     (re.compile(r"\braise\s+[\w.]+\s*,"), "raise X, text"),
-    (re.compile(r"\bexec\s+[^(=\s]"), "the exec statement"),
     (re.compile(r"\b(lambda\s*\(\s*\w+\s*,|def\s+\w+\s*\([^()]*\()"), "a tuple as parameter"),
     (re.compile(r"\b(0[xX][0-9a-fA-F]+|\d+)[lL]\b"), "a long number such as 10L"),
     (re.compile(r"(?<![\w.])0[0-7]+\b(?!\.)"), "an octal number such as 0777"),
@@ -39,6 +37,9 @@ def from_syntax_error(error: SyntaxError, source: str) -> Finding | None:
     """The Python 2 construct at which the compiler stopped, if it is one."""
     if isinstance(error, TabError):
         return Finding(error.lineno or 1, "tabs and blanks mixed in the indentation")
+    for statement in ("print", "exec"):
+        if error.msg.startswith(f"Missing parentheses in call to '{statement}'"):
+            return Finding(error.lineno or 1, f"the {statement} statement")
     lines = source.splitlines()
     if error.lineno is None or not 0 < error.lineno <= len(lines):
         return None

@@ -9,14 +9,12 @@ from collections.abc import Sequence
 from importlib.machinery import SourceFileLoader
 from types import CodeType, ModuleType, TracebackType
 
-OUR_FOLDER = os.path.dirname(os.path.abspath(__file__))
+_OUR_FOLDER = os.path.dirname(os.path.abspath(__file__))
+_OUR_COMMAND = os.path.join(os.path.dirname(_OUR_FOLDER), "run.py")
 
 
-def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> int:
-    """Run it; 0, 1 after an uncaught exception, 130 after Ctrl-C. SystemExit passes through, as Python's own.
-
-    `path` is the file as it was named on the command line.
-    """
+def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> None:
+    """Run it; whatever it raises passes. `path` is the file as it was named on the command line."""
     module = ModuleType("__main__")
     module.__dict__.update(
         __builtins__=builtins,
@@ -29,17 +27,7 @@ def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> int:
     sys.argv[:] = [path, *arguments]
     if not sys.flags.safe_path:
         sys.path[0] = os.path.dirname(os.path.realpath(path))
-    try:
-        exec(code, module.__dict__)
-    except SystemExit:
-        raise
-    except KeyboardInterrupt as error:
-        show(error)
-        return 130
-    except BaseException as error:
-        show(error)
-        return 1
-    return 0
+    exec(code, module.__dict__)
 
 
 def show(error: BaseException) -> None:
@@ -62,7 +50,8 @@ def _without_our_frames(traceback: TracebackType | None) -> TracebackType | None
     if traceback is None:
         return None
     rest = _without_our_frames(traceback.tb_next)
-    if os.path.dirname(traceback.tb_frame.f_code.co_filename) == OUR_FOLDER:
+    filename = traceback.tb_frame.f_code.co_filename
+    if filename == _OUR_COMMAND or os.path.dirname(filename) == _OUR_FOLDER:
         return rest
     traceback.tb_next = rest
     return traceback

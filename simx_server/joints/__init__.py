@@ -8,6 +8,7 @@ The semantics, per joint in force mode with the motor on:
 Other modes are kinematic: the joint stays where it was set.
 """
 
-from simx_server.joints.joints import JointMode, Joints
+from simx_server.joints.joints import Joints
+from simx_server.joints.state import JointMode, JointState
 
-__all__ = ["JointMode", "Joints"]
+__all__ = ["JointMode", "JointState", "Joints"]

@@ -1,28 +1,136 @@
 """From a file to a scene: MJCF or URDF, prepared through MjSpec so that V-REP's names and joint modes have a home.
 
-Preparation adds, never removes: names for what has none, and a velocity actuator (gain 0: no force) for every hinge and
-slide joint without a plain actuator, so that a motor can be switched on later without compiling again.
+Preparation adds, it does not remove:
+* names for what has none, so that an edit finds every element again;
+* for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
+  the joint's motor is switched on: no later mode needs another compile;
+* the integrator `implicitfast` in place of MuJoCo's default Euler: V-REP's motors are stiff in velocity, and Euler is
+  unstable with them (any other integrator the file names is kept).
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
-from simx_server.errors import CommandError
+from simx_server.scene.annotations import SceneError, read_annotations
 from simx_server.scene.objects import Scene
+from simx_server.scene.tree import INTERNAL, build_scene
 
+__all__ = ["ADDED_ACTUATOR", "SceneError", "empty_scene", "load_scene", "prepare"]
 
-class SceneError(CommandError):
-    """A scene file that cannot be loaded; the text names the element and what is valid."""
+logger = logging.getLogger(__name__)
+
+ADDED_ACTUATOR = INTERNAL + "motor:"
+"""Prefix of the names of added actuators; the rest is the joint's name."""
 
 
 def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
     """Read, prepare and compile a file. Raises SceneError."""
-    raise NotImplementedError
+    file = Path(path).resolve()
+    try:
+        spec = mujoco.MjSpec.from_zip(str(file)) if file.suffix == ".zip" else mujoco.MjSpec.from_file(str(file))
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
+    return build(spec, file)
+
+
+def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
+    """As `load_scene` for MJCF or URDF given as text. Raises SceneError."""
+    try:
+        spec = mujoco.MjSpec.from_string(xml)
+    except (ValueError, mujoco.FatalError) as error:
+        raise SceneError(f"cannot read the scene text: {_one_line(error)}") from error
+    return build(spec, None)
 
 
 def empty_scene() -> tuple[Scene, mujoco.MjModel]:
     """The scene that is left after closing: gravity, no objects."""
-    raise NotImplementedError
+    return build(mujoco.MjSpec(), None)
+
+
+def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
+    """Prepare and compile a spec. Raises SceneError."""
+    annotations = read_annotations(spec)
+    try:
+        prepare(spec)
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        name = path.name if path is not None else spec.modelname
+        raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
+    return build_scene(spec, model, annotations, path), model
+
+
+def prepare(spec: mujoco.MjSpec) -> None:
+    """Name what has no name, give joints an actuator, choose the integrator (see the module's text)."""
+    # Fusing would drop the names of URDF links that are fixed to another.
+    spec.compiler.fusestatic = False
+    _name_elements(spec)
+    driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
+    for joint in spec.joints:
+        if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE) and joint.name not in driven:
+            _add_motor(spec, joint.name)
+    if spec.option.integrator == mujoco.mjtIntegrator.mjINT_EULER:
+        spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+        logger.debug("integrator implicitfast is used in place of Euler: stiff joint motors need it")
+
+
+_JOINT_DRIVES = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+
+
+def is_plain(actuator: Any) -> bool:
+    """True when gain and bias of an actuator may be rewritten to make it a velocity servo: no dynamics, one gear."""
+    return (
+        actuator.dyntype == mujoco.mjtDyn.mjDYN_NONE
+        and actuator.gaintype == mujoco.mjtGain.mjGAIN_FIXED
+        and actuator.biastype in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+        and actuator.gear[0] != 0
+        and actuator.delay == 0
+    )
+
+
+def _add_motor(spec: mujoco.MjSpec, joint: str) -> None:
+    motor = spec.add_actuator(name=ADDED_ACTUATOR + joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    motor.dyntype = mujoco.mjtDyn.mjDYN_NONE
+    motor.gainprm[:] = 0
+    motor.biasprm[:] = 0
+    # A file's default class may limit or gear every actuator; this one must be neutral.
+    motor.gear[:] = (1, 0, 0, 0, 0, 0)
+    motor.ctrllimited = motor.forcelimited = motor.actlimited = int(mujoco.mjtLimited.mjLIMITED_FALSE)
+
+
+def _name_elements(spec: mujoco.MjSpec) -> None:
+    bodies = [body for body in spec.bodies if body.name != "world"]
+    _give_names([b for b in bodies if b.geoms], "shape")
+    _give_names([b for b in bodies if not b.geoms], INTERNAL + "body")
+    _give_names([j for j in spec.joints if j.type != mujoco.mjtJoint.mjJNT_FREE], "joint")
+    _give_names([j for j in spec.joints if j.type == mujoco.mjtJoint.mjJNT_FREE], INTERNAL + "free")
+    _give_names(spec.cameras, "camera")
+    _give_names(spec.lights, "light")
+    for elements, stem in (
+        (spec.geoms, "geom"), (spec.sites, "site"), (spec.tendons, "tendon"), (spec.actuators, "actuator"),
+        (spec.equalities, "equality"), (spec.sensors, "sensor"),
+    ):  # fmt: skip
+        _give_names(elements, INTERNAL + stem)
+
+
+def _give_names(elements: Iterable[Any], stem: str) -> None:
+    elements = list(elements)
+    taken = {element.name for element in elements}
+    count = 0
+    for element in elements:
+        if not element.name:
+            count += 1
+            while f"{stem}{count}" in taken:
+                count += 1
+            element.name = f"{stem}{count}"
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

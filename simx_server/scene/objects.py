@@ -14,6 +14,7 @@ from pathlib import Path
 import mujoco
 
 from simx_server.errors import UnknownHandle, WrongKind
+from simx_server.scene.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
 
 
@@ -52,8 +53,8 @@ class SceneObject:
     body: int
     """MuJoCo id of the body the element belongs to (for a body: itself; for a tendon: that of its first site)."""
     alias: str = ""
-    annotations: dict[str, str] = field(default_factory=dict)
-    """What `<custom>` says of the object, checked text values (see `scene/annotations.py`)."""
+    annotations: Mapping[str, Annotation] = field(default_factory=dict)
+    """What `<custom>` says of the object: per kind, checked values, e.g. `annotations["vision"]["near"]` -> 0.01."""
     sensors: tuple[int, ...] = ()
     """MuJoCo sensor ids: the rangefinders of a proximity sensor; force, torque of a force sensor."""
 
@@ -67,14 +68,15 @@ class Scene:
         spec: mujoco.MjSpec,
         path: Path | None,
         next_handle: int,
-        scene_annotations: Mapping[str, str] | None = None,
+        annotations: Annotations | None = None,
     ) -> None:
         self.objects: dict[int, SceneObject] = dict(objects)
         self.spec = spec
         self.path = path
         self.next_handle = next_handle
-        self.annotations: dict[str, str] = dict(scene_annotations or {})
-        """Of the scene as a whole: `time_step`."""
+        self.annotations = annotations if annotations is not None else Annotations()
+        self.parent_overrides: dict[int, int] = {}
+        """Handle to parent, where the tree differs from the bodies (a free body put under a gripper, a dummy's child)."""
         self._children: dict[int, list[int]] = {-1: []}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}
@@ -94,6 +96,12 @@ class Scene:
             self._children.setdefault(item.parent, []).append(handle)
             self._by_element[item.element, item.id] = handle
             self._by_name[item.name] = handle
+
+    def override_parent(self, handle: int, parent: int) -> None:
+        """Put an object elsewhere in the tree without touching the model."""
+        self.parent_overrides[handle] = parent
+        self.objects[handle].parent = parent
+        self.reindex()
 
     def get(self, handle: int) -> SceneObject:
         """The object with this handle. Raises UnknownHandle."""
