@@ -1,4 +1,8 @@
-"""The simulation: the only owner of MjModel and MjData, used by the physics thread alone."""
+"""The simulation: the only owner of MjModel and MjData, used by the physics thread alone.
+
+A pass is V-REP's simulation step (50 ms unless said otherwise): a whole number of MuJoCo steps with the joint controllers
+between them, then sensing. Simulated time is passes times the pass length, so it does not drift.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,31 @@ from enum import Enum
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
+from simx_server.errors import CommandError
 from simx_server.joints import Joints
+from simx_server.scene import poses
+from simx_server.scene.frames import euler_from_quat
+from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
+from simx_server.scene.placing import carrier_body, object_pose
+from simx_server.scene.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 from simx_server.signals import Signals
+from simx_server.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)
+
+DEFAULT_TIME_STEP = 0.05
+"""Seconds; V-REP's default pass."""
+
+Listener = Callable[[], None]
+
+_DIVERGED = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
 
 
 class SimulationState(Enum):
@@ -23,57 +46,264 @@ class SimulationState(Enum):
 
 
 class Simulation:
-    """See the methods; every attribute here is public."""
+    """One world: scene, model, state, joints, signals, and who listens to its life."""
 
-    scene: Scene
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    joints: Joints
-    signals: Signals
-    state: SimulationState
-    version: int
-    """Bumped whenever anything visible may have changed."""
-    pass_count: int
-    """Passes of this run; 0 when stopped."""
-    on_start: list[Callable[[], None]]
-    on_stop: list[Callable[[], None]]
-    on_pause: list[Callable[[], None]]
-    on_pass_begin: list[Callable[[], None]]
-    on_sensing: list[Callable[[], None]]
-    on_load: list[Callable[[], None]]
-    on_close: list[Callable[[], None]]
-    on_model_changed: list[Callable[[], None]]
-    """model, data (new objects!) and scene changed by an edit, or back at stop; also called on load and close."""
-
-    def load(self, path: str | Path) -> None:
-        """Raises CommandError while not stopped, SceneError for a bad file (the old scene then stays)."""
-        raise NotImplementedError
-
-    def close(self) -> None:
-        raise NotImplementedError
-
-    def start(self) -> None:
-        raise NotImplementedError
-
-    def pause(self) -> None:
-        raise NotImplementedError
-
-    def stop(self) -> None:
-        raise NotImplementedError
-
-    def advance(self) -> None:
-        raise NotImplementedError
-
-    def changed(self) -> None:
-        raise NotImplementedError
-
-    def refresh(self) -> None:
-        raise NotImplementedError
+    def __init__(self) -> None:
+        mujoco.set_mju_user_warning(_log_warning)
+        self.state = SimulationState.STOPPED
+        self.version = 0
+        """Bumped whenever anything visible may have changed."""
+        self.model_version = 0
+        """Bumped whenever the model changed: replaced, or arrays written by a set-pose. What copies a model looks here."""
+        self.pass_count = 0
+        """Passes of this run; 0 when stopped."""
+        self.signals = Signals()
+        self.on_start: list[Listener] = []
+        self.on_stop: list[Listener] = []
+        """Called after everything was restored."""
+        self.on_pause: list[Listener] = []
+        self.on_pass_begin: list[Listener] = []
+        """Before actuation."""
+        self.on_sensing: list[Listener] = []
+        """After physics, before `time` advances."""
+        self.on_load: list[Listener] = []
+        self.on_close: list[Listener] = []
+        self.on_model_changed: list[Listener] = []
+        """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
+        self.scene: Scene
+        self.model: mujoco.MjModel
+        self.data: mujoco.MjData
+        self.joints: Joints
+        self._snapshot: Snapshot | None = None
+        self._stale = False
+        self._wanted_timestep = 0.002
+        self._time_step = DEFAULT_TIME_STEP
+        self._adopt(*empty_scene())
 
     @property
     def time(self) -> float:
-        raise NotImplementedError
+        """Simulated seconds of this run; 0 when stopped."""
+        return self.pass_count * self._time_step
+
+    @property
+    def time_step(self) -> float:
+        """Length of a pass in seconds."""
+        return self._time_step
+
+    @time_step.setter
+    def time_step(self, seconds: float) -> None:
+        """Only while stopped. The physics step becomes the nearest whole fraction of it."""
+        if self.state != SimulationState.STOPPED:
+            raise CommandError("the time step can be set only while the simulation is stopped; stop it first")
+        if not 0 < seconds <= 10:
+            raise CommandError(f"a time step is a number above 0, up to 10 s, not {seconds}")
+        self._time_step = float(seconds)
+        timestep = self._time_step / self.substeps
+        if abs(timestep - self.model.opt.timestep) > 1e-12:
+            logger.info(
+                "physics step is %.6g s, a whole fraction of the pass of %.6g s", timestep, self._time_step
+            )
+        self.model.opt.timestep = timestep
+        self.joints.forget_run()
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps per pass."""
+        return max(1, round(self._time_step / self._wanted_timestep))
+
+    @property
+    def is_running(self) -> bool:
+        """Started, paused or not."""
+        return self.state != SimulationState.STOPPED
+
+    def load(self, path: str | Path) -> None:
+        """Replace the scene by that of a file. A bad file raises SceneError and leaves the old scene.
+
+        Raises CommandError while the simulation is not stopped.
+        """
+        self._require_stopped("a scene can be loaded")
+        scene, model = load_scene(path)
+        self._adopt(scene, model)
+        logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
+        _call(self.on_load)
+        _call(self.on_model_changed)
+
+    def use(self, scene: Scene, model: mujoco.MjModel) -> None:
+        """As `load`, for a scene that is built already."""
+        self._require_stopped("a scene can be loaded")
+        self._adopt(scene, model)
+        _call(self.on_load)
+        _call(self.on_model_changed)
+
+    def close(self) -> None:
+        """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
+        self._require_stopped("a scene can be closed")
+        self._adopt(*empty_scene())
+        _call(self.on_close)
+        _call(self.on_model_changed)
+
+    def start(self) -> None:
+        """Start from stopped (everything is saved), resume from paused."""
+        if self.state == SimulationState.PAUSED:
+            self.state = SimulationState.RUNNING
+            return
+        if self.state == SimulationState.RUNNING:
+            return
+        self._snapshot = Snapshot.take(self)
+        self.joints.forget_run()
+        self.pass_count = 0
+        self.state = SimulationState.RUNNING
+        self._remember_poses(first=True)
+        _call(self.on_start)
+
+    def pause(self) -> None:
+        """Hold time still; nothing when not running."""
+        if self.state == SimulationState.RUNNING:
+            self.state = SimulationState.PAUSED
+            _call(self.on_pause)
+
+    def stop(self) -> None:
+        """End the run and bring back, bit for bit, what was saved at its start."""
+        if self.state == SimulationState.STOPPED or self._snapshot is None:
+            return
+        self.state = SimulationState.STOPPED
+        snapshot, self._snapshot = self._snapshot, None
+        self.pass_count = 0
+        replaced = snapshot.restore(self)
+        self.model_edited()
+        self.changed()
+        self._remember_poses(first=True)
+        _call(self.on_stop)
+        if replaced:
+            _call(self.on_model_changed)
+
+    def advance(self) -> None:
+        """One pass; nothing unless running. When the physics diverges, the run is stopped."""
+        if self.state != SimulationState.RUNNING:
+            return
+        _call(self.on_pass_begin)
+        if self.state != SimulationState.RUNNING:  # a listener may stop the run
+            return
+        before = [self.data.warning[kind].number for kind in _DIVERGED]
+        self.joints.step(self.substeps)
+        if [self.data.warning[kind].number for kind in _DIVERGED] != before:
+            logger.error("the physics diverged at %.3f s; the simulation is stopped", self.time)
+            self.stop()
+            return
+        self.changed()
+        self.refresh()
+        self._remember_poses()
+        _call(self.on_sensing)
+        self.pass_count += 1
+
+    def changed(self) -> None:
+        """To be called after writing state or model: readers see a new version and fresh kinematics."""
+        self.version += 1
+        self._stale = True
+
+    def model_edited(self) -> None:
+        """To be called after writing arrays of the model that what keeps a copy of it must see."""
+        self.model_version += 1
+
+    def refresh(self) -> None:
+        """Bring everything that follows from positions up to date, if stale. This is no step."""
+        if not self._stale:
+            return
+        model, data = self.model, self.data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_camlight(model, data)
+        if model.nflex:
+            mujoco.mj_flex(model, data)
+        if model.ntendon:
+            mujoco.mj_tendon(model, data)
+        self._stale = False
 
     def measured_velocity(self, handle: int) -> tuple[list[float], list[float], list[float]]:
-        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s), world frame, over the last pass."""
-        raise NotImplementedError
+        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s) in the world frame.
+
+        As V-REP measures: the difference of the poses at the ends of the last two passes, over the pass; zero at start.
+        The Euler rates are the angles of the turn between them, over the pass.
+        """
+        item = self.scene.get(handle)
+        self.refresh()
+        body = carrier_body(self, item)
+        if body == 0:
+            zero = [0.0, 0.0, 0.0]
+            return zero, zero.copy(), zero.copy()
+        carrier: Pose = tuple(self.data.xpos[body].tolist()), tuple(self.data.xquat[body].tolist())  # type: ignore[assignment]
+        local = compose(inverse(carrier), object_pose(self, item))
+        old, new = (
+            compose((tuple(pos[body].tolist()), tuple(quat[body].tolist())), local)  # type: ignore[arg-type]
+            for pos, quat in (self._previous, self._latest)
+        )
+        rate = 1.0 / self._time_step
+        turn = multiply(new[1], conjugate(old[1]))
+        linear = scale(subtract(new[0], old[0]), rate)
+        euler = [angle * rate for angle in euler_from_quat(turn)]
+        return list(linear), euler, list(scale(poses.rotation_vector(turn), rate))
+
+    def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
+        old = self.scene, self.model, self._previous, self._latest
+        self.scene, self.model, self.data = scene, model, data
+        self.joints.rebind()
+        self.model_edited()
+        self.changed()
+        self._remember_poses(first=True)
+        self._carry_poses(*old)
+        _call(self.on_model_changed)
+
+    def _carry_poses(
+        self,
+        scene: Scene,
+        model: mujoco.MjModel,
+        previous: tuple[np.ndarray, np.ndarray],
+        latest: tuple[np.ndarray, np.ndarray],
+    ) -> None:
+        """Keep what velocities are measured from, for the bodies that stayed."""
+        ids = {model.body(i).name: i for i in range(model.nbody)}
+        for body in range(self.model.nbody):
+            earlier = ids.get(self.model.body(body).name)
+            if earlier is not None:
+                for target, source in ((self._previous, previous), (self._latest, latest)):
+                    target[0][body] = source[0][earlier]
+                    target[1][body] = source[1][earlier]
+
+    def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
+        self.scene, self.model = scene, model
+        self.data = mujoco.MjData(model)
+        self._wanted_timestep = float(model.opt.timestep)
+        self._stale = True
+        mujoco.mj_forward(model, self.data)
+        self.joints = Joints(self)
+        self.pass_count = 0
+        self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
+        self._remember_poses(first=True)
+        self.model_edited()
+        self.changed()
+
+    def _remember_poses(self, *, first: bool = False) -> None:
+        """The poses at the end of this pass and the one before: what velocities are measured from."""
+        if first:
+            self.refresh()
+            self._previous = self.data.xpos.copy(), self.data.xquat.copy()
+            self._latest = self.data.xpos.copy(), self.data.xquat.copy()
+        else:
+            self._previous, self._latest = self._latest, self._previous
+            self._latest[0][:] = self.data.xpos
+            self._latest[1][:] = self.data.xquat
+
+    def _require_stopped(self, what: str) -> None:
+        if self.state != SimulationState.STOPPED:
+            raise CommandError(f"{what} only while the simulation is stopped; stop it first")
+
+
+def _call(listeners: list[Listener]) -> None:
+    for listener in tuple(listeners):
+        listener()
+
+
+def _log_warning(text: str) -> None:
+    """Engine warnings go to the log; MuJoCo's own way is a file in the working directory."""
+    logger.warning("mujoco: %s", text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -26,6 +26,14 @@ JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
 """`sim_joint_revolute_subtype`, `..._prismatic_subtype`, `..._spherical_subtype`."""
 
 
+@dataclass(frozen=True)
+class Settings:
+    """What `Joints.remember` keeps."""
+
+    bindings: dict[int, Binding]
+    states: dict[int, JointState]
+
+
 class Joints:
     """All joints of the loaded scene, by handle. Every method raises UnknownHandle, WrongKind for other objects,
     and CommandError for a spherical joint where a single number is meant, or for a number that is not finite."""
@@ -39,7 +47,7 @@ class Joints:
         self.bind_all()
 
     def bind_all(self) -> None:
-        """Find all joints in the current model; known ones keep their settings. Called after load, edit and stop."""
+        """Find all joints in a freshly compiled model; those known by handle keep their settings."""
         scene, model, data = self._sim.scene, self._sim.model, self._sim.data
         known = self._states
         self._bindings, self._states = {}, {}
@@ -48,21 +56,31 @@ class Joints:
             binding = self._bindings[handle] = bind(item, model)
             state = known.get(handle) or initial_state(item, binding, model, self._raw_position(binding))
             self._states[handle] = state
+        for handle, binding in self._bindings.items():
+            state = self._states[handle]
             write_actuator(binding, state, rule_of(binding, state), model, data)
         for body in {binding.body for binding in self._bindings.values() if binding.element == "joint"}:
             self._write_gravcomp(body)
-        self._stepper = None
 
-    def remember(self) -> dict[int, JointState]:
-        """A copy of all settings, for `recall`."""
-        return {handle: replace(state) for handle, state in self._states.items()}
-
-    def recall(self, settings: dict[int, JointState]) -> None:
-        """Bring remembered settings back; the model was restored already."""
-        self._states = {handle: replace(state) for handle, state in settings.items()}
-        self._average_force = False
-        self._stepper = None
+    def rebind(self) -> None:
+        """An edit replaced the model: the same, and the controllers keep their memory."""
+        earlier = self._stepper
         self.bind_all()
+        self._stepper = None
+        if earlier is not None:
+            self._current_stepper().adopt(earlier)
+
+    def remember(self) -> Settings:
+        """A copy of all settings, for `recall`."""
+        return Settings(
+            dict(self._bindings), {handle: replace(state) for handle, state in self._states.items()}
+        )
+
+    def recall(self, settings: Settings) -> None:
+        """Bring remembered settings back; model and data were restored already."""
+        self._bindings = dict(settings.bindings)
+        self._states = {handle: replace(state) for handle, state in settings.states.items()}
+        self.forget_run()
 
     def forget_run(self) -> None:
         """A run begins: no force was measured, no controller has a memory."""
@@ -87,7 +105,9 @@ class Joints:
         binding, state = self._single(handle)
         value = _finite(value, "a joint position")
         if binding.element == "tendon":
-            raise CommandError(f"'{binding.name}' is moved through its tendon; give it a target position or velocity")
+            raise CommandError(
+                f"'{binding.name}' is moved through its tendon; give it a target position or velocity"
+            )
         cyclic, least, extent = self.interval(handle)
         value = _wrapped(value) if cyclic else min(max(value, least), least + extent)
         self._sim.data.qpos[binding.qpos] = value
@@ -228,7 +248,9 @@ class Joints:
         binding, _ = self._any(handle)
         if binding.kind == "ball":
             address = binding.qpos
-            return matrix12(((0.0, 0.0, 0.0), normalised(self._sim.data.qpos[address : address + 4].tolist())))
+            return matrix12(
+                ((0.0, 0.0, 0.0), normalised(self._sim.data.qpos[address : address + 4].tolist()))
+            )
         value = self.position(handle)
         if binding.kind == "slide":
             return matrix12(((0.0, 0.0, value), NO_TURN))
@@ -263,7 +285,9 @@ class Joints:
     def set_parameter(self, handle: int, parameter: int, value: float) -> None:
         """Raises CommandError listing those that can be set."""
         if parameter not in WRITE:
-            raise CommandError(f"joint parameter {parameter} cannot be set; those that can: {describe(WRITE)}")
+            raise CommandError(
+                f"joint parameter {parameter} cannot be set; those that can: {describe(WRITE)}"
+            )
         WRITE[parameter][1](self, handle, _finite(value, WRITE[parameter][0]))
 
     def state(self, handle: int) -> JointState:
@@ -275,6 +299,7 @@ class Joints:
         _, state = self._single(handle)
         for name, value in settings.items():
             setattr(state, name, value)
+        state.motor_was_set |= "motor" in settings
         self._apply(handle)
 
     def _any(self, handle: int) -> tuple[Binding, JointState]:
@@ -287,7 +312,9 @@ class Joints:
     def _single(self, handle: int) -> tuple[Binding, JointState]:
         pair = self._any(handle)
         if pair[0].kind == "ball":
-            raise CommandError(f"'{pair[0].name}' is a spherical joint, which has no single value; use its matrix")
+            raise CommandError(
+                f"'{pair[0].name}' is a spherical joint, which has no single value; use its matrix"
+            )
         return pair
 
     def _raw_position(self, binding: Binding) -> float:
@@ -312,7 +339,7 @@ class Joints:
         """No compensation for a body with a joint whose motor was switched off: it would float."""
         here = [b for b in self._bindings.values() if b.body == body and b.element == "joint"]
         states = [self._states[b.handle] for b in here]
-        falls = any(s.annotated and s.mode == JointMode.FORCE and not s.motor for s in states)
+        falls = any(s.motor_was_set and s.mode == JointMode.FORCE and not s.motor for s in states)
         self._sim.model.body_gravcomp[body] = 0.0 if falls else here[0].gravcomp
 
     def _rebuild(self) -> None:

@@ -33,7 +33,9 @@ def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
     """Read, prepare and compile a file. Raises SceneError."""
     file = Path(path).resolve()
     try:
-        spec = mujoco.MjSpec.from_zip(str(file)) if file.suffix == ".zip" else mujoco.MjSpec.from_file(str(file))
+        spec = (
+            mujoco.MjSpec.from_zip(str(file)) if file.suffix == ".zip" else mujoco.MjSpec.from_file(str(file))
+        )
     except (ValueError, OSError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
     return build(spec, file)
@@ -72,7 +74,10 @@ def prepare(spec: mujoco.MjSpec) -> None:
     _name_elements(spec)
     driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
     for joint in spec.joints:
-        if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE) and joint.name not in driven:
+        if (
+            joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+            and joint.name not in driven
+        ):
             _add_motor(spec, joint.name)
     if spec.option.integrator == mujoco.mjtIntegrator.mjINT_EULER:
         spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)

@@ -1,0 +1,110 @@
+"""Writing a joint's settings into its actuator: gain, bias, force limit, gravity compensation."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import mujoco
+import numpy as np
+
+from simx_server.joints.state import UNLIMITED, Binding, JointMode, JointState, Native
+
+KINEMATIC_ARMATURE = 1e6
+"""kg m2 (kg): added to the inertia of a kinematic joint, so that contacts find it immovable."""
+
+
+class Rule(Enum):
+    """What moves a joint during a pass."""
+
+    FREE = "nothing"
+    NATIVE = "the file's own position actuator"
+    VELOCITY = "velocity servo at a constant target"
+    POSITION = "velocity servo, commanded each step by V-REP's position controller"
+    HOLD = "the same, towards the position where it stopped"
+    KINEMATIC = "nothing moves it"
+
+
+def rule_of(binding: Binding, state: JointState) -> Rule:
+    """Which rule the settings ask for."""
+    if binding.kind == "ball":
+        return Rule.FREE
+    if state.mode != JointMode.FORCE:
+        return Rule.KINEMATIC if binding.element == "joint" else Rule.FREE
+    if not state.motor or binding.actuator < 0:
+        return Rule.FREE
+    if state.control_loop:
+        return Rule.NATIVE if binding.native == Native.POSITION and not state.annotated else Rule.POSITION
+    return Rule.HOLD if state.lock and state.target_velocity == 0.0 else Rule.VELOCITY
+
+
+def write_actuator(
+    binding: Binding, state: JointState, rule: Rule, model: mujoco.MjModel, data: mujoco.MjData
+) -> None:
+    """Make the model's actuator (and the driven dof) act by the rule; constant commands are written here, once."""
+    if binding.element == "joint" and binding.kind != "ball":
+        armature = KINEMATIC_ARMATURE if rule == Rule.KINEMATIC else binding.armature
+        model.dof_armature[binding.dof] = armature
+    index = binding.actuator
+    if index < 0:
+        return
+    if rule == Rule.NATIVE:
+        _restore(binding, model)
+        data.ctrl[binding.ctrl] = (state.target_position - state.offset) * binding.gear
+    elif rule in (Rule.FREE, Rule.KINEMATIC):
+        data.ctrl[binding.ctrl] = 0.0
+        if binding.native == Native.MOTOR and rule == Rule.FREE:
+            # A torque motor at control 0 exerts nothing: the file's own actuator may stay.
+            _restore(binding, model)
+            return
+        model.actuator_gainprm[index] = 0.0
+        model.actuator_biasprm[index] = 0.0
+    else:
+        gain = binding.kv / (binding.gear * binding.gear)
+        model.actuator_gaintype[index] = mujoco.mjtGain.mjGAIN_FIXED
+        model.actuator_gainprm[index] = 0.0
+        model.actuator_gainprm[index, 0] = gain
+        model.actuator_biastype[index] = mujoco.mjtBias.mjBIAS_AFFINE
+        model.actuator_biasprm[index] = 0.0
+        model.actuator_biasprm[index, 2] = -gain
+        # The file's control range was in other units (torque, angle).
+        model.actuator_ctrllimited[index] = 0
+        if rule == Rule.VELOCITY:
+            data.ctrl[binding.ctrl] = commanded_velocity(binding, state) * binding.gear
+    write_force_limit(binding, state, model)
+
+
+def commanded_velocity(binding: Binding, state: JointState) -> float:
+    """The target velocity; a tendon's is limited to its upper velocity, since its transmission cannot go faster.
+
+    A joint's is not: a huge velocity under a force limit is how scripts command a torque.
+    """
+    if binding.element != "tendon":
+        return state.target_velocity
+    return float(np.clip(state.target_velocity, -state.upper_velocity, state.upper_velocity))
+
+
+def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel) -> None:
+    """The maximum force at the actuator's end of the gear."""
+    index = binding.actuator
+    if index < 0:
+        return
+    if state.max_force == binding.force_limit and binding.native in (Native.POSITION, Native.VELOCITY):
+        model.actuator_forcelimited[index] = binding.force_limited
+        model.actuator_forcerange[index] = binding.force_range
+        return
+    limited = state.max_force < UNLIMITED
+    model.actuator_forcelimited[index] = limited
+    if limited:
+        limit = state.max_force / abs(binding.gear)
+        model.actuator_forcerange[index] = (-limit, limit)
+
+
+def _restore(binding: Binding, model: mujoco.MjModel) -> None:
+    index = binding.actuator
+    model.actuator_gaintype[index] = binding.gain_type
+    model.actuator_gainprm[index] = binding.gain
+    model.actuator_biastype[index] = binding.bias_type
+    model.actuator_biasprm[index] = binding.bias
+    model.actuator_ctrllimited[index] = binding.ctrl_limited
+    model.actuator_forcelimited[index] = binding.force_limited
+    model.actuator_forcerange[index] = binding.force_range

@@ -1,0 +1,262 @@
+"""What is known of each joint: its place in the model, V-REP's settings of it, and how they start.
+
+Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is under position
+control, natively, and holds where it is; with a velocity actuator it is under velocity control at 0; with a torque motor
+or none its motor is off until a target drives it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import mujoco
+
+from simx_server.scene.objects import SceneObject
+from simx_server.scene.tree import drives_tendon
+
+VREP_DYNAMICS_STEP = 0.005
+"""Seconds; V-REP's PID divides by it, whatever step the engine really takes."""
+
+UNLIMITED = 1e9
+"""N or N m: stands for a joint without a force limit."""
+
+UPPER_VELOCITY = {"hinge": 2 * math.pi, "slide": 10.0}
+"""V-REP's start values, rad/s and m/s."""
+
+
+class JointMode(IntEnum):
+    """The legacy `sim_jointmode_*` numbers."""
+
+    PASSIVE = 0
+    MOTION = 1
+    IK = 2
+    IK_DEPENDENT = 3
+    DEPENDENT = 4
+    FORCE = 5
+
+
+class Native(IntEnum):
+    """What the joint's actuator is in the file."""
+
+    NONE = 0
+    POSITION = 1
+    VELOCITY = 2
+    MOTOR = 3
+
+
+MODE_WORDS = {
+    "force": JointMode.FORCE,
+    "passive": JointMode.PASSIVE,
+    "ik": JointMode.IK,
+    "dependent": JointMode.DEPENDENT,
+    "motion": JointMode.MOTION,
+}
+
+
+@dataclass(slots=True)
+class Binding:
+    """Where a joint lives in one compiled model; -1: not there."""
+
+    handle: int
+    name: str
+    element: str
+    kind: str
+    """hinge, slide or ball; a tendon counts as slide."""
+    id: int
+    body: int
+    qpos: int
+    dof: int
+    actuator: int
+    ctrl: int
+    out: int
+    gear: float
+    native: Native
+    kv: float
+    """Velocity gain when driven as a servo, N m s/rad or N s/m at the joint."""
+    gain: tuple[float, ...]
+    bias: tuple[float, ...]
+    bias_type: int
+    gain_type: int
+    ctrl_limited: bool
+    force_limited: bool
+    force_range: tuple[float, float]
+    force_limit: float
+    """The file's limit at the joint, UNLIMITED for none."""
+    gravcomp: float
+    armature: float
+
+
+@dataclass(slots=True)
+class JointState:
+    """V-REP's settings of one joint."""
+
+    annotated: bool
+    mode: JointMode
+    motor: bool
+    control_loop: bool
+    lock: bool
+    p: float
+    i: float
+    d: float
+    upper_velocity: float
+    max_force: float
+    target_position: float
+    target_velocity: float
+    cyclic: bool
+    motor_was_set: bool = False
+    """By an annotation or a caller; only then does switching it off take the gravity compensation away."""
+    offset: float = 0.0
+    held: float = 0.0
+    """Where a locked or kinematic joint stays."""
+
+
+def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
+    """Find a joint object's addresses and its actuator in the model, and what the file says of that."""
+    tendon = item.element == "tendon"
+    kind = "slide"
+    qpos = dof = -1
+    if not tendon:
+        kind = {0: "free", 1: "ball", 2: "slide", 3: "hinge"}[int(model.jnt_type[item.id])]
+        qpos, dof = int(model.jnt_qposadr[item.id]), int(model.jnt_dofadr[item.id])
+    actuator = _find_actuator(item, model) if kind != "ball" else -1
+    driven = actuator >= 0
+    native = _native(model, actuator) if driven else Native.NONE
+    gear = float(model.actuator_gear[actuator, 0]) if driven else 1.0
+    binding = Binding(
+        handle=item.handle,
+        name=item.name,
+        element=item.element,
+        kind=kind,
+        id=item.id,
+        body=item.body,
+        qpos=qpos,
+        dof=dof,
+        actuator=actuator,
+        ctrl=int(model.actuator_ctrladr[actuator]) if driven else -1,
+        out=int(model.actuator_outadr[actuator]) if driven else -1,
+        gear=gear,
+        native=native,
+        kv=_velocity_gain(item, model, actuator, native, dof) if driven else 0.0,
+        gain=tuple(model.actuator_gainprm[actuator].tolist()) if driven else (),
+        bias=tuple(model.actuator_biasprm[actuator].tolist()) if driven else (),
+        bias_type=int(model.actuator_biastype[actuator]) if driven else 0,
+        gain_type=int(model.actuator_gaintype[actuator]) if driven else 0,
+        ctrl_limited=bool(model.actuator_ctrllimited[actuator]) if driven else False,
+        force_limited=bool(model.actuator_forcelimited[actuator]) if driven else False,
+        force_range=tuple(model.actuator_forcerange[actuator].tolist()) if driven else (0.0, 0.0),
+        force_limit=UNLIMITED,
+        gravcomp=float(model.body_gravcomp[item.body]),
+        armature=float(model.dof_armature[dof]) if dof >= 0 else 0.0,
+    )
+    binding.force_limit = _force_limit(binding, model)
+    return binding
+
+
+def initial_state(item: SceneObject, binding: Binding, model: mujoco.MjModel, position: float) -> JointState:
+    """The settings a joint starts with; `position` is where it is now."""
+    note = item.annotations.get("joint")
+    annotated = note is not None
+    note = note or {}
+    native = binding.native
+    loop = note["control"] == "position" if "control" in note else native == Native.POSITION
+    cyclic_by_file = binding.kind == "hinge" and not model.jnt_limited[binding.id]
+    offset = float(note.get("offset", 0.0))
+    position += offset
+    return JointState(
+        annotated=annotated,
+        mode=MODE_WORDS[str(note.get("mode", "force"))],
+        motor=bool(note.get("motor", native in (Native.POSITION, Native.VELOCITY))),
+        control_loop=loop,
+        lock=bool(note.get("lock", False)),
+        p=float(note.get("P", 0.1)),
+        i=float(note.get("I", 0.0)),
+        d=float(note.get("D", 0.0)),
+        upper_velocity=float(note.get("upper_velocity", UPPER_VELOCITY.get(binding.kind, 0.0))),
+        max_force=float(note.get("max_force", binding.force_limit)),
+        target_position=float(note.get("target_position", position)),
+        target_velocity=float(note.get("target_velocity", 0.0)),
+        cyclic=bool(note.get("cyclic", cyclic_by_file)),
+        motor_was_set="motor" in note,
+        offset=offset,
+        held=position,
+    )
+
+
+def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:
+    """The first actuator of the joint whose gain and bias may be rewritten, or -1."""
+    if item.element == "tendon":
+        return next(
+            (a for a in range(model.nu) if model.actuator_trnid[a, 0] == item.id and drives_tendon(model, a)),
+            -1,
+        )
+    joint_drives = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    for actuator in range(model.nu):
+        if (
+            int(model.actuator_trntype[actuator]) in joint_drives
+            and model.actuator_trnid[actuator, 0] == item.id
+            and model.actuator_dyntype[actuator] == mujoco.mjtDyn.mjDYN_NONE
+            and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_biastype[actuator] <= int(mujoco.mjtBias.mjBIAS_AFFINE)
+            and model.actuator_gear[actuator, 0] != 0
+            and model.actuator_ctrlnum[actuator] == 1
+        ):
+            return actuator
+    return -1
+
+
+def _native(model: mujoco.MjModel, actuator: int) -> Native:
+    gain = float(model.actuator_gainprm[actuator, 0])
+    constant, stiffness, damping = model.actuator_biasprm[actuator, :3].tolist()
+    if model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE and constant == 0.0 and gain > 0:
+        if stiffness == -gain:
+            return Native.POSITION
+        if stiffness == 0.0 and damping == -gain:
+            return Native.VELOCITY
+    return Native.MOTOR
+
+
+def _velocity_gain(
+    item: SceneObject, model: mujoco.MjModel, actuator: int, native: Native, dof: int
+) -> float:
+    """The file's own gain of a velocity actuator; else inertia / (3 timestep): the error falls by 1/e in three steps.
+
+    The inertia is the joint's in the file's pose (`dof_M0`). On a freely moving base a light wheel drives the whole
+    machine, so there the machine's mass at the child's radius is added.
+    """
+    gear = float(model.actuator_gear[actuator, 0])
+    if native == Native.VELOCITY:
+        return float(model.actuator_gainprm[actuator, 0]) * gear * gear
+    if dof < 0:
+        mass = float(model.body_subtreemass[0])
+        return max(mass, 0.1) / (3 * model.opt.timestep)
+    inertia = float(model.dof_M0[dof])
+    root = int(model.body_rootid[item.body])
+    first = int(model.body_jntadr[root])
+    if first >= 0 and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
+        start = int(model.body_geomadr[item.body])
+        radii = model.geom_rbound[start : start + int(model.body_geomnum[item.body])] if start >= 0 else []
+        radius = (
+            max([float(r) for r in radii], default=0.0)
+            if model.jnt_type[item.id] == mujoco.mjtJoint.mjJNT_HINGE
+            else 1.0
+        )
+        inertia += float(model.body_subtreemass[root]) * radius * radius
+    return inertia / (3 * model.opt.timestep)
+
+
+def _force_limit(binding: Binding, model: mujoco.MjModel) -> float:
+    """The file's limit at the joint: of the actuator, of a motor's control range, of the joint."""
+    limits = [UNLIMITED]
+    if binding.actuator >= 0:
+        gear = abs(binding.gear)
+        if binding.force_limited:
+            limits.append(max(abs(v) for v in binding.force_range) * gear)
+        if binding.native == Native.MOTOR and binding.ctrl_limited and binding.gain[0]:
+            limits.append(
+                float(max(abs(model.actuator_ctrlrange[binding.actuator]))) * abs(binding.gain[0]) * gear
+            )
+    if binding.element == "joint" and model.jnt_actfrclimited[binding.id]:
+        limits.append(float(max(abs(model.jnt_actfrcrange[binding.id]))))
+    return min(limits)

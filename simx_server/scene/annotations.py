@@ -1,0 +1,168 @@
+"""What `<custom>` says of a scene under the `simx` prefix: all that MJCF has no word for.
+
+`<text name="simx:KIND:OBJECT" data="key=value key=value"/>`; `<numeric name="simx:time_step" data="0.05"/>`.
+GRAMMAR is the whole list of kinds and keys; anything else is an error that names the element and what is valid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import mujoco
+
+from simx_server.errors import CommandError
+
+PREFIX = "simx:"
+
+Value = float | bool | str
+Annotation = dict[str, Value]
+
+
+class SceneError(CommandError):
+    """A scene file that cannot be loaded; the text names the element and what is valid."""
+
+
+@dataclass
+class Annotations:
+    """All annotations of a scene: per object name, per kind, checked values; and those of the scene itself."""
+
+    objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
+    time_step: float | None = None
+
+
+def _switch(text: str) -> bool:
+    words = {"on": True, "yes": True, "true": True, "off": False, "no": False, "false": False}
+    if text.lower() not in words:
+        raise ValueError("on/yes or off/no")
+    return words[text.lower()]
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError("a finite number")
+    return value
+
+
+def _positive(text: str) -> float:
+    value = _number(text)
+    if value <= 0:
+        raise ValueError("a number above 0")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    value = _number(text)
+    if value < 0:
+        raise ValueError("a number not below 0")
+    return value
+
+
+def _one_of(*words: str) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if text not in words:
+            raise ValueError("one of " + ", ".join(words))
+        return text
+
+    return check
+
+
+GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
+    "joint": {
+        "mode": _one_of("force", "passive", "ik", "dependent", "motion"),
+        "motor": _switch,
+        "control": _one_of("position", "velocity"),
+        "P": _not_negative,
+        "I": _not_negative,
+        "D": _not_negative,
+        "upper_velocity": _positive,
+        "max_force": _not_negative,
+        "lock": _switch,
+        "cyclic": _switch,
+        "target_position": _number,
+        "target_velocity": _number,
+        "parent": str,
+        "offset": _number,
+    },
+    "vision": {"near": _positive, "far": _positive, "angle_deg": _positive, "explicit": _switch},
+    "camera": {"view": _switch},
+    "proximity": {"offset": _not_negative, "range": _positive, "explicit": _switch},
+    "script": {"file": str},
+    "model": {"base": _switch},
+}
+
+
+def read_annotations(spec: mujoco.MjSpec) -> Annotations:
+    """Collect and check the annotations of a spec. Raises SceneError."""
+    found = Annotations()
+    for text in spec.texts:
+        if text.name.startswith(PREFIX):
+            kind, name = _split_name(text.name)
+            found.objects.setdefault(name, {}).setdefault(kind, {}).update(parse(kind, text.data, text.name))
+    for numeric in spec.numerics:
+        if numeric.name == PREFIX + "time_step":
+            values = list(numeric.data)
+            if len(values) != 1 or not 0 < values[0] <= 10:
+                raise SceneError(
+                    f"numeric '{numeric.name}' has data {values}; valid is one number above 0, up to 10 s"
+                )
+            found.time_step = float(values[0])
+        elif numeric.name.startswith(PREFIX):
+            raise SceneError(f"numeric '{numeric.name}' is not known; valid is '{PREFIX}time_step'")
+    return found
+
+
+def parse(kind: str, data: str, element: str) -> Annotation:
+    """The checked values of one annotation; `element` is named in errors. Raises SceneError."""
+    keys = GRAMMAR[kind]
+    values: Annotation = {}
+    for word in data.split():
+        key, sign, text = word.partition("=")
+        if not sign or key not in keys:
+            raise SceneError(
+                f"text '{element}' has '{word}'; valid is key=value with a key of {', '.join(keys)}"
+            )
+        try:
+            values[key] = keys[key](text)
+        except ValueError as error:
+            raise SceneError(f"text '{element}' has '{word}'; valid for {key} is {error}") from None
+    return values
+
+
+def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
+    """Every annotated object must exist and be of the kind its annotation is for. `kinds_of`: name to kind text."""
+    needed = {
+        "joint": "joint",
+        "vision": "vision sensor",
+        "camera": "camera",
+        "proximity": "proximity sensor",
+    }
+    for name, by_kind in annotations.objects.items():
+        for kind in by_kind:
+            if name not in kinds_of:
+                raise SceneError(
+                    f"text '{PREFIX}{kind}:{name}' names no object of the scene; names are those of bodies, "
+                    "joints, cameras, sites, lights and driven tendons"
+                )
+            wanted = needed.get(kind)
+            if wanted is not None and kinds_of[name] not in (
+                wanted,
+                "camera" if kind == "vision" else wanted,
+            ):
+                raise SceneError(
+                    f"text '{PREFIX}{kind}:{name}' is for a {wanted}, but '{name}' is a {kinds_of[name]}"
+                )
+
+
+def _split_name(full: str) -> tuple[str, str]:
+    kind, sign, name = full.removeprefix(PREFIX).partition(":")
+    if kind not in GRAMMAR or not sign or not name:
+        raise SceneError(
+            f"text '{full}' is not known; valid is '{PREFIX}KIND:OBJECT' with a KIND of {', '.join(GRAMMAR)}"
+        )
+    return kind, name

@@ -1,0 +1,104 @@
+"""Rigid poses as plain tuples: (position, quaternion w x y z). Small numbers of them are faster than numpy's calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+"""w, x, y, z: MuJoCo's order, used inside only."""
+Pose = tuple[Vector, Quaternion]
+
+NO_TURN: Quaternion = (1.0, 0.0, 0.0, 0.0)
+IDENTITY: Pose = ((0.0, 0.0, 0.0), NO_TURN)
+
+
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The rotation b followed by a (both in the outer frame)."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+def conjugate(q: Quaternion) -> Quaternion:
+    return (q[0], -q[1], -q[2], -q[3])
+
+
+def normalised(q: Sequence[float]) -> Quaternion:
+    """Length 1; raises ValueError for length 0."""
+    w, x, y, z = (float(v) for v in q)
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    if length < 1e-12:
+        raise ValueError("a quaternion of length 0")
+    return (w / length, x / length, y / length, z / length)
+
+
+def rotate(q: Quaternion, v: Sequence[float]) -> Vector:
+    """The vector turned by the rotation: v + 2 w (u x v) + 2 u x (u x v)."""
+    w, x, y, z = q
+    vx, vy, vz = v
+    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+    return (vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz, vz + w * tz + x * ty - y * tx)
+
+
+def add(a: Sequence[float], b: Sequence[float]) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def subtract(a: Sequence[float], b: Sequence[float]) -> Vector:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def scale(a: Sequence[float], factor: float) -> Vector:
+    return (a[0] * factor, a[1] * factor, a[2] * factor)
+
+
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """`inner`, given in the frame `outer`, in the frame `outer` is given in."""
+    return add(outer[0], rotate(outer[1], inner[0])), multiply(outer[1], inner[1])
+
+
+def inverse(pose: Pose) -> Pose:
+    back = conjugate(pose[1])
+    return scale(rotate(back, pose[0]), -1.0), back
+
+
+def about(axis: Sequence[float], angle: float) -> Quaternion:
+    """Rotation about a unit axis."""
+    s = math.sin(angle / 2)
+    return (math.cos(angle / 2), axis[0] * s, axis[1] * s, axis[2] * s)
+
+
+def turn_z_to(axis: Sequence[float]) -> Quaternion:
+    """The smallest rotation that takes +z to a unit axis; for -z a half turn about x."""
+    x, y, z = axis
+    if z < -1 + 1e-12:
+        return (0.0, 1.0, 0.0, 0.0)
+    return normalised((1.0 + z, -y, x, 0.0))
+
+
+def rotation_vector(q: Quaternion) -> Vector:
+    """Axis times angle, the angle in 0..pi."""
+    if q[0] < 0:
+        q = (-q[0], -q[1], -q[2], -q[3])
+    s = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    if s < 1e-15:
+        return (2 * q[1], 2 * q[2], 2 * q[3])
+    factor = 2 * math.atan2(s, q[0]) / s
+    return (q[1] * factor, q[2] * factor, q[3] * factor)
+
+
+def matrix(q: Quaternion) -> tuple[Vector, Vector, Vector]:
+    """Rows of the rotation matrix."""
+    w, x, y, z = q
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )

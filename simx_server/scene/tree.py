@@ -1,0 +1,243 @@
+"""From a compiled model to the tree of V-REP objects.
+
+Per body, in this order along the chain from its parent: joints, then a force sensor (a site with both force and torque
+sensors), then the body itself when it has a name of its own. Bodies without one are passed over: what hangs on them
+hangs on the nearest object above. Names that start with INTERNAL were given by the loader to find elements again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+
+from simx_server.scene.annotations import Annotation, Annotations, SceneError, check_objects
+from simx_server.scene.names import alias_of
+from simx_server.scene.objects import ObjectKind, Scene, SceneObject
+
+INTERNAL = "~"
+
+
+def build_scene(
+    spec: mujoco.MjSpec,
+    model: mujoco.MjModel,
+    annotations: Annotations,
+    path: Path | None,
+    previous: Scene | None = None,
+) -> Scene:
+    """All objects of the model. `previous`: the scene before an edit, whose handles, names and parents are kept.
+
+    Raises SceneError when an annotation fits no object.
+    """
+    builder = _Builder(model, annotations, previous)
+    builder.build()
+    if previous is None:
+        check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
+    scene = Scene(builder.objects, spec, path, builder.next_handle, annotations)
+    if previous is not None:
+        for handle, parent in previous.parent_overrides.items():
+            if handle in scene.objects and (parent == -1 or parent in scene.objects):
+                scene.override_parent(handle, parent)
+    return scene
+
+
+class _Builder:
+    def __init__(self, model: mujoco.MjModel, annotations: Annotations, previous: Scene | None) -> None:
+        self.model = model
+        self.annotations = annotations
+        self.objects: dict[int, SceneObject] = {}
+        self.known: Mapping[tuple[str, str], SceneObject] = {}
+        self.next_handle = 1
+        if previous is not None:
+            self.known = {(o.element, o.element_name): o for o in previous.objects.values()}
+            self.next_handle = previous.next_handle
+        self.names = {o.name for o in self.known.values()}
+        self.owner: dict[int, int] = {0: -1}
+        self.sites = _by_body(model.site_bodyid)
+        self.cameras = _by_body(model.cam_bodyid)
+        self.lights = _by_body(model.light_bodyid)
+        self.children = _by_body(model.body_parentid)
+        self.site_sensors = _sensors_by_site(model)
+
+    def build(self) -> None:
+        for geom in range(
+            int(self.model.body_geomadr[0]), int(self.model.body_geomadr[0] + self.model.body_geomnum[0])
+        ):
+            if self._public(self.model.geom(geom).name):
+                self._add("geom", geom, self.model.geom(geom).name, ObjectKind.SHAPE, -1, 0)
+        self._add_leaves(0, -1, skip=-1)
+        for child in self.children.get(0, ()):
+            if child != 0:
+                self._add_body(child)
+        self._add_tendons()
+        self.objects = dict(sorted(self.objects.items()))
+
+    def _add_body(self, body: int) -> None:
+        model = self.model
+        parent = self.owner[int(model.body_parentid[body])]
+        first = int(model.body_jntadr[body])
+        for joint in range(first, first + int(model.body_jntnum[body])):
+            if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+                parent = self._add("joint", joint, model.joint(joint).name, ObjectKind.JOINT, parent, body)
+        force_site = self._force_site(body)
+        if force_site >= 0:
+            sensors = self.site_sensors[force_site]
+            name = model.site(force_site).name
+            parent = self._add(
+                "site", force_site, name, ObjectKind.FORCE_SENSOR, parent, body, _force_torque(sensors)
+            )
+        name = model.body(body).name
+        if self._public(name):
+            kind = ObjectKind.SHAPE if model.body_geomnum[body] else ObjectKind.DUMMY
+            parent = self._add("body", body, name, kind, parent, body)
+        self.owner[body] = parent
+        self._add_leaves(body, parent, skip=force_site)
+        for child in self.children.get(body, ()):
+            self._add_body(child)
+
+    def _add_leaves(self, body: int, parent: int, skip: int) -> None:
+        model = self.model
+        for site in self.sites.get(body, ()):
+            name = model.site(site).name
+            if site == skip or not self._public(name):
+                continue
+            rays = tuple(
+                i
+                for kind, i in self.site_sensors.get(site, ())
+                if kind == mujoco.mjtSensor.mjSENS_RANGEFINDER
+            )
+            if _force_torque(self.site_sensors.get(site, [])):
+                sensors = _force_torque(self.site_sensors[site])
+                self._add("site", site, name, ObjectKind.FORCE_SENSOR, parent, body, sensors)
+            elif rays:
+                self._add("site", site, name, ObjectKind.PROXIMITY_SENSOR, parent, body, rays)
+            else:
+                self._add("site", site, name, ObjectKind.DUMMY, parent, body)
+        for camera in self.cameras.get(body, ()):
+            name = model.camera(camera).name
+            view = self._annotation(name, "camera").get("view", False)
+            kind = ObjectKind.CAMERA if view else ObjectKind.VISION_SENSOR
+            self._add("camera", camera, name, kind, parent, body)
+        for light in self.lights.get(body, ()):
+            self._add("light", light, model.light(light).name, ObjectKind.LIGHT, parent, body)
+
+    def _add_tendons(self) -> None:
+        model = self.model
+        driven = sorted({int(model.actuator_trnid[a, 0]) for a in range(model.nu) if drives_tendon(model, a)})
+        for tendon in driven:
+            name = model.tendon(tendon).name
+            if not self._public(name):
+                continue
+            body = tendon_body(model, tendon)
+            parent = self.owner.get(body, -1)
+            wanted = self._annotation(name, "joint").get("parent")
+            if isinstance(wanted, str):
+                parent = next((h for h, o in self.objects.items() if o.name == wanted), -2)
+                if parent == -2:
+                    if not self.known:
+                        raise SceneError(
+                            f"text 'simx:joint:{name}' has parent={wanted}, which is no object of the scene"
+                        )
+                    parent = self.owner.get(body, -1)
+            self._add("tendon", tendon, name, ObjectKind.JOINT, parent, body)
+
+    def _add(
+        self,
+        element: str,
+        element_id: int,
+        element_name: str,
+        kind: ObjectKind,
+        parent: int,
+        body: int,
+        sensors: tuple[int, ...] = (),
+    ) -> int:
+        known = self.known.get((element, element_name))
+        if known is not None:
+            handle, name = known.handle, known.name
+        else:
+            handle, name = self.next_handle, self._free_name(element_name, element)
+            self.next_handle += 1
+        self.names.add(name)
+        self.objects[handle] = SceneObject(
+            handle=handle,
+            name=name,
+            kind=kind,
+            parent=parent,
+            element=element,
+            element_name=element_name,
+            id=element_id,
+            body=body,
+            alias=known.alias if known is not None else alias_of(name),
+            annotations=self.annotations.objects.get(name, {}),
+            sensors=sensors,
+        )
+        return handle
+
+    def _free_name(self, name: str, element: str) -> str:
+        """V-REP's names are unique over all kinds, MuJoCo's per kind: the second comer gets its kind appended."""
+        candidate, count = name, 0
+        while candidate in self.names:
+            candidate = f"{name}_{element}" + (str(count) if count else "")
+            count += 1
+        return candidate
+
+    def _annotation(self, name: str, kind: str) -> Annotation:
+        return self.annotations.objects.get(name, {}).get(kind, {})
+
+    def _force_site(self, body: int) -> int:
+        """The site whose force sensor links the body to its parent, or -1."""
+        for site in self.sites.get(body, ()):
+            if self._public(self.model.site(site).name) and _force_torque(self.site_sensors.get(site, [])):
+                return site
+        return -1
+
+    @staticmethod
+    def _public(name: str) -> bool:
+        return bool(name) and not name.startswith(INTERNAL)
+
+
+def drives_tendon(model: mujoco.MjModel, actuator: int) -> bool:
+    """True for an actuator on a tendon that acts as a servo (velocity or position): its tendon is a prismatic joint."""
+    return (
+        model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
+        and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
+        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_AFFINE
+        and model.actuator_ctrlnum[actuator] == 1
+    )
+
+
+def tendon_body(model: mujoco.MjModel, tendon: int) -> int:
+    """The body of a tendon's first site, or of its first joint."""
+    for wrap in range(
+        int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon])
+    ):
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_SITE:
+            return int(model.site_bodyid[model.wrap_objid[wrap]])
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
+            return int(model.jnt_bodyid[model.wrap_objid[wrap]])
+    return 0
+
+
+def _by_body(bodies: object) -> dict[int, list[int]]:
+    found: dict[int, list[int]] = {}
+    for index, body in enumerate(bodies):  # type: ignore[arg-type]
+        found.setdefault(int(body), []).append(index)
+    return found
+
+
+def _sensors_by_site(model: mujoco.MjModel) -> dict[int, list[tuple[int, int]]]:
+    found: dict[int, list[tuple[int, int]]] = {}
+    for sensor in range(model.nsensor):
+        if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_SITE:
+            entry = (int(model.sensor_type[sensor]), sensor)
+            found.setdefault(int(model.sensor_objid[sensor]), []).append(entry)
+    return found
+
+
+def _force_torque(sensors: list[tuple[int, int]]) -> tuple[int, ...]:
+    """(force sensor id, torque sensor id), or () unless the site has both."""
+    by_type = dict(reversed(sensors))
+    force = by_type.get(int(mujoco.mjtSensor.mjSENS_FORCE))
+    torque = by_type.get(int(mujoco.mjtSensor.mjSENS_TORQUE))
+    return () if force is None or torque is None else (force, torque)
