@@ -47,7 +47,7 @@ class OwnServer:
         if self._is_ready:
             return
         if has_answered:
-            code = self._process.wait()
+            code, self._process = self._process.wait(), None
             raise ServerNotReady(f"simx-server ended with code {code} before it was ready; see above for why")
         self.stop()
         raise ServerNotReady(

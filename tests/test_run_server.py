@@ -1,0 +1,117 @@
+"""simx-run --server: a server of the script's own, there before its first line and gone after its last."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from launching import environment, simx_run, write_script
+
+STAND_IN = """\
+import json, os, signal, sys, threading
+gone = threading.Event()
+signal.signal(signal.SIGTERM, lambda number, frame: gone.set())
+with open('server.json', 'w') as file:
+    json.dump({'arguments': sys.argv[1:], 'pid': os.getpid()}, file)
+print('starting', flush=True)
+print('ready: realm tutorial, ports 19997 19999', flush=True)
+for line in range(5000):
+    print('much more output than a pipe holds', line, flush=True)
+gone.wait()
+os.rename('server.json', 'stopped.json')
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A working folder whose simx_server is a stand-in; `python -m` looks there first."""
+    (tmp_path / "simx_server").mkdir()
+    (tmp_path / "simx_server" / "__main__.py").write_text(STAND_IN)
+    (tmp_path / "simx_server" / "__init__.py").write_text("")
+    return tmp_path
+
+
+def test_server_is_ready_before_and_stopped_after(folder: Path) -> None:
+    text = "import json\nprint(json.load(open('server.json'))['arguments'])\n"
+    flags = ("--server", "scene.xml", "--server-args", "--speed max --viewer")
+    finished = simx_run(folder, text, flags=flags)
+    assert finished.returncode == 0, finished.stderr
+    assert finished.stdout == "['scene.xml', '--start', '--speed', 'max', '--viewer']\n"
+    assert (folder / "stopped.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "code"), [("raise SystemExit(7)", 7), ("1 / 0", 1), ("raise KeyboardInterrupt", 130), ("", 0)]
+)
+def test_exit_code_is_the_scripts(folder: Path, text: str, code: int) -> None:
+    assert simx_run(folder, text, flags=("--server", "scene.xml")).returncode == code
+    assert (folder / "stopped.json").exists()
+
+
+def test_threads_and_exit_functions_of_the_script_still_have_their_server(folder: Path) -> None:
+    text = """
+        import atexit, os, threading
+        def check(who):
+            print(who, os.path.exists('server.json'), os.path.exists('stopped.json'))
+        atexit.register(check, 'exit function')
+        main_is_over = threading.Event()
+        threading.Thread(target=lambda: (threading.main_thread().join(), check('thread'))).start()
+    """
+    finished = simx_run(folder, text, flags=("--server", "scene.xml"))
+    assert finished.stdout.splitlines() == ["thread True False", "exit function True False"]
+    assert (folder / "stopped.json").exists()
+
+
+def test_ending_the_launcher_ends_the_server(folder: Path) -> None:
+    write_script(folder, "print('running', flush=True)\nimport threading\nthreading.Event().wait()\n")
+    command = [sys.executable, "-m", "simx_client", "run", "--server", "scene.xml", "script.py"]
+    with subprocess.Popen(
+        command, cwd=folder, env=environment(), stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "running\n"
+        process.terminate()
+        process.communicate(timeout=30)
+    assert process.returncode == (-signal.SIGTERM if os.name == "posix" else 1)
+    assert (folder / "stopped.json").exists()
+
+
+def test_a_server_that_fails_to_start_is_said_and_the_script_not_run(folder: Path) -> None:
+    (folder / "simx_server" / "__main__.py").write_text(
+        "import sys\nsys.stderr.write('no such scene\\n')\nsys.exit(2)\n"
+    )
+    finished = simx_run(folder, "print('script')", flags=("--server", "none.xml"))
+    assert finished.returncode == 1
+    assert finished.stdout == ""
+    assert finished.stderr == (
+        "no such scene\nsimx-run: simx-server ended with code 2 before it was ready; see above for why\n"
+    )
+
+
+def test_a_server_that_is_never_ready_is_given_up_and_stopped(folder: Path) -> None:
+    (folder / "simx_server" / "__main__.py").write_text(STAND_IN.replace("ready:", "waiting:"))
+    flags = ("--server", "scene.xml", "--server-timeout", "1")
+    finished = simx_run(folder, "print('script')", flags=flags)
+    assert finished.returncode == 1
+    assert finished.stdout == ""
+    assert "not ready within 1 s" in finished.stderr
+    assert "--server-timeout" in finished.stderr
+
+
+def test_a_server_that_ends_early_is_mentioned(folder: Path) -> None:
+    (folder / "simx_server" / "__main__.py").write_text(
+        "import os\nprint('ready', flush=True)\nopen('over', 'w').close()\nos._exit(3)\n"
+    )
+    text = """
+        import json, os, subprocess, sys
+        while not os.path.exists('over'): pass
+        # the launcher's only child: wait until it is gone without reaping it
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT)
+    """
+    finished = simx_run(folder, text, flags=("--server", "scene.xml"))
+    assert finished.returncode == 0
+    assert "simx-server had ended by itself with code 3" in finished.stderr
