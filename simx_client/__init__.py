@@ -14,6 +14,6 @@ from .surface import functions as _functions
 globals().update(_functions())
 globals().update({name: value for name, value in vars(_constants).items() if not name.startswith("_")})
 
-__all__ = sorted(
+__all__ = sorted(  # pyright: ignore[reportUnsupportedDunderAll] - the stub file names them all
     name for name in globals() if name.lower().startswith(("sim_", "simx")) and name != "simx_client"
 )

@@ -166,7 +166,7 @@ class ZenohTransport:
         self._token = session.liveliness().declare_token(keys.client(realm, self.client))
         self._replies = session.declare_subscriber(
             keys.reply(realm, self.client),
-            direct(lambda sample: self._deliveries.put(sample.payload.to_bytes()), indirect=False),
+            direct(self._on_reply, indirect=False),
         )
         self._streams = session.declare_subscriber(
             keys.stream(realm, self.client), zenoh.handlers.RingChannel(1)
@@ -182,6 +182,9 @@ class ZenohTransport:
             congestion_control=zenoh.CongestionControl.BLOCK,
             reliability=zenoh.Reliability.RELIABLE,
         )
+
+    def _on_reply(self, sample: Any) -> None:
+        self._deliveries.put(sample.payload.to_bytes())
 
     def _on_picture(self, sample: Any) -> None:
         key = str(sample.key_expr)
@@ -219,7 +222,7 @@ class ZenohTransport:
     def pictures(self) -> list[bytes]:
         if not self._picture_arrivals:
             return []
-        payloads = []
+        payloads: list[bytes] = []
         while self._picture_arrivals:
             sample = self._pictures.pop(self._picture_arrivals.popleft(), None)
             if sample is not None:

@@ -38,7 +38,7 @@ _STATE_BITS = {
 }
 _REAL_TIME_BIT = 0b100
 
-Event = Callable[[], None]
+Event = Callable[[], object]
 
 
 class Engine:

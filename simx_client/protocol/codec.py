@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import msgpack
 
@@ -11,8 +11,6 @@ from .messages import Batch, Call, Delivery, Greeting, Reply, Welcome
 
 MAX_MESSAGE = 256 << 20
 """Largest message in bytes that is decoded."""
-
-Message = TypeVar("Message", Batch, Delivery, Greeting, Welcome)
 
 
 class CodecError(ValueError):
@@ -28,10 +26,7 @@ def _plain(value: Any) -> Any:
 
 def encode(message: Batch | Delivery | Greeting | Welcome) -> bytes:
     """Pack a message: lists in field order, float32 numbers."""
-    return cast(
-        bytes,
-        msgpack.packb(message, use_single_float=True, unicode_errors="surrogateescape", default=_plain),
-    )
+    return msgpack.packb(message, use_single_float=True, unicode_errors="surrogateescape", default=_plain)
 
 
 def _unpack(payload: bytes) -> list[Any]:
@@ -41,16 +36,16 @@ def _unpack(payload: bytes) -> list[Any]:
         value = msgpack.unpackb(payload, unicode_errors="surrogateescape", strict_map_key=True)
     except Exception as error:  # msgpack raises many kinds, all of them mean the same here
         raise CodecError(f"not a message: {error}") from None
-    if type(value) is not list:
+    if not isinstance(value, list):
         raise CodecError(f"not a message: a {type(value).__name__} instead of a list")
-    return value
+    return cast(list[Any], value)
 
 
 def _fields(kind: type[Any], value: Any) -> list[Any]:
     names = kind._fields
-    if type(value) is not list or len(value) != len(names):
+    if not isinstance(value, list) or len(cast(list[Any], value)) != len(names):
         raise CodecError(f"a {kind.__name__} has {len(names)} fields ({', '.join(names)})")
-    return value
+    return cast(list[Any], value)
 
 
 def _require(kind: type[Any], values: Iterable[Any], *types: type) -> None:
@@ -65,7 +60,7 @@ def decode_batch(payload: bytes) -> Batch:
     """Unpack and check what a client sent; arguments are checked later, against the table."""
     value = _fields(Batch, _unpack(payload))
     _require(Batch, value, int, int, list)
-    calls = []
+    calls: list[Call] = []
     for item in value[2]:
         _require(Call, _fields(Call, item), int, int, int, str, list)
         calls.append(Call._make(item))

@@ -122,8 +122,8 @@ def _command(
 
 
 def _connection() -> Iterator[Command]:
-    def local(name: str, takes: str, gives: str, doc: str, **more: str) -> Command:
-        return _command(name, takes, gives, doc, place=Place.LOCAL, **more)
+    def local(name: str, takes: str, gives: str, doc: str) -> Command:
+        return _command(name, takes, gives, doc, place=Place.LOCAL)
 
     yield local(
         "simxStart",

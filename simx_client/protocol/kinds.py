@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 MAX_ITEMS = 1_000_000
 """Longest list of numbers or texts that either side accepts."""
@@ -187,11 +187,11 @@ def _check_bytes(value: Any) -> bytes:
 
 def _check_list(item: Callable[[Any], Any], length: int | None = None) -> Callable[[Any], list[Any]]:
     def check(value: Any) -> list[Any]:
-        if type(value) is not list or len(value) > MAX_ITEMS:
+        if not isinstance(value, list) or len(items := cast(list[Any], value)) > MAX_ITEMS:
             raise ValueError(f"must be a list of at most {MAX_ITEMS} items, got {_describe(value)}")
-        if length is not None and len(value) != length:
-            raise ValueError(f"must have {length} items, got {len(value)}")
-        return [item(v) for v in value]
+        if length is not None and len(items) != length:
+            raise ValueError(f"must have {length} items, got {len(items)}")
+        return [item(v) for v in items]
 
     return check
 

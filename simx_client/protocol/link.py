@@ -6,11 +6,9 @@ batches a third of a picture's way, a short lease notices a frozen peer within t
 
 from __future__ import annotations
 
+import json
 import os
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    import zenoh
+from typing import Any
 
 RUNTIME = "(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:1))"
 """Merge Zenoh's thread pools, but leave transmission its own thread: one thread for all can stall."""
@@ -43,10 +41,8 @@ def import_zenoh() -> Any:
     return zenoh
 
 
-def configure(config: zenoh.Config, options: dict[str, Any]) -> zenoh.Config:
+def configure(config: Any, options: dict[str, Any]) -> Any:
     """Write options (key path to plain value) into a Zenoh configuration."""
-    import json
-
     for path, value in options.items():
         config.insert_json5(path, json.dumps(value))
     return config

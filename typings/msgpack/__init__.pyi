@@ -1,0 +1,13 @@
+"""What this project uses of msgpack, which ships no types."""
+
+from collections.abc import Callable
+from typing import Any
+
+def packb(
+    o: Any,
+    *,
+    default: Callable[[Any], Any] | None = None,
+    use_single_float: bool = False,
+    unicode_errors: str | None = None,
+) -> bytes: ...
+def unpackb(packed: bytes, *, unicode_errors: str | None = None, strict_map_key: bool = True) -> Any: ...
