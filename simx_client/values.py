@@ -186,6 +186,9 @@ class VisionImage(PixelList):
 
     __slots__ = ()
 
+    holds_pixels: ClassVar[bool] = True
+    """Tells the encoder that `tobytes` is what it would send."""
+
     @classmethod
     def from_bytes(
         cls, data: bytes | bytearray | memoryview, width: int, height: int, channels: int = 3

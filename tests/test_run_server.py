@@ -18,7 +18,7 @@ signal.signal(signal.SIGTERM, lambda number, frame: gone.set())
 with open('server.json', 'w') as file:
     json.dump({'arguments': sys.argv[1:], 'pid': os.getpid()}, file)
 print('starting', flush=True)
-print('ready: realm tutorial, ports 19997 19999', flush=True)
+print('ready tcp/127.0.0.1:4001 tcp/127.0.0.1:4002 realm=tutorial', flush=True)
 for line in range(5000):
     print('much more output than a pipe holds', line, flush=True)
 gone.wait()
@@ -36,11 +36,16 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_server_is_ready_before_and_stopped_after(folder: Path) -> None:
-    text = "import json\nprint(json.load(open('server.json'))['arguments'])\n"
+    text = (
+        "import json, os\nprint(json.load(open('server.json'))['arguments'], os.environ['SIMX_REDIRECT'])\n"
+    )
     flags = ("--server", "scene.xml", "--server-args", "--speed max --viewer")
     finished = simx_run(folder, text, flags=flags)
     assert finished.returncode == 0, finished.stderr
-    assert finished.stdout == "['scene.xml', '--start', '--speed', 'max', '--viewer']\n"
+    assert finished.stdout == (
+        "['scene.xml', '--port', '0', '--port', '0', '--speed', 'max', '--viewer'] "
+        "19997=127.0.0.1:4001 19999=127.0.0.1:4002\n"
+    )
     assert (folder / "stopped.json").exists()
 
 
@@ -93,7 +98,7 @@ def test_a_server_that_fails_to_start_is_said_and_the_script_not_run(folder: Pat
 
 
 def test_a_server_that_is_never_ready_is_given_up_and_stopped(folder: Path) -> None:
-    (folder / "simx_server" / "__main__.py").write_text(STAND_IN.replace("ready:", "waiting:"))
+    (folder / "simx_server" / "__main__.py").write_text(STAND_IN.replace("ready ", "waiting "))
     flags = ("--server", "scene.xml", "--server-timeout", "1")
     finished = simx_run(folder, "print('script')", flags=flags)
     assert finished.returncode == 1

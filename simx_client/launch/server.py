@@ -12,8 +12,12 @@ from collections.abc import Sequence
 from typing import IO
 
 from simx_client.errors import SimxError
+from simx_client.redirect import VARIABLE, format_redirects
 
 logger = logging.getLogger(__name__)
+
+USUAL_PORTS = (19997, 19999)
+"""What old scripts have written in them."""
 
 STOP_WITHIN_S = 5.0  # the server promises two seconds after SIGTERM
 
@@ -23,10 +27,16 @@ class ServerNotReady(SimxError):
 
 
 class OwnServer:
-    """One ``python -m simx_server SCENE --start``, on the default ports: old scripts have them written in."""
+    """One ``python -m simx_server SCENE`` on free ports, to which the script's hard-wired ones are redirected.
+
+    The simulation is not started: a script that comes by port 19999 finds it running, as in V-REP, and one that
+    comes by 19997 starts it itself, perhaps after setting a time step or stepped mode.
+    """
 
     def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
-        self._command = [sys.executable, "-m", "simx_server", scene, "--start", *arguments]
+        free = [] if "--port" in arguments else ["--port", "0"] * len(USUAL_PORTS)
+        self._command = [sys.executable, "-m", "simx_server", scene, *free, *arguments]
+        self._redirects: dict[int, tuple[str, int]] = {}
         self._process: subprocess.Popen[str] | None = None
         self._is_ready = False
         self._ready_or_ended = threading.Event()
@@ -45,6 +55,8 @@ class OwnServer:
         threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()
         has_answered = self._ready_or_ended.wait(timeout_s)
         if self._is_ready:
+            if self._redirects and VARIABLE not in os.environ:
+                os.environ[VARIABLE] = format_redirects(self._redirects)
             return
         if has_answered:
             code, self._process = self._process.wait(), None
@@ -76,7 +88,11 @@ class OwnServer:
         with stdout:
             for line in stdout:
                 logger.debug("simx-server: %s", line.rstrip())
-                if re.search(r"\bready\b", line):
+                if re.match(r"ready\b", line) and not self._is_ready:
+                    ports = map(int, re.findall(r"tcp/127\.0\.0\.1:(\d+)", line))
+                    self._redirects = {
+                        usual: ("127.0.0.1", port) for usual, port in zip(USUAL_PORTS, ports, strict=False)
+                    }
                     self._is_ready = True
                     self._ready_or_ended.set()
         self._ready_or_ended.set()
