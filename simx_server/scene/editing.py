@@ -1,4 +1,4 @@
-"""Changing the tree of a scene, stopped or running: removing objects, giving them another parent.
+"""Changing the tree of a scene, stopped or running: removing objects, giving them another parent, adding dummies.
 
 An edit compiles a new model and carries the whole state over by name; handles stay. During a run the original is kept
 and comes back at stop.
@@ -7,41 +7,294 @@ What a new parent means physically:
 * a body without joints of its own (static or welded) is welded to the new parent's body;
 * a free body (it falls, it is pushed) stays free: only the tree changes, as in V-REP, where a dynamic shape under
   another shape is no part of it. Under a **force sensor** it is welded (V-REP's rigid link: what a gripper script means
-  by attaching to `..._attachPoint`), and let go again when it gets another parent;
-* a link (body with hinges or slides), a joint, a camera, site or light moves in the tree with all below it.
+  by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent;
+* a link (body with hinges or slides) or a joint moves in the tree with all below it, joints first;
+* a site, camera or light moves to the new parent's body; a joint on a tendon only moves in the tree.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.loader import SceneError
+from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.placing import (
+    body_pose,
+    element_pose,
+    free_joint,
+    is_linking_sensor,
+    moving_pose,
+    object_pose,
+    place,
+)
+from simx_server.scene.poses import IDENTITY, Pose, compose, conjugate, inverse, rotate
+from simx_server.scene.transfer import carry_over
+from simx_server.scene.transplant import delete, move_body, move_leaf
+from simx_server.scene.tree import build_scene
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
+
+Surgery = Callable[[mujoco.MjSpec], None]
+
+_PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
 
 def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
     """Give an object another parent (-1: none). `keep_in_place` keeps the world pose, else the numbers of the local one.
 
-    Raises UnknownHandle, CommandError (a loop).
+    Raises UnknownHandle, CommandError (a loop; a part of the world itself).
     """
-    raise NotImplementedError
+    scene = sim.scene
+    item = scene.get(handle)
+    if parent != -1:
+        scene.get(parent)
+        if scene.is_below(parent, handle):
+            raise CommandError(f"'{item.name}' cannot get its own child '{scene.get(parent).name}' as parent")
+    if parent == item.parent:
+        return
+    sim.refresh()
+    world = object_pose(sim, item)
+    local = compose(inverse(_reference(sim, item.parent)), world)
+    if item.element in ("body", "joint") or is_linking_sensor(sim, item):
+        _move_body(sim, item, parent)
+    elif item.element in _PREFIX:
+        _move_leaf(sim, item, parent)
+    elif item.element == "geom" and _body_under(sim, parent) != 0:
+        raise CommandError(
+            f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
+        )
+    sim.scene.override_parent(handle, parent)
+    sim.changed()
+    if not keep_in_place:
+        sim.refresh()
+        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local))
 
 
 def remove_object(sim: Simulation, handle: int) -> None:
-    """Remove one object; its children move up to its parent and stay in place (V-REP's rule). Raises UnknownHandle."""
-    raise NotImplementedError
+    """Remove one object; its children move up to its parent and stay where they are. Raises UnknownHandle.
+
+    A link that others hang on stays in the model as a carrier of its mass, without shapes; a removed joint is rigid.
+    """
+    item = sim.scene.get(handle)
+    children = sim.scene.children(handle)
+    body = sim.model.body(item.body).name
+    hollow = item.element == "body" and (bool(children) or _is_link(sim, item.id))
+    start = _pose_in_parent(sim, item.body)
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        if hollow:
+            _hollow_out(sim, spec, item)
+        else:
+            delete(spec, item.element, item.element_name)
+        if item.element == "joint" and sim.model.body_jntnum[item.body] == 1:
+            spec.body(body).pos[:], spec.body(body).quat[:] = start
+
+    moved = {("body_", body)} if item.element == "joint" else set()
+    parents = dict.fromkeys(children, item.parent)
+    _edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
 
 
 def remove_model(sim: Simulation, handle: int) -> None:
     """Remove a whole tree. Raises UnknownHandle, CommandError when the object is no model base."""
-    raise NotImplementedError
+    item = sim.scene.get(handle)
+    if not item.annotations.get("model", {}).get("base", False):
+        raise CommandError(
+            f"'{item.name}' is no model base; remove it as an object, or annotate it simx:model base=yes"
+        )
+    remove_tree(sim, handle)
+
+
+def remove_tree(sim: Simulation, handle: int) -> None:
+    """Remove an object and all below it. Raises UnknownHandle."""
+    removed = [handle, *sim.scene.descendants(handle)]
+    items = [sim.scene.get(h) for h in removed]
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        names = {spec_body.name for spec_body in spec.bodies}
+        for item in items:
+            if item.element in ("body", "joint") or (
+                item.kind == ObjectKind.FORCE_SENSOR and is_linking_sensor(sim, item)
+            ):
+                name = sim.model.body(item.body).name
+                if name in names and spec.body(name) is not None:
+                    delete(spec, "body", name)
+        for item in items:
+            if (
+                item.element in ("tendon", "geom", *_PREFIX)
+                and getattr(spec, item.element)(item.element_name) is not None
+            ):
+                delete(spec, item.element, item.element_name)
+
+    _edit(sim, surgery, set(), removed=set(removed))
 
 
 def remove_all(sim: Simulation) -> None:
     """Remove every object (`sim_handle_all`)."""
-    raise NotImplementedError
+    for handle in sim.scene.children(-1):
+        if handle in sim.scene.objects:
+            remove_tree(sim, handle)
 
 
 def create_dummy(sim: Simulation, size: float) -> int:
     """Add a dummy of this diameter (m) at the world's origin; returns its handle."""
-    raise NotImplementedError
+    if not 0 < size < 1e3:
+        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
+    names = {item.name for item in sim.scene.objects.values()} | {site.name for site in sim.scene.spec.sites}
+    name, count = "Dummy", 0
+    while name in names:
+        name, count = f"Dummy{count}", count + 1
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4)
+
+    _edit(sim, surgery, set())
+    found = sim.scene.by_name(name)
+    if found is None:
+        raise CommandError(f"the dummy '{name}' was not added")
+    return found
+
+
+def _move_body(sim: Simulation, item: SceneObject, parent: int) -> None:
+    model = sim.model
+    body = item.body
+    name = model.body(body).name
+    target = _body_under(sim, parent)
+    links = parent != -1 and sim.scene.get(parent).kind == ObjectKind.FORCE_SENSOR
+    is_free = free_joint(model, body) >= 0
+    was_free = name in sim.scene.welded_bodies
+    if is_free and not links:
+        return
+    sim.refresh()
+    local = compose(inverse(body_pose(sim, target)), _start_pose(sim, body))
+    velocity = _velocity(sim, body)
+    release = was_free and not links
+    if release:
+        target, local = 0, body_pose(sim, body)
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        free = True if release else (False if is_free else None)
+        move_body(spec, name, _body_name(sim, target), local, free=free)
+
+    if not release and not is_free and target == int(model.body_parentid[body]):
+        return
+    welded = set(sim.scene.welded_bodies)
+    if is_free:
+        welded.add(name)
+    elif release:
+        welded.discard(name)
+    _edit(sim, surgery, {("body_", name)}, welded=welded)
+    if release:
+        new_body = sim.scene.get(item.handle).body
+        joint = free_joint(sim.model, new_body)
+        position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
+        sim.data.qpos[position : position + 7] = (*local[0], *local[1])
+        sim.data.qvel[dof : dof + 6] = velocity
+        sim.changed()
+
+
+def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
+    target = _body_under(sim, parent)
+    if target == item.body:
+        return
+    local = compose(inverse(body_pose(sim, target)), element_pose(sim, item))
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        move_leaf(spec, item.element, item.element_name, _body_name(sim, target), local)
+        if item.element == "light":
+            spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
+
+    _edit(sim, surgery, {(_PREFIX[item.element], item.element_name)})
+
+
+def _edit(
+    sim: Simulation,
+    surgery: Surgery,
+    moved: set[tuple[str, str]],
+    *,
+    removed: set[int] | None = None,
+    parents: dict[int, int] | None = None,
+    welded: set[str] | None = None,
+    hidden: str | None = None,
+) -> None:
+    """Operate on a copy of the spec, compile it, carry the state over, go on with it. On failure nothing has changed."""
+    sim.refresh()
+    old = sim.scene
+    spec = old.spec.copy()
+    try:
+        surgery(spec)
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError, SceneError) as error:
+        raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
+    data = mujoco.MjData(model)
+    carry_over(sim.model, sim.data, model, data, moved)
+    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
+    scene = build_scene(spec, model, old.annotations, old.path, previous=old, hidden_bodies=hidden_bodies)
+    scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
+    for handle in removed or ():
+        if handle in scene.objects:
+            del scene.objects[handle]
+    for handle, parent in (parents or {}).items():
+        if handle in scene.objects:
+            scene.override_parent(handle, parent)
+    scene.reindex()
+    sim.replace_model(scene, model, data)
+
+
+def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None:
+    """A link something hangs on stays as a nameless carrier of its mass, without shapes."""
+    model, body = sim.model, spec.body(item.element_name)
+    for geom in list(body.geoms):
+        delete(spec, "geom", geom.name)
+    body.explicitinertial = True
+    body.mass = float(model.body_mass[item.id])
+    body.inertia[:] = model.body_inertia[item.id]
+    body.ipos[:], body.iquat[:] = model.body_ipos[item.id], model.body_iquat[item.id]
+    body.fullinertia[:] = np.nan
+    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _is_link(sim: Simulation, body: int) -> bool:
+    return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
+
+
+def _start_pose(sim: Simulation, body: int) -> Pose:
+    """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
+    if not _is_link(sim, body):
+        return body_pose(sim, body)
+    model = sim.model
+    local: Pose = tuple(model.body_pos[body].tolist()), tuple(model.body_quat[body].tolist())  # type: ignore[assignment]
+    return compose(body_pose(sim, int(model.body_parentid[body])), local)
+
+
+def _pose_in_parent(sim: Simulation, body: int) -> Pose:
+    """Where a body is now, in its parent's frame."""
+    sim.refresh()
+    return compose(inverse(body_pose(sim, int(sim.model.body_parentid[body]))), body_pose(sim, body))
+
+
+def _velocity(sim: Simulation, body: int) -> list[float]:
+    """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
+    mujoco.mj_comVel(sim.model, sim.data)
+    motion = np.empty(6)
+    mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_XBODY, body, motion, 0)
+    turn = conjugate(body_pose(sim, body)[1])
+    return [*motion[3:].tolist(), *rotate(turn, motion[:3].tolist())]
+
+
+def _reference(sim: Simulation, parent: int) -> Pose:
+    return IDENTITY if parent == -1 else moving_pose(sim, sim.scene.get(parent))
+
+
+def _body_under(sim: Simulation, parent: int) -> int:
+    """The body that children of an object are physically attached to."""
+    return 0 if parent == -1 else sim.scene.get(parent).body
+
+
+def _body_name(sim: Simulation, body: int) -> str:
+    return "world" if body == 0 else sim.model.body(body).name

@@ -77,6 +77,10 @@ class Scene:
         self.annotations = annotations if annotations is not None else Annotations()
         self.parent_overrides: dict[int, int] = {}
         """Handle to parent, where the tree differs from the bodies (a free body put under a gripper, a dummy's child)."""
+        self.welded_bodies: set[str] = set()
+        """Names of bodies that were free until they were put under a force sensor."""
+        self.hidden_bodies: frozenset[str] = frozenset()
+        """Names of bodies whose object was removed while others hang on them."""
         self._children: dict[int, list[int]] = {-1: []}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}

@@ -22,7 +22,6 @@ from simx_server.scene.poses import (
     about,
     add,
     compose,
-    conjugate,
     inverse,
     multiply,
     normalised,
@@ -66,6 +65,12 @@ def moving_pose(sim: Simulation, item: SceneObject) -> Pose:
         pose = _tendon_pose(sim, item.id)
         return compose(pose, ((0.0, 0.0, sim.joints.position(item.handle)), NO_TURN))
     return object_pose(sim, item)
+
+
+def element_pose(sim: Simulation, item: SceneObject) -> Pose:
+    """World pose of the MuJoCo element itself: differs for cameras, which look along -z there."""
+    pose = object_pose(sim, item)
+    return (pose[0], multiply(pose[1], _TURN_BACK_Y)) if item.element == "camera" else pose
 
 
 def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:

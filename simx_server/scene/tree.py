@@ -7,7 +7,7 @@ hangs on the nearest object above. Names that start with INTERNAL were given by 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import mujoco
@@ -25,16 +25,19 @@ def build_scene(
     annotations: Annotations,
     path: Path | None,
     previous: Scene | None = None,
+    hidden_bodies: Collection[str] = (),
 ) -> Scene:
     """All objects of the model. `previous`: the scene before an edit, whose handles, names and parents are kept.
+    `hidden_bodies`: names of bodies that are objects no more.
 
     Raises SceneError when an annotation fits no object.
     """
-    builder = _Builder(model, annotations, previous)
+    builder = _Builder(model, annotations, previous, frozenset(hidden_bodies))
     builder.build()
     if previous is None:
         check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
     scene = Scene(builder.objects, spec, path, builder.next_handle, annotations)
+    scene.hidden_bodies = frozenset(hidden_bodies)
     if previous is not None:
         for handle, parent in previous.parent_overrides.items():
             if handle in scene.objects and (parent == -1 or parent in scene.objects):
@@ -43,8 +46,11 @@ def build_scene(
 
 
 class _Builder:
-    def __init__(self, model: mujoco.MjModel, annotations: Annotations, previous: Scene | None) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, annotations: Annotations, previous: Scene | None, hidden: frozenset[str]
+    ) -> None:
         self.model = model
+        self.hidden = hidden
         self.annotations = annotations
         self.objects: dict[int, SceneObject] = {}
         self.known: Mapping[tuple[str, str], SceneObject] = {}
@@ -88,7 +94,7 @@ class _Builder:
                 "site", force_site, name, ObjectKind.FORCE_SENSOR, parent, body, _force_torque(sensors)
             )
         name = model.body(body).name
-        if self._public(name):
+        if self._public(name) and name not in self.hidden:
             kind = ObjectKind.SHAPE if model.body_geomnum[body] else ObjectKind.DUMMY
             parent = self._add("body", body, name, kind, parent, body)
         self.owner[body] = parent
