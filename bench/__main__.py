@@ -1,0 +1,87 @@
+"""``python -m bench``: run the measurements, write the report."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import logging
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+
+from .client import CallFailed
+from .measure import FULL, QUICK
+from .processes import NotReady
+from .report import Findings, compose
+
+logger = logging.getLogger("bench")
+
+MEASUREMENTS = ("blocking", "streaming", "picture", "stepping", "startup")
+"""Modules of this package with a function ``measure``, in the order of the report."""
+
+REPORT = Path(__file__).with_name("report.md")
+
+
+def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m bench",
+        description="Measure what a call, a pass and a picture cost here, each beside its baseline.",
+        epilog="A full run also writes bench/report.md; a shorter one only prints, unless --report is given.",
+    )
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"some of {', '.join(MEASUREMENTS)}; all by default"
+    )
+    parser.add_argument("--quick", action="store_true", help="fewer and shorter rounds: rough figures")
+    parser.add_argument("--report", type=Path, metavar="FILE", help="write the report there")
+    parsed = parser.parse_args(arguments)
+    for name in parsed.names:
+        if name not in MEASUREMENTS:
+            parser.error(f"there is no measurement {name!r}; there are {', '.join(MEASUREMENTS)}")
+    return parsed
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """SIGTERM as an exception, so that the processes that were started are ended."""
+    raise SystemExit(128 + number)
+
+
+def run(names: Sequence[str], *, quick: bool = False) -> str:
+    """Run measurements by name; returns the report."""
+    effort, began = (QUICK if quick else FULL), time.monotonic()
+    findings: list[Findings] = []
+    for place, name in enumerate(names, 1):
+        logger.info("[%d/%d] %s", place, len(names), name)
+        # Imported when it is needed: some load MuJoCo, and a blocking call is timed in a process as lean as a script.
+        measure = importlib.import_module(f"{__package__}.{name}").measure
+        findings.append(measure(effort))
+    took = f"{'a quick' if quick else 'a full'} run of {', '.join(names)}: {time.monotonic() - began:.0f} s"
+    return compose(findings, effort=took)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Returns the exit code: 0, 1 when a measurement could not be made, 130 when interrupted."""
+    chosen = _arguments(arguments)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    for noisy in ("simx_client", "simx_server"):
+        logging.getLogger(noisy).setLevel(logging.WARNING)
+    signal.signal(signal.SIGTERM, _leave)
+    is_whole = not chosen.names and not chosen.quick
+    try:
+        report = run(chosen.names or MEASUREMENTS, quick=chosen.quick)
+    except (CallFailed, NotReady) as error:
+        logger.error("%s", error)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    sys.stdout.write(report)
+    if target := chosen.report or (REPORT if is_whole else None):
+        target.write_text(report, encoding="utf-8")
+        logger.info("written to %s", target)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

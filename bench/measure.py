@@ -1,0 +1,151 @@
+"""Timing calls side by side: short rounds in turn, so that whatever drifts on the machine hits all cases alike."""
+
+from __future__ import annotations
+
+import logging
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+logger = logging.getLogger(__name__)
+
+PROGRESS_EVERY = 2.0
+"""Seconds after which something is said about a measurement that goes on."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to measure."""
+
+    rounds: int
+    factor: float
+    """Scales the number of calls of a round, seconds of observation and repetitions of slow things."""
+
+    def count(self, full: int, least: int = 2) -> int:
+        """So many calls a round, or processes to start, instead of `full`."""
+        return max(least, round(full * self.factor))
+
+    def seconds(self, full: float) -> float:
+        return full * self.factor
+
+
+FULL = Effort(rounds=7, factor=1.0)
+QUICK = Effort(rounds=3, factor=0.2)
+
+
+def percentile(values: Sequence[float], percent: float) -> float:
+    """The value below which `percent` of the values lie, by the nearest rank."""
+    if not values:
+        raise ValueError("nothing was measured, so there is no percentile")
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(len(ordered) * percent / 100))]
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """What one case took: a list of values per round, seconds unless the owner says otherwise."""
+
+    values: tuple[tuple[float, ...], ...]
+
+    @property
+    def medians(self) -> list[float]:
+        """One per round."""
+        return [statistics.median(values) for values in self.values]
+
+    @property
+    def median(self) -> float:
+        """The median of the rounds' medians."""
+        return statistics.median(self.medians)
+
+    @property
+    def p99(self) -> float:
+        """The median of the rounds' 99th percentiles: a typical bad call, not the worst minute."""
+        return statistics.median([percentile(values, 99) for values in self.values])
+
+    @property
+    def count(self) -> int:
+        return sum(len(values) for values in self.values)
+
+
+def ratio(numerator: Rounds, denominator: Rounds) -> float:
+    """How many times as long: the median over the rounds of the quotient of both medians of that round."""
+    pairs = zip(numerator.medians, denominator.medians, strict=True)
+    return statistics.median([above / below for above, below in pairs])
+
+
+def difference(minuend: Rounds, subtrahend: Rounds) -> Rounds:
+    """What the first takes more, round by round."""
+    pairs = zip(minuend.medians, subtrahend.medians, strict=True)
+    return Rounds(tuple((above - below,) for above, below in pairs))
+
+
+def timed(call: Callable[[], object], calls: int) -> tuple[float, ...]:
+    """Seconds each of so many calls took."""
+    now = time.perf_counter
+    took = []
+    for _ in range(calls):
+        began = now()
+        call()
+        took.append(now() - began)
+    return tuple(took)
+
+
+def in_turn(
+    what: str, cases: Mapping[str, Callable[[], tuple[float, ...]]], rounds: int
+) -> dict[str, Rounds]:
+    """Let all cases measure in turn, A B C, C B A, A B C, ...: a steady drift cancels out.
+
+    Args:
+        what: for the progress line.
+        cases: name to something that measures one round and returns its values.
+    """
+    taken: dict[str, list[tuple[float, ...]]] = {name: [] for name in cases}
+    order, progress = list(cases), Progress(what, rounds * len(cases))
+    for _ in range(rounds):
+        for name in order:
+            taken[name].append(cases[name]())
+            progress.step(name)
+        order.reverse()
+    return {name: Rounds(tuple(values)) for name, values in taken.items()}
+
+
+def side_by_side(
+    what: str,
+    cases: Mapping[str, Callable[[], object]],
+    *,
+    rounds: int,
+    calls: int,
+    settle: Callable[[], object] | None = None,
+) -> dict[str, Rounds]:
+    """Time the calls of all cases, in turn.
+
+    Args:
+        calls: timed calls per round; a tenth of them goes ahead untimed.
+        settle: done after each round of each case, untimed; for calls whose work goes on after they return.
+    """
+
+    def one_round(call: Callable[[], object]) -> tuple[float, ...]:
+        timed(call, max(1, calls // 10))
+        took = timed(call, calls)
+        if settle is not None:
+            settle()
+        return took
+
+    return in_turn(what, {name: partial(one_round, call) for name, call in cases.items()}, rounds)
+
+
+class Progress:
+    """Says every two seconds how far something is."""
+
+    def __init__(self, what: str, steps: int) -> None:
+        self._what, self._steps, self._done = what, steps, 0
+        self._last = time.monotonic()
+
+    def step(self, detail: str = "") -> None:
+        """One of the steps is done."""
+        self._done += 1
+        if time.monotonic() - self._last >= PROGRESS_EVERY:
+            self._last = time.monotonic()
+            logger.info("%s: %d of %d (%s)", self._what, self._done, self._steps, detail)

@@ -1,0 +1,142 @@
+"""Real processes for the time of a measurement: the server, the baselines, a Python that prints a figure."""
+
+from __future__ import annotations
+
+import logging
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+logger = logging.getLogger(__name__)
+
+ROOT = Path(__file__).resolve().parents[1]
+READY_WITHIN_S = 60.0
+"""A cold start reads a few hundred megabytes of libraries from the disk."""
+
+ENDS_WITHIN_S = 5.0
+LONGEST_RUN_S = 900
+"""No server outlives a benchmark that was killed by more than this."""
+
+SERVER = (sys.executable, "-m", "simx_server", "--duration", str(LONGEST_RUN_S), "-q")
+BASELINE = (sys.executable, "-m", "bench.baselines")
+
+
+class NotReady(Exception):
+    """A process ended, or said nothing, instead of getting ready."""
+
+
+@dataclass(frozen=True)
+class Running:
+    """A process that can be reached."""
+
+    port: int
+    process_id: int
+    started_in: float
+    """Seconds from spawning it to its ready line."""
+
+
+@contextmanager
+def server(*arguments: str, command: Sequence[str] = SERVER) -> Iterator[Running]:
+    """A simulation server on a free port; ended when the block is left."""
+    with _running([*command, "--port", "0", *arguments]) as running:
+        yield running
+
+
+@contextmanager
+def baseline(name: str) -> Iterator[Running]:
+    """A bare server of ``bench/baselines.py`` on a free port; ended when the block is left."""
+    with _running([*BASELINE, name]) as running:
+        yield running
+
+
+@contextmanager
+def _running(command: Sequence[str]) -> Iterator[Running]:
+    began = time.perf_counter()
+    # Standard input stays open as long as this process lives: baselines leave when it ends, however it ends.
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        output = _Output(process)
+        line = output.ready_line(READY_WITHIN_S)
+        took = time.perf_counter() - began
+        port = re.search(r"tcp/127\.0\.0\.1:(\d+)", line)
+        if port is None:
+            raise NotReady(
+                f"'{' '.join(command[1:])}' ended or kept silent for {took:.0f} s instead of getting ready: "
+                f"{output.last_words()}"
+            )
+        yield Running(int(port[1]), process.pid, took)
+    finally:
+        _end(process)
+
+
+class _Output:
+    """Reads both pipes, so that the process can never block on them."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._ready = threading.Event()
+        self._line = ""
+        self._errors: deque[str] = deque(maxlen=5)
+        self._threads = [
+            threading.Thread(target=read, args=(process,), daemon=True)
+            for read in (self._read_output, self._read_errors)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def ready_line(self, timeout: float) -> str:
+        """The line that begins with ``ready``; empty when there was none."""
+        self._ready.wait(timeout)
+        return self._line
+
+    def last_words(self) -> str:
+        return " / ".join(self._errors) or "it said nothing"
+
+    def _read_output(self, process: subprocess.Popen[str]) -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("ready") and not self._line:
+                self._line = line
+                self._ready.set()
+        self._ready.set()
+
+    def _read_errors(self, process: subprocess.Popen[str]) -> None:
+        assert process.stderr is not None
+        for line in process.stderr:
+            self._errors.append(line.rstrip())
+            logger.debug("process %d: %s", process.pid, line.rstrip())
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None
+    process.stdin.close()
+    process.terminate()
+    try:
+        process.wait(ENDS_WITHIN_S)
+    except subprocess.TimeoutExpired:
+        logger.warning("process %d did not end within %g s and was killed", process.pid, ENDS_WITHIN_S)
+        process.kill()
+        process.wait()
+
+
+def figure_of(code: str) -> float:
+    """The last line that a fresh Python prints when it runs `code`, as a number.
+
+    Raises:
+        NotReady: it failed; the text holds its last line.
+    """
+    finished = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=READY_WITHIN_S
+    )
+    if finished.returncode:
+        raise NotReady(f"'{code}' failed: {finished.stderr.strip().splitlines()[-1:]}")
+    return float(finished.stdout.strip().splitlines()[-1])
+

@@ -1,0 +1,147 @@
+"""Streams: what reading one costs, how old the value is, how many arrive; and the call that does not wait."""
+
+from __future__ import annotations
+
+import random
+import time
+from contextlib import ExitStack, closing
+
+import simx_client as vrep
+
+from . import baselines, processes
+from .blocking import message_sizes
+from .client import JOINTS, check, connected, handle_of, running
+from .measure import Effort, Rounds, in_turn, ratio, side_by_side
+from .report import Findings, Ratio, Row
+
+READ = "streamed value, buffer read"
+SET = "simxSetJointTargetPosition, oneshot"
+DICTIONARY = "a look-up in a dict and a tuple"
+PUT = "bare Zenoh put"
+
+_SERVER_TIME_MASK = 0x7FFF_FFFF
+_ROUNDING_MS = 0.5
+"""The server's stamp is cut to whole milliseconds, so ages look older by this on average."""
+
+_PAUSES_S = (0.001, 0.009)
+"""Range of the random pauses between reads of the age: independent of the passes."""
+
+
+def measure(effort: Effort) -> Findings:
+    """Cost of a call in a running simulation; age and number of values at two speeds."""
+    found = Findings("Streaming")
+    _calls(effort, found)
+    for speed in ("1", "max"):
+        _values(effort, found, speed)
+    found.notes.append(
+        "The age is from the server's stamp, made when the values of a pass leave, to the return of the read. "
+        "In real time values are new every 50 ms, so 25 ms on average is as fresh as they can be."
+    )
+    return found
+
+
+def _calls(effort: Effort, found: Findings) -> None:
+    with ExitStack() as stack:
+        client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+        handle = handle_of(client, JOINTS[0])
+        far = stack.enter_context(processes.baseline(baselines.PUBLICATIONS))
+        bare = stack.enter_context(closing(baselines.Publications(far.port)))
+        request_size = message_sizes(handle)[0]
+        one_way = baselines.request_of(request_size, 0)
+        there_and_back = baselines.request_of(request_size, 8)
+        known = {("simxGetJointPosition", handle): 0.25}
+        stack.enter_context(running(client))
+        _arm(client, handle)
+
+        def settle() -> None:
+            check(vrep.simxGetPingTime(client))
+            bare.exchange(there_and_back)
+
+        taken = side_by_side(
+            "streaming, calls",
+            {
+                READ: lambda: vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer),
+                DICTIONARY: lambda: (0, known["simxGetJointPosition", handle]),
+                SET: lambda: vrep.simxSetJointTargetPosition(client, handle, 0.0, vrep.simx_opmode_oneshot),
+                PUT: lambda: bare.put(one_way),
+            },
+            rounds=effort.rounds,
+            calls=effort.count(2000),
+            settle=settle,
+        )
+    found.rows += [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    found.ratios.append(Ratio(f"oneshot set / {PUT}", ratio(taken[SET], taken[PUT])))
+
+
+def _arm(client: int, handle: int) -> None:
+    """Ask for the stream and wait for its first value."""
+    vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
+    deadline = time.monotonic() + baselines.TIMEOUT_S
+    while vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer)[0]:
+        if time.monotonic() > deadline:
+            check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer))
+        time.sleep(0.001)
+
+
+def _values(effort: Effort, found: Findings, speed: str) -> None:
+    with ExitStack() as stack:
+        client = stack.enter_context(connected(stack.enter_context(processes.server("--speed", speed)).port))
+        handle = handle_of(client, JOINTS[0])
+        stack.enter_context(running(client))
+        _arm(client, handle)
+        pass_ms = _pass_ms(client)
+        span = effort.seconds(1.5)
+        taken = in_turn(
+            f"streaming, values at speed {speed}",
+            {
+                "age": lambda: _ages(client, handle, span),
+                "counts": lambda: _counts(client, handle, span, pass_ms),
+            },
+            max(2, effort.rounds // 2),
+        )
+    found.rows.append(Row.of(f"age of a value when read, speed {speed}", taken["age"], "ms"))
+    seen, passes = zip(*taken["counts"].values, strict=True)
+    found.rows.append(Row(f"new values per second, speed {speed}", Rounds((seen,)).median, None, "1/s"))
+    found.rows.append(
+        Row(f"passes per second meanwhile, speed {speed}", Rounds((passes,)).median, None, "1/s")
+    )
+    share = Rounds((tuple(a / b for a, b in zip(seen, passes, strict=True)),)).median
+    found.ratios.append(Ratio(f"values that a busy reader sees / passes, speed {speed}", share))
+
+
+def _pass_ms(client: int) -> float:
+    step = vrep.simxGetFloatingParameter(
+        client, vrep.sim_floatparam_simulation_time_step, vrep.simx_opmode_blocking
+    )
+    return float(check(step)[1]) * 1000
+
+
+def _ages(client: int, handle: int, span: float) -> tuple[float, ...]:
+    """Seconds since the newest value left the server, at random moments."""
+    ages = []
+    end = time.monotonic() + span
+    while time.monotonic() < end:
+        time.sleep(random.uniform(*_PAUSES_S))
+        check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer))
+        now = time.monotonic() * 1000
+        stamp = vrep.simxGetInMessageInfo(client, vrep.simx_headeroffset_server_time)[1]
+        ages.append(((now - stamp) % (_SERVER_TIME_MASK + 1) - _ROUNDING_MS) / 1000)
+    return tuple(ages)
+
+
+def _counts(client: int, handle: int, span: float, pass_ms: float) -> tuple[float, float]:
+    """New values seen, and passes made, per second, by a reader that does nothing else."""
+    first = last = _time_of_value(client, handle)
+    began = time.perf_counter()
+    seen = 0
+    while (elapsed := time.perf_counter() - began) < span:
+        now = _time_of_value(client, handle)
+        if now != last:
+            seen, last = seen + 1, now
+    return seen / elapsed, (last - first) / pass_ms / elapsed
+
+
+def _time_of_value(client: int, handle: int) -> int:
+    """Simulation time in ms of the newest value."""
+    vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer)
+    return vrep.simxGetLastCmdTime(client)
