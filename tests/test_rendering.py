@@ -3,9 +3,13 @@
 import dataclasses
 import logging
 import math
+import os
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -211,6 +215,12 @@ def test_a_see_through_geom_tints_and_leaves_no_depth(make_renderer) -> None:
     model, data = load(xml)
     alone = make_renderer(model).render(data, FRONT, rgb=False, depth=True)
     assert np.abs(alone.depth - clear.depth).max() < 1e-5
+
+
+def test_an_empty_world_is_background(make_renderer) -> None:
+    picture = picture_of(make_renderer, "<mujoco><worldbody><camera/></worldbody></mujoco>")
+    assert not picture.rgb.any()
+    assert np.all(picture.depth == 1.0)
 
 
 def test_an_orthographic_view_measures_its_larger_side(make_renderer) -> None:
@@ -548,6 +558,27 @@ def test_the_back_end_is_logged_once(
     assert [(record.levelname, record.message) for record in caplog.records] == [
         ("WARNING", "pictures are made with raycast: a test asked for it")
     ]
+
+
+def test_a_program_that_forgets_to_close_still_ends() -> None:
+    program = """
+import mujoco
+from simx_server.sensors.gl_backend import Backend
+from simx_server.sensors.picture import CameraView
+from simx_server.sensors.render_thread import RenderThread
+
+model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")
+data = mujoco.MjData(model)
+view = CameraView(camera_id=0, width=4, height=3, fovy_deg=45, near=0.1, far=1)
+thread = RenderThread(choose=lambda: Backend("raycast", "for a test"))
+thread.request(model, data, view, rgb=True, depth=False, version=0).result(30)
+"""
+    root = str(Path(__file__).resolve().parents[1])
+    environment = os.environ | {"PYTHONPATH": root}
+    assert (
+        subprocess.run([sys.executable, "-c", program], env=environment, timeout=60, check=False).returncode
+        == 0
+    )
 
 
 def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:

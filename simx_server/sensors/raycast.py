@@ -36,8 +36,9 @@ class RaycastRenderer:
         shape = (view.height, view.width)
         colours = np.empty((*shape, 3), np.uint8) if rgb else None
         depths = np.empty(shape, np.float32) if depth else None
-        alpha = self._surfaces.rgba()[:, 3]
-        seeing = Seeing(self._model, data, view, alpha > 0.0)
+        # One more, at the end, so that -1 (nothing hit) is an index even in an empty model.
+        alpha = np.append(self._surfaces.rgba()[:, 3], np.float32(0))
+        seeing = Seeing(self._model, data, view, alpha[:-1] > 0.0)
         rows_at_once = max(1, _RAYS_AT_ONCE // view.width)
         for first in range(0, view.height, rows_at_once):
             rows = slice(first, min(first + rows_at_once, view.height))

@@ -26,6 +26,7 @@ MAX_WAITING = 32
 be made gets an error instead of the machine's memory."""
 
 _JOIN_TIMEOUT = 2.0
+_OWNER_CHECK = 1.0
 
 
 @dataclass(eq=False)
@@ -179,7 +180,8 @@ class RenderThread:
         """The next picture to make, else the model to prepare for; None when closing."""
         with self._wake:
             while True:
-                if self._closing.is_set():
+                # A program that fails without closing must still be able to end.
+                if self._closing.is_set() or not threading.main_thread().is_alive():
                     return None
                 while self._waiting:
                     job = self._waiting.popleft()
@@ -189,7 +191,7 @@ class RenderThread:
                 if self._to_prepare is not None:
                     model, self._to_prepare = self._to_prepare, None
                     return functools.partial(self._prepare, model)
-                self._wake.wait()
+                self._wake.wait(_OWNER_CHECK)
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
