@@ -65,8 +65,10 @@ class Engine:
         self._starting_port = starting_port
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._next_idle_pass = 0.0
+        self._is_paced = False
+        """Passes follow the wall clock at present."""
+
         self._is_ending = False
-        simulation.on_start.append(pacer.restart)
         simulation.on_stop.append(self._end_stepping)
 
     # --- from any thread -------------------------------------------------------------------------
@@ -136,8 +138,14 @@ class Engine:
         return any(session.is_stepping for session in self.sessions.values())
 
     def _seconds_until_pass(self) -> float:
+        if self._is_advancing() and not self._is_stepped():
+            if not self._is_paced:
+                self._is_paced = True
+                self._pacer.restart()  # after a stop, a pause or stepped mode there is no time to make up
+            return self._pacer.seconds_left()
+        self._is_paced = False
         if self._is_advancing():
-            return 0.0 if self._is_stepped() else self._pacer.seconds_left()
+            return 0.0
         if any(session.streams.by_id for session in self.sessions.values()):
             return max(0.0, self._next_idle_pass - time.monotonic())
         return float("inf")
@@ -146,7 +154,8 @@ class Engine:
         """One pass when the simulation advances; in any case the streams."""
         if self._is_advancing():
             self.simulation.advance()
-            self._pacer.passed(self.simulation.time_step)
+            if self._is_paced:
+                self._pacer.passed(self.simulation.time_step)
             self._publish_streams()
             for session in self.sessions.values():
                 session.release_triggers()

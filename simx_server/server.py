@@ -16,14 +16,17 @@ from .engine import Engine
 from .errors import CommandError
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
-from .library import DEFAULT_SCENE, find_scene
+from .library import find_scene
+from .parts import attach_parts
 from .scene.loader import SceneError
-from .scripting import Scripts
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
 
 logger = logging.getLogger(__name__)
+
+DEFAULT_SCENE = "ur5_rg2_kinect"
+"""The tutorial's scene, which the package ships."""
 
 EXIT_FAILURE = 1
 EXIT_INTERRUPTED = 130
@@ -35,11 +38,13 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     Raises:
         CommandError, SceneError: the scene cannot be used.
     """
-    simulation = Simulation(time_step=settings.time_step)
+    simulation = Simulation()
     simulation.rendering = RenderThread()
     stack.callback(simulation.rendering.close)
-    simulation.scripts = Scripts(simulation)
+    attach_parts(simulation, settings.workspace)
     simulation.load(find_scene(settings.scene or DEFAULT_SCENE))
+    if settings.time_step is not None:
+        simulation.time_step = settings.time_step
     return simulation
 
 
@@ -80,7 +85,7 @@ def serve(settings: Settings) -> int:
 def _say_ready(gateway: ZenohGateway, simulation: Simulation) -> None:
     """One line on stdout for people, supervisors and tests."""
     endpoints = " ".join(gateway.endpoints)
-    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={simulation.scene.title}\n")
+    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={simulation.scene.name}\n")
     sys.stdout.flush()
 
 

@@ -25,7 +25,7 @@ class PlainSimulation:
         self.time_step = 0.05
         self.passes = 0
         self.on_start, self.on_stop, self.on_pause = [], [], []
-        self.scene = SimpleNamespace(title="plain")
+        self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.strings: dict[str, bytes] = {}
         self.log: list[tuple] = []

@@ -108,7 +108,7 @@ class ZenohGateway:
         with query:
             refusal = "" if query.payload is None else self._join(query.payload.to_bytes())
             welcome = Welcome(
-                PROTOCOL_VERSION, refusal, self.realm, self._engine.simulation.scene.title, __version__
+                PROTOCOL_VERSION, refusal, self.realm, self._engine.simulation.scene.name, __version__
             )
             query.reply(keys.hello(self.realm), encode(welcome))
 
