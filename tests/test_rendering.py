@@ -217,6 +217,23 @@ def test_a_see_through_geom_tints_and_leaves_no_depth(make_renderer) -> None:
     assert np.abs(alone.depth - clear.depth).max() < 1e-5
 
 
+@pytest.mark.parametrize("size", [None, 2.0], ids=["perspective", "orthographic"])
+def test_what_reaches_into_the_view_from_beside_is_seen(make_renderer, size: float | None) -> None:
+    view = dataclasses.replace(FRONT, orthographic_size=size)
+    half_width, half_height = (half * (1.0 if size else 2.0) for half in view.half_extent())
+    for x, y in ((half_width, 0.0), (-half_width, 0.0), (0.0, half_height), (0.0, -half_height)):
+        # The ball's centre lies outside by nearly its radius.
+        x, y = x + math.copysign(0.3, x) * (x != 0), y + math.copysign(0.3, y) * (y != 0)
+        xml = f"""
+        <mujoco><worldbody>
+          <geom type="sphere" size="0.4" pos="{x} 0 {y}"/>
+          <camera name="front" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>
+        </worldbody></mujoco>
+        """
+        seen = np.argwhere(picture_of(make_renderer, xml, view).depth < 1.0)
+        assert len(seen) > 20
+
+
 def test_an_empty_world_is_background(make_renderer) -> None:
     picture = picture_of(make_renderer, "<mujoco><worldbody><camera/></worldbody></mujoco>")
     assert not picture.rgb.any()

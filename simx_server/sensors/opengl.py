@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.sensors.gl_backend import make_gl_context
-from simx_server.sensors.picture import OPAQUE_ALPHA, VISIBLE_GROUPS, CameraView, Picture, RenderError
+from simx_server.sensors.picture import CameraView, Picture, RenderError
+from simx_server.sensors.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
 
 logger = logging.getLogger(__name__)
 
@@ -26,6 +27,9 @@ _SHOWN = (
     mujoco.mjtVisFlag.mjVIS_FLEXEDGE,
     mujoco.mjtVisFlag.mjVIS_FLEXSKIN,
 )
+_GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
 _CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
 
 
@@ -74,7 +78,10 @@ class OpenGLRenderer:
         self._make_room(view.width, view.height)
         self._take_scene(data, view)
         # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
-        self._draw_flat(data, on=not rgb)
+        flat = not rgb
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
+        self._leave_out(data, view, flat)
 
         masked = rgb and any(view.background_bytes())
         rect = mujoco.MjrRect(0, 0, view.width, view.height)
@@ -119,22 +126,25 @@ class OpenGLRenderer:
             eye.frustum_near = view.near
             eye.frustum_far = view.far
 
-    def _draw_flat(self, data: mujoco.MjData, on: bool) -> None:
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = on
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = on
-        if on:
-            self._leave_out_see_through(data)
+    def _leave_out(self, data: mujoco.MjData, view: CameraView, flat: bool) -> None:
+        """Take out what need not be drawn.
 
-    def _leave_out_see_through(self, data: mujoco.MjData) -> None:
-        """Flat drawing makes everything solid; take out what leaves no depth in a coloured picture."""
-        eye = data.cam_xpos[self._camera.fixedcamid]
-        for index in range(self._scene.ngeom):
-            geom = self._scene.geoms[index]
-            seen_from_behind = (
-                geom.type == mujoco.mjtGeom.mjGEOM_PLANE and (eye - geom.pos) @ geom.mat[:, 2] < 0.0
-            )
-            if geom.rgba[3] < OPAQUE_ALPHA or seen_from_behind:
-                geom.segid = -1
+        Beside the view: vertices cost as much there as in the middle, and a hand camera has its robot behind it.
+        Flat drawing makes everything solid, so also what leaves no depth in a coloured picture.
+        """
+        near = near_the_view(self._model, data, view)
+        eye = data.cam_xpos[view.camera_id]
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            beside = geom.objtype == _GEOM and not near[geom.objid]
+            if beside or (flat and _is_see_through(geom, eye)):
+                geom.type = _NOTHING
+
+
+def _is_see_through(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
+    """Whether MuJoCo draws it see-through: by its colour, or because it is a plane seen from behind."""
+    if geom.rgba[3] < OPAQUE_ALPHA:
+        return True
+    return geom.type == _PLANE and float((eye - geom.pos) @ geom.mat[:, 2]) < 0.0
 
 
 def _visible_things() -> mujoco.MjvOption:

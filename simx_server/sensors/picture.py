@@ -5,8 +5,8 @@ Rules, the same for OpenGL and for ray casting:
 * rows come bottom first, each row left to right (the order of V-REP's image and depth buffers);
 * a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
   plane RGB is the background and depth is 1, as in V-REP;
-* only geoms of `VISIBLE_GROUPS` are seen, and only their front faces;
-* geoms less opaque than `OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone.
+* only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces;
+* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone.
 """
 
 import math
@@ -16,12 +16,6 @@ from typing import Protocol
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-
-VISIBLE_GROUPS = (0, 1, 2)
-"""MuJoCo geom groups a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
-
-OPAQUE_ALPHA = 0.995
-"""From this alpha on MuJoCo's renderer treats a geom as opaque."""
 
 MAX_SIDE = 4096
 """Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB; a slip of the hand must not take the machine."""

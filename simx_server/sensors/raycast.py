@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.picture import OPAQUE_ALPHA, CameraView, Picture, RenderError
+from simx_server.sensors.picture import CameraView, Picture, RenderError
 from simx_server.sensors.rays import Rays, Seeing
 from simx_server.sensors.surface import Surfaces
+from simx_server.sensors.visibility import OPAQUE_ALPHA
 
 _LAYERS = 6
 """How many things a ray passes (see-through, or cut open by the near plane) before it counts as lost."""

@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.picture import VISIBLE_GROUPS, CameraView
+from simx_server.sensors.picture import CameraView
 from simx_server.sensors.surface import Ids, Points
+from simx_server.sensors.visibility import VISIBLE_GROUPS, near_the_view
 
 _SEEN_GROUP = 0
 _HIDDEN_GROUP = 1
@@ -71,7 +72,7 @@ class Seeing:
     ) -> None:
         self.data = data
         self.view = view
-        seen = is_visible & np.isin(model.geom_group, VISIBLE_GROUPS) & _near_the_view(model, data, view)
+        seen = is_visible & np.isin(model.geom_group, VISIBLE_GROUPS) & near_the_view(model, data, view)
         self._model = copy.copy(model)
         self._hidden = np.where(seen, _SEEN_GROUP, _HIDDEN_GROUP)
         self._groups = np.zeros(mujoco.mjNGROUP, np.uint8)
@@ -99,18 +100,3 @@ class Seeing:
                 )  # fmt: skip
         distances += rays.start
         return geom_ids, distances, normals
-
-
-def _near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
-    """(ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
-    radius = model.geom_rbound
-    local = (data.geom_xpos - data.cam_xpos[view.camera_id]) @ data.cam_xmat[view.camera_id].reshape(3, 3)
-    depth = -local[:, 2]
-    inside = (depth + radius > view.near) & (depth - radius < view.far)
-    for axis, half in enumerate(view.half_extent()):
-        if view.orthographic_size is None:
-            # A side of the pyramid is off by |x| - half * depth, measured askew by sqrt(1 + half^2).
-            inside &= np.abs(local[:, axis]) - half * depth < radius * math.hypot(1.0, half)
-        else:
-            inside &= np.abs(local[:, axis]) - half < radius
-    return inside | (radius <= 0.0)
