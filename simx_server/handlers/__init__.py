@@ -1,0 +1,42 @@
+"""What each command of the table does: one module per family, collected here by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from . import (
+    groups,
+    joints,
+    object_parameters,
+    objects,
+    parameters,
+    poses,
+    scripts,
+    sensors,
+    session,
+    signals,
+    simulation,
+    vision,
+)
+from .registry import Handler, handler, handlers_of
+
+HANDLERS: Mapping[str, Handler] = MappingProxyType(
+    handlers_of(
+        groups,
+        joints,
+        object_parameters,
+        objects,
+        parameters,
+        poses,
+        scripts,
+        sensors,
+        session,
+        signals,
+        simulation,
+        vision,
+    )
+)
+"""Command name to handler; a command that is not in it is not available."""
+
+__all__ = ["HANDLERS", "Handler", "handler"]

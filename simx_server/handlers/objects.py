@@ -1,0 +1,101 @@
+"""Objects: names, handles, the tree, removal, selection."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..errors import CommandError, UnknownHandle
+from ..scene import editing
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..sessions import ClientSession
+    from ..simulation import Simulation
+
+HANDLE_ALL = -2
+_ASSEMBLY_FLAG = 0x400000
+_NOT_A_MODEL = 0xF000
+"""`sim_modelproperty_not_model`: what an object that is no model base answers."""
+
+
+@handler("simxGetObjectHandle")
+def get_object_handle(sim: Simulation, name: str) -> int:
+    """Raises UnknownName, which lists the nearest names."""
+    return sim.scene.resolve(name)
+
+
+@handler("simxGetObjects")
+def get_objects(sim: Simulation, object_type: int) -> list[int]:
+    """A type that nothing has gives an empty list, never an error."""
+    if object_type == HANDLE_ALL:
+        return list(sim.scene.objects)
+    return sim.scene.of_kind(object_type)
+
+
+@handler("simxGetObjectParent", with_client=True)
+def get_object_parent(sim: Simulation, client: ClientSession, child: int) -> int:
+    """An unknown handle gives -1; only the error texts tell it from a top-level object."""
+    try:
+        return sim.scene.get(child).parent
+    except UnknownHandle as problem:
+        client.errors.append(str(problem))
+        return -1
+
+
+@handler("simxGetObjectChild", with_client=True)
+def get_object_child(sim: Simulation, client: ClientSession, parent: int, index: int) -> int:
+    """-1 after the last child, and for an unknown handle."""
+    try:
+        sim.scene.get(parent)
+    except UnknownHandle as problem:
+        client.errors.append(str(problem))
+        return -1
+    children = sim.scene.children(parent)
+    return children[index] if 0 <= index < len(children) else -1
+
+
+@handler("simxSetObjectParent")
+def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
+    """Parent -1 is the world."""
+    if handle > 0 and handle & _ASSEMBLY_FLAG:
+        raise CommandError(
+            "predefined assembly (handle + 0x400000) is not available; place the object, then set its parent"
+        )
+    editing.set_parent(sim, handle, parent, keep_in_place)
+
+
+@handler("simxRemoveObject")
+def remove_object(sim: Simulation, handle: int) -> None:
+    """`sim_handle_all` empties the scene."""
+    if handle != HANDLE_ALL:
+        editing.remove_object(sim, handle)
+        return
+    for each in sorted(sim.scene.objects, reverse=True):
+        if each in sim.scene.objects:
+            editing.remove_object(sim, each)
+
+
+@handler("simxRemoveModel")
+def remove_model(sim: Simulation, handle: int) -> None:
+    """Only an object marked as a model base can be removed so."""
+    editing.remove_model(sim, handle)
+
+
+@handler("simxGetModelProperty")
+def get_model_property(sim: Simulation, handle: int) -> int:
+    """0 for a model base (none of the restricting bits is supported), 0xF000 for any other object."""
+    item = sim.scene.get(handle)
+    return 0 if item.annotations.get("model", {}).get("base") else _NOT_A_MODEL
+
+
+@handler("simxGetObjectSelection")
+def get_object_selection(sim: Simulation) -> list[int]:
+    """Handles in order of selection; objects that have gone meanwhile are left out."""
+    return [handle for handle in sim.selection if handle in sim.scene.objects]
+
+
+@handler("simxSetObjectSelection")
+def set_object_selection(sim: Simulation, handles: list[int]) -> None:
+    """Handles of no object are ignored, as in V-REP."""
+    known = dict.fromkeys(handle for handle in handles if handle in sim.scene.objects)
+    sim.selection = list(known)

@@ -1,0 +1,52 @@
+"""Where objects are and how fast they move. Frames and conventions: `scene/frames.py`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..scene import frames
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+AXIS_FLAG = 0x400000
+"""`sim_handleflag_axis`: added to the handle, the angular velocity is the physical one."""
+
+
+@handler("simxGetObjectPosition")
+def get_object_position(sim: Simulation, handle: int, relative_to: int) -> list[float]:
+    return frames.get_position(sim, handle, relative_to)
+
+
+@handler("simxSetObjectPosition")
+def set_object_position(sim: Simulation, handle: int, relative_to: int, position: list[float]) -> None:
+    frames.set_position(sim, handle, relative_to, position)
+
+
+@handler("simxGetObjectOrientation")
+def get_object_orientation(sim: Simulation, handle: int, relative_to: int) -> list[float]:
+    return frames.get_orientation(sim, handle, relative_to)
+
+
+@handler("simxSetObjectOrientation")
+def set_object_orientation(sim: Simulation, handle: int, relative_to: int, euler: list[float]) -> None:
+    frames.set_orientation(sim, handle, relative_to, euler)
+
+
+@handler("simxGetObjectQuaternion")
+def get_object_quaternion(sim: Simulation, handle: int, relative_to: int) -> list[float]:
+    return frames.get_quaternion(sim, handle, relative_to)
+
+
+@handler("simxSetObjectQuaternion")
+def set_object_quaternion(sim: Simulation, handle: int, relative_to: int, quaternion: list[float]) -> None:
+    frames.set_quaternion(sim, handle, relative_to, quaternion)
+
+
+@handler("simxGetObjectVelocity")
+def get_object_velocity(sim: Simulation, handle: int) -> tuple[list[float], list[float]]:
+    """Linear m/s and angular rad/s, world axes, over the last pass; Euler rates unless the flag is set."""
+    flagged = handle > 0 and bool(handle & AXIS_FLAG)
+    linear, euler_rates, angular = sim.measured_velocity(handle & ~AXIS_FLAG if flagged else handle)
+    return linear, angular if flagged else euler_rates

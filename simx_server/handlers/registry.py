@@ -1,0 +1,69 @@
+"""How a function becomes the handler of a command of the table.
+
+A handler takes the simulation and the command's arguments in the table's order, returns None, one value or a
+tuple of the results, or a future of these, and raises CommandError for a remote error. It is checked against
+the table when its module is imported: a name that is not there, or a wrong number of parameters, stops the
+server from starting.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from simx_client.protocol.commands import BY_NAME, Command, Place
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+_MARK = "__simx_handler__"
+
+
+@dataclass(frozen=True, slots=True)
+class Handler:
+    """One command and the function that carries it out."""
+
+    command: Command
+    function: Callable[..., Any]
+    with_client: bool
+    """The function takes the client's session after the simulation."""
+
+    def __call__(self, sim: Simulation, client: Any, arguments: list[Any]) -> Any:
+        """Carry the command out with checked arguments; runs on the physics thread."""
+        if self.with_client:
+            return self.function(sim, client, *arguments)
+        return self.function(sim, *arguments)
+
+
+def handler(name: str, *, with_client: bool = False) -> Callable[[_F], _F]:
+    """Mark a function as the handler of the command with this name in the table; it stays a plain function."""
+    command = BY_NAME.get(name)
+    if command is None or command.name != name or command.place is Place.LOCAL:
+        raise LookupError(f"{name} is not the name of a remote command in the table")
+
+    def mark(function: _F) -> _F:
+        expected = 1 + with_client + len(command.arguments)
+        if len(inspect.signature(function).parameters) != expected:
+            raise TypeError(f"the handler of {name} must take {expected} parameters: {function.__qualname__}")
+        setattr(function, _MARK, Handler(command, function, with_client))
+        return function
+
+    return mark
+
+
+def handlers_of(*modules: ModuleType) -> dict[str, Handler]:
+    """Command name to handler, of all marked functions in these modules."""
+    found: dict[str, Handler] = {}
+    for module in modules:
+        for value in vars(module).values():
+            entry = getattr(value, _MARK, None)
+            if not isinstance(entry, Handler) or value.__module__ != module.__name__:
+                continue
+            if entry.command.name in found:
+                raise LookupError(f"{entry.command.name} has two handlers")
+            found[entry.command.name] = entry
+    return found

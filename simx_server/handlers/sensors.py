@@ -1,0 +1,38 @@
+"""Proximity and force sensors, and the statistics of vision sensors."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import TYPE_CHECKING
+
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+NOTHING = -1
+"""Handle given when nothing is detected; in V-REP it was undefined."""
+
+
+@handler("simxReadProximitySensor")
+def read_proximity_sensor(sim: Simulation, sensor: int) -> tuple[bool, list[float], int, list[float]]:
+    """State, point, object, normal; point and normal in the sensor's frame, zeros when nothing is detected."""
+    detection = sim.proximity.read(sensor)
+    if detection is None:
+        return False, [0.0] * 3, NOTHING, [0.0] * 3
+    return True, list(detection.point), detection.handle, list(detection.normal)
+
+
+@handler("simxReadForceSensor")
+def read_force_sensor(sim: Simulation, sensor: int) -> tuple[int, list[float], list[float]]:
+    """State bit 0: values are there. Zeros when stopped."""
+    reading = sim.force.read(sensor)
+    if reading is None:
+        return 0, [0.0] * 3, [0.0] * 3
+    return 1, list(reading.force), list(reading.torque)
+
+
+@handler("simxReadVisionSensor")
+def read_vision_sensor(sim: Simulation, sensor: int) -> Future[tuple[bool, list[list[float]]]]:
+    """No trigger (nothing sets one), and one packet of 15 statistics of the picture."""
+    return sim.vision.read(sensor)

@@ -1,0 +1,96 @@
+"""What a shape is made of physically: static or not, colliding or not, its mass (parameters 3003, 3004, 3005)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from ..errors import CommandError
+from ..scene.objects import ObjectKind, SceneObject
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_LEAST_MASS = 1e-9
+"""Kilograms; MuJoCo cannot step a moving body without mass."""
+
+
+def is_static(sim: Simulation, handle: int) -> bool:
+    """True when the physics never moves the shape: it hangs on the world without a joint."""
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    return int(sim.model.body_weldid[item.body]) == 0
+
+
+def set_static(sim: Simulation, handle: int, static: bool) -> None:
+    """Only to what it is already: a joint more or less makes another machine.
+
+    Raises:
+        CommandError: it would have to change.
+    """
+    if is_static(sim, handle) != static:
+        name = sim.scene.get(handle).name
+        state = "moves" if static else "is static"
+        raise CommandError(
+            f"'{name}' {state}, which cannot be changed here; add or remove its joint in the scene file"
+        )
+
+
+def is_respondable(sim: Simulation, handle: int) -> bool:
+    """True when any of its geoms can collide."""
+    model = sim.model
+    return any(model.geom_contype[g] or model.geom_conaffinity[g] for g in _geoms(sim, handle))
+
+
+def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
+    """Let a shape collide or not; on again, its geoms collide as the scene file says (all, if it says none do)."""
+    model, spec = sim.model, sim.scene.spec
+    if respondable == is_respondable(sim, handle):
+        return
+    geoms = _geoms(sim, handle)
+    originals = [spec.geom(model.geom(geom).name) for geom in geoms]
+    any_collides = any(original.contype or original.conaffinity for original in originals)
+    for geom, original in zip(geoms, originals, strict=True):
+        contype, conaffinity = (original.contype, original.conaffinity) if any_collides else (1, 1)
+        model.geom_contype[geom] = contype if respondable else 0
+        model.geom_conaffinity[geom] = conaffinity if respondable else 0
+    sim.model_edited()
+    sim.changed()
+
+
+def get_mass(sim: Simulation, handle: int) -> float:
+    """Kilograms."""
+    return float(sim.model.body_mass[_body(sim, handle)])
+
+
+def set_mass(sim: Simulation, handle: int, mass: float) -> None:
+    """Change the mass; the inertia changes in proportion.
+
+    Raises:
+        CommandError: not above 0, or a shape whose body has no mass of its own.
+    """
+    body = _body(sim, handle)
+    model = sim.model
+    if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
+        raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
+    model.body_inertia[body] *= mass / model.body_mass[body]
+    model.body_mass[body] = mass
+    # What the solver derives from masses; a copy of the state, because this writes the reset pose into it.
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    sim.model_edited()
+    sim.changed()
+
+
+def _body(sim: Simulation, handle: int) -> int:
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element != "body":
+        raise CommandError(f"'{item.name}' is a part of the world, which has no mass")
+    return item.body
+
+
+def _geoms(sim: Simulation, handle: int) -> list[int]:
+    item: SceneObject = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element == "geom":
+        return [item.id]
+    start = int(sim.model.body_geomadr[item.body])
+    return list(range(start, start + int(sim.model.body_geomnum[item.body])))

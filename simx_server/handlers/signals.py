@@ -1,0 +1,115 @@
+"""Signals. Who they die with is said in `signals.py` of the server."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.kinds import MAX_BYTES
+
+from ..errors import CommandError
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_LISTED = 8
+
+MAX_STRING = MAX_BYTES
+"""Longest string signal, bytes."""
+
+
+def _missing(kind: str, name: str, known: Mapping[str, object]) -> CommandError:
+    listed = ", ".join(repr(each) for each in list(known)[:_LISTED]) or "none"
+    more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
+    return CommandError(f"there is no {kind} signal {name!r}; set are: {listed}{more}")
+
+
+@handler("simxSetIntegerSignal")
+def set_integer_signal(sim: Simulation, name: str, value: int) -> None:
+    """An empty name does nothing, as in V-REP; the same for all kinds."""
+    if name:
+        sim.signals.set_integer(name, value)
+
+
+@handler("simxGetIntegerSignal")
+def get_integer_signal(sim: Simulation, name: str) -> int:
+    value = sim.signals.get_integer(name)
+    if value is None:
+        raise _missing("integer", name, sim.signals.integers)
+    return value
+
+
+@handler("simxClearIntegerSignal")
+def clear_integer_signal(sim: Simulation, name: str) -> None:
+    """An empty name clears all; clearing what is not set is no error."""
+    sim.signals.clear_integer(name)
+
+
+@handler("simxSetFloatSignal")
+def set_float_signal(sim: Simulation, name: str, value: float) -> None:
+    if name:
+        sim.signals.set_float(name, value)
+
+
+@handler("simxGetFloatSignal")
+def get_float_signal(sim: Simulation, name: str) -> float:
+    value = sim.signals.get_float(name)
+    if value is None:
+        raise _missing("float", name, sim.signals.floats)
+    return value
+
+
+@handler("simxClearFloatSignal")
+def clear_float_signal(sim: Simulation, name: str) -> None:
+    sim.signals.clear_float(name)
+
+
+@handler("simxSetStringSignal")
+def set_string_signal(sim: Simulation, name: str, value: bytes) -> None:
+    if name:
+        sim.signals.set_string(name, value)
+
+
+@handler("simxGetStringSignal")
+def get_string_signal(sim: Simulation, name: str) -> bytes:
+    value = sim.signals.get_string(name)
+    if value is None:
+        raise _missing("string", name, sim.signals.strings)
+    return value
+
+
+@handler("simxClearStringSignal")
+def clear_string_signal(sim: Simulation, name: str) -> None:
+    sim.signals.clear_string(name)
+
+
+@handler("simxAppendStringSignal")
+def append_string_signal(sim: Simulation, name: str, value: bytes) -> None:
+    """Creates the signal when there is none.
+
+    Raises:
+        CommandError: the signal would become longer than one message can carry.
+    """
+    if not name:
+        return
+    length = len(sim.signals.get_string(name) or b"") + len(value)
+    if length > MAX_STRING:
+        raise CommandError(
+            f"string signal {name!r} would become {length} bytes long; at most {MAX_STRING}: read it more often"
+        )
+    sim.signals.append_string(name, value)
+
+
+@handler("simxReadStringStream")
+def read_string_stream(sim: Simulation, name: str) -> bytes:
+    """Takes what is there; nothing is an empty answer and no error."""
+    return sim.signals.take_string(name) or b""
+
+
+@handler("simxGetAndClearStringSignal")
+def get_and_clear_string_signal(sim: Simulation, name: str) -> bytes:
+    value = sim.signals.take_string(name)
+    if value is None:
+        raise _missing("string", name, sim.signals.strings)
+    return value

@@ -1,0 +1,33 @@
+"""Pictures of vision sensors. They are made on the render thread: the handlers return futures of wire bytes."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import TYPE_CHECKING
+
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+
+@handler("simxGetVisionSensorImage")
+def get_vision_sensor_image(sim: Simulation, sensor: int, options: int) -> Future[tuple[list[int], bytes]]:
+    """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h)."""
+    return sim.vision.image(sensor, as_grey=options != 0)
+
+
+@handler("simxGetVisionSensorDepthBuffer")
+def get_vision_sensor_depth_buffer(sim: Simulation, sensor: int) -> Future[tuple[list[int], bytes]]:
+    """[width, height] and little-endian float32, 0 at the near plane, 1 at the far one, bottom row first."""
+    return sim.vision.depth(sensor)
+
+
+@handler("simxSetVisionSensorImage")
+def set_vision_sensor_image(sim: Simulation, sensor: int, image: bytes, options: int) -> None:
+    """Stays until the sensor is handled next: with the next pass, or by hand for explicit handling.
+
+    Raises:
+        CommandError: not w x h x 3 bytes (w x h with option bit 0).
+    """
+    sim.vision.set_image(sensor, image, as_grey=options != 0)

@@ -1,0 +1,36 @@
+"""What a simulation needs beside physics to behave like V-REP: sensors, parameters, status bar, scripts.
+
+`attach_parts` is the one place that knows them all; the handlers and the scripts' ``sim`` find them as attributes
+of the simulation.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .parameters import Parameters
+from .scripting import Scripts
+from .sensors.force import ForceSensors
+from .sensors.proximity import ProximitySensors
+from .sensors.vision import VisionSensors
+from .status_bar import StatusBar
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+
+def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
+    """Give a simulation its parts; to be called once, before its first scene is loaded.
+
+    `workspace` is the only folder, beside the shipped scenes and that of the present scene, from which clients may
+    load scenes; the working directory if None. Pictures also need `sim.rendering`, a RenderThread.
+    """
+    sim.workspace = (workspace or Path.cwd()).resolve()
+    sim.selection = []
+    sim.status_bar = StatusBar()
+    sim.parameters = Parameters(sim)
+    sim.proximity = ProximitySensors(sim)
+    sim.force = ForceSensors(sim)
+    sim.vision = VisionSensors(sim)
+    sim.scripts = Scripts(sim)

@@ -1,0 +1,149 @@
+"""How the values that a script passes become the typed arguments of a ``sim`` function.
+
+The annotations of the Python method are the whole description: ``int``, ``float``, ``bool``, ``str``,
+``bytes``, ``list`` of these, and ``X | None`` for what may be left out or nil. Numbers behave as they do in
+Lua 5.1, which knew one kind of number: an integer may be given as 3.0 and loses a fraction.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import types
+import typing
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simx_client.protocol.kinds import to_int32
+
+from ..errors import CommandError
+
+
+def to_int(value: Any) -> int:
+    """int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
+    if isinstance(value, int):
+        return to_int32(int(value))
+    if isinstance(value, float) and math.isfinite(value):
+        return to_int32(int(value))
+    raise TypeError("a number")
+
+
+def to_float(value: Any) -> float:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
+        return float(value)
+    raise TypeError("a finite number")
+
+
+def to_bool(value: Any) -> bool:
+    if isinstance(value, (bool, int, float)):
+        return bool(value)
+    raise TypeError("true or false")
+
+
+def to_bytes(value: Any) -> bytes:
+    if isinstance(value, bytes):
+        return value
+    if isinstance(value, str):
+        return value.encode("utf-8", "surrogateescape")
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value).encode()  # as Lua does
+    raise TypeError("a string")
+
+
+def to_text(value: Any) -> str:
+    """A C string: cut at the first NUL."""
+    return to_bytes(value).split(b"\0", 1)[0].decode("utf-8", "surrogateescape")
+
+
+_SCALARS: dict[Any, Callable[[Any], Any]] = {
+    int: to_int,
+    float: to_float,
+    bool: to_bool,
+    bytes: to_bytes,
+    str: to_text,
+}
+
+
+def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
+    def convert(value: Any) -> list[Any]:
+        if not isinstance(value, list):
+            raise TypeError("a table")
+        items: list[Any] = []
+        for index, element in enumerate(value, 1):
+            try:
+                items.append(item(element))
+            except TypeError as problem:
+                raise TypeError(f"a table with {problem} at index {index}") from None
+        return items
+
+    return convert
+
+
+def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
+    """The conversion for an annotation, and whether None passes."""
+    arguments = typing.get_args(annotation)
+    if isinstance(annotation, types.UnionType):
+        (inner,) = [argument for argument in arguments if argument is not type(None)]
+        return _converter(inner)[0], True
+    if typing.get_origin(annotation) is list:
+        return to_list(_SCALARS[arguments[0]]), False
+    return _SCALARS[annotation], False
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    name: str
+    convert: Callable[[Any], Any]
+    nil_passes: bool
+    default: Any
+    """What stands for nil or a missing value; ``inspect.Parameter.empty`` when one must be given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """The parameters of one ``sim`` function, without ``self``."""
+
+    parameters: tuple[Parameter, ...]
+
+    @classmethod
+    def of(cls, function: Callable[..., Any]) -> Signature:
+        hints = typing.get_type_hints(function)
+        parameters: list[Parameter] = []
+        for name, parameter in list(inspect.signature(function).parameters.items())[1:]:
+            convert, nil_passes = _converter(hints[name])
+            parameters.append(Parameter(name, convert, nil_passes, parameter.default))
+        return cls(tuple(parameters))
+
+    def bind(self, values: Sequence[Any]) -> list[Any]:
+        """Typed arguments for as many values as were given; more values than parameters are ignored, as
+        V-REP did. Raises CommandError, which numbers the argument and says what it must be."""
+        bound: list[Any] = []
+        for index, parameter in enumerate(self.parameters, 1):
+            value = values[index - 1] if index <= len(values) else None
+            if value is None and parameter.default is not inspect.Parameter.empty:
+                bound.append(parameter.default)
+                continue
+            if value is None and parameter.nil_passes and index <= len(values):
+                bound.append(None)
+                continue
+            try:
+                bound.append(parameter.convert(value))
+            except TypeError as problem:
+                got = describe(value) if index <= len(values) else "nothing"
+                raise CommandError(
+                    f"argument {index} ({parameter.name}) must be {problem}, got {got}"
+                ) from None
+        return bound
+
+
+def describe(value: Any) -> str:
+    """A plain value in a script author's words."""
+    if value is None:
+        return "nil"
+    if isinstance(value, list):
+        return f"a table of {len(value)}"
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

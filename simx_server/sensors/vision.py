@@ -1,0 +1,296 @@
+"""Vision sensors: what each camera's picture is made with, and asking the render thread for it.
+
+V-REP renders in the sensing phase; here a picture is rendered when somebody wants it, of the last complete state, so
+equal requests share one and nobody pays for a camera that is not looked at. A sensor that is handled explicitly keeps
+its picture (at first the background) until a script handles it; an image that was set stays until the next pass.
+The conversion to wire bytes runs on the render thread.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar
+
+import mujoco
+import numpy as np
+
+from ..errors import CommandError
+from ..scene.annotations import Annotation
+from ..scene.objects import ObjectKind, SceneObject
+from .picture import (
+    MAX_SIDE,
+    CameraView,
+    Picture,
+    depth_as_grey,
+    fovy_from_perspective_angle,
+    grey,
+    perspective_angle_from_fovy,
+)
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_A = TypeVar("_A")
+_B = TypeVar("_B")
+
+DEFAULT_SIDE = 256
+"""Pixels a side for a camera without a resolution; V-REP's own new sensors have 32."""
+
+
+@dataclass
+class VisionSettings:
+    """What V-REP calls the properties of a vision sensor."""
+
+    width: int
+    height: int
+    near: float
+    far: float
+    angle: float
+    """Perspective angle across the larger image side, radians."""
+    orthographic_size: float | None
+    """Metres across the larger image side; None for perspective."""
+    shows_depth: bool
+    """The picture is the depth in grey (MJCF output="depth")."""
+    explicit: bool
+    picture: Future[Picture] | None = field(default=None)
+    """A picture that was set or handled explicitly; None: the scene is rendered."""
+    picture_pass: int = -1
+    """The pass in which a picture was set; it holds until the next one."""
+
+
+class VisionSensors:
+    """All vision sensors of the scene. Physics thread only; the futures finish on the render thread."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self.enabled = True
+        """Boolean parameter 10: whether sensors are handled without being asked explicitly."""
+        self.background = (0.0, 0.0, 0.0)
+        """RGB 0..1 where nothing is seen; V-REP takes the colour of the scene's fog, black at first."""
+        self._settings: dict[int, VisionSettings] = {}
+        sim.on_load.append(self._settings.clear)
+        sim.on_close.append(self._settings.clear)
+        sim.on_start.append(self._forget_pictures)
+        sim.on_stop.append(self._forget_pictures)
+
+    def settings(self, handle: int) -> VisionSettings:
+        """The settings of a sensor, to read. Raises UnknownHandle, WrongKind."""
+        item = self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
+        if handle not in self._settings:
+            self._settings[handle] = _from_model(item, self._sim.model)
+        return self._settings[handle]
+
+    def change(self, handle: int, **values: float | int) -> None:
+        """Change settings by field name.
+
+        Raises:
+            CommandError: no picture can be made so; the settings stay as they were.
+        """
+        settings = self.settings(handle)
+        before = {name: getattr(settings, name) for name in values}
+        for name, value in values.items():
+            setattr(settings, name, value)
+        try:
+            self._view(handle)
+        except CommandError:
+            for name, value in before.items():
+                setattr(settings, name, value)
+            raise
+        settings.picture = None
+
+    def image(self, handle: int, *, as_grey: bool) -> Future[tuple[list[int], bytes]]:
+        """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""
+        settings = self._sensor(handle)
+        size = [settings.width, settings.height]
+        if settings.shows_depth:
+            picture = self._picture(handle, depth=True)
+        else:
+            picture = self._picture(handle, rgb=True)
+        shows_depth = settings.shows_depth
+
+        def convert(made: Picture) -> tuple[list[int], bytes]:
+            pixels = _shown(made, shows_depth)
+            return size, (grey(pixels) if as_grey else pixels).tobytes()
+
+        return then(picture, convert)
+
+    def depth(self, handle: int) -> Future[tuple[list[int], bytes]]:
+        """[width, height] and float32 values 0..1, rows bottom first."""
+        settings = self._sensor(handle)
+        size = [settings.width, settings.height]
+
+        def convert(made: Picture) -> tuple[list[int], bytes]:
+            assert made.depth is not None
+            return size, made.depth.astype("<f4", copy=False).tobytes()
+
+        return then(self._picture(handle, depth=True), convert)
+
+    def read(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
+        """(False, [15 numbers]): least, greatest and mean of intensity, red, green, blue and depth.
+
+        Colours are bytes / 255 and their means whole bytes before that, as in V-REP. Nothing here can trigger.
+
+        Raises:
+            CommandError: no pass was made yet, or the sensor is handled explicitly and was not.
+        """
+        settings = self._sensor(handle)
+        if settings.picture is None and (settings.explicit or self._sim.pass_count == 0):
+            name = self._sim.scene.get(handle).name
+            raise CommandError(
+                f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
+                "or by its script when it is handled explicitly"
+            )
+        shows_depth = settings.shows_depth
+        picture = self._picture(handle, rgb=True, depth=True)
+        return then(picture, lambda made: (False, [statistics(made, shows_depth)]))
+
+    def handle(self, handle: int) -> None:
+        """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does."""
+        settings = self._sensor(handle)
+        settings.picture = self._request(handle, rgb=True, depth=True)
+        settings.picture_pass = self._sim.pass_count
+
+    def set_image(self, handle: int, image: bytes, *, as_grey: bool) -> None:
+        """Replace the picture by bytes, rows bottom first; depth becomes 1 everywhere.
+
+        Raises:
+            CommandError: the number of bytes does not fit the resolution.
+        """
+        settings = self._sensor(handle)
+        width, height = settings.width, settings.height
+        channels = 1 if as_grey else 3
+        if len(image) != width * height * channels:
+            raise CommandError(
+                f"an image for {width} x {height} pixels has {width * height * channels} bytes, not {len(image)}"
+            )
+        pixels = np.frombuffer(image, np.uint8).reshape(height, width, channels)
+        rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
+        settings.picture = _done(Picture(rgb, np.ones((height, width), np.float32)))
+        settings.picture_pass = self._sim.pass_count
+
+    def _sensor(self, handle: int) -> VisionSettings:
+        self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
+        settings = self.settings(handle)
+        if not settings.explicit and settings.picture_pass != self._sim.pass_count:
+            settings.picture = None
+        return settings
+
+    def _picture(self, handle: int, *, rgb: bool = False, depth: bool = False) -> Future[Picture]:
+        settings = self.settings(handle)
+        if settings.picture is not None:
+            return settings.picture
+        if settings.explicit or not self.enabled:
+            return _done(self._background(settings))
+        return self._request(handle, rgb=rgb, depth=depth)
+
+    def _request(self, handle: int, *, rgb: bool, depth: bool) -> Future[Picture]:
+        sim = self._sim
+        sim.refresh()
+        return sim.rendering.request(
+            sim.model, sim.data, self._view(handle), rgb=rgb, depth=depth, version=sim.version
+        )
+
+    def _background(self, settings: VisionSettings) -> Picture:
+        colour = np.rint(np.clip(self.background, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
+        rgb = np.tile(colour, (settings.height, settings.width, 1))
+        return Picture(rgb, np.ones((settings.height, settings.width), np.float32))
+
+    def _view(self, handle: int) -> CameraView:
+        settings = self.settings(handle)
+        try:
+            return CameraView(
+                camera_id=self._sim.scene.get(handle).id,
+                width=settings.width,
+                height=settings.height,
+                fovy_deg=fovy_from_perspective_angle(settings.angle, settings.width, settings.height),
+                near=settings.near,
+                far=settings.far,
+                background=self.background,
+                orthographic_size=settings.orthographic_size,
+            )
+        except ValueError as problem:
+            raise CommandError(str(problem)) from None
+
+    def _forget_pictures(self) -> None:
+        for settings in self._settings.values():
+            settings.picture = None
+
+
+def then(future: Future[_A], convert: Callable[[_A], _B]) -> Future[_B]:
+    """A future of the converted result; the conversion runs on the thread that finishes the first one."""
+    converted: Future[_B] = Future()
+
+    def finish(done: Future[_A]) -> None:
+        error = done.exception()
+        if error is not None:
+            # The asker is told why; a missing renderer is no fault of the server's code.
+            converted.set_exception(CommandError(str(error)))
+            return
+        try:
+            result = convert(done.result())
+        except Exception as problem:
+            converted.set_exception(problem)
+        else:
+            converted.set_result(result)
+
+    future.add_done_callback(finish)
+    return converted
+
+
+def statistics(picture: Picture, shows_depth: bool) -> list[float]:
+    """The 15 numbers of V-REP's first auxiliary packet."""
+    assert picture.depth is not None
+    pixels = _shown(picture, shows_depth)
+    channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
+    found: list[float] = []
+    for measure in (np.min, np.max, np.mean):
+        found += [int(measure(channel)) / 255 for channel in channels]
+        found.append(float(measure(picture.depth)))
+    return found
+
+
+def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
+    """(h, w, 3) uint8: what the sensor's image is."""
+    if shows_depth:
+        assert picture.depth is not None
+        return depth_as_grey(picture.depth)
+    assert picture.rgb is not None
+    return picture.rgb
+
+
+def _done(picture: Picture) -> Future[Picture]:
+    future: Future[Picture] = Future()
+    future.set_result(picture)
+    return future
+
+
+def _from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
+    """Annotation first, then the camera's attributes, then the model's clip planes."""
+    note: Annotation = item.annotations.get("vision", {})
+    width, height = (int(side) for side in model.cam_resolution[item.id])
+    if width * height <= 1:
+        width = height = DEFAULT_SIDE
+    width, height = min(width, MAX_SIDE), min(height, MAX_SIDE)
+    fovy = float(model.cam_fovy[item.id])
+    orthographic = model.cam_projection[item.id] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+    if "angle_deg" in note:
+        angle = math.radians(float(note["angle_deg"]))
+    else:
+        angle = perspective_angle_from_fovy(60.0 if orthographic else fovy, width, height)
+    output = int(model.cam_output[item.id])
+    wants_depth = bool(output & int(mujoco.mjtCamOutBit.mjCAMOUT_DEPTH))
+    wants_rgb = bool(output & int(mujoco.mjtCamOutBit.mjCAMOUT_RGB))
+    extent = float(model.stat.extent)
+    return VisionSettings(
+        width=width,
+        height=height,
+        near=float(note["near"]) if "near" in note else float(model.vis.map.znear) * extent,
+        far=float(note["far"]) if "far" in note else float(model.vis.map.zfar) * extent,
+        angle=angle,
+        orthographic_size=fovy * max(1.0, width / height) if orthographic else None,
+        shows_depth=wants_depth and not wants_rgb,
+        explicit=bool(note.get("explicit", False)),
+    )

@@ -1,0 +1,34 @@
+"""What V-REP showed in its status bar: the last messages, kept for whoever looks, and logged."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+
+logger = logging.getLogger(__name__)
+
+KEPT = 200
+"""Messages remembered; older ones are in the log only."""
+
+_LONGEST_LOGGED = 500
+
+
+class StatusBar:
+    """The recent messages of clients, scripts and the simulator itself."""
+
+    def __init__(self) -> None:
+        self._messages: deque[str] = deque(maxlen=KEPT)
+        self.count = 0
+        """Messages ever added."""
+
+    def add(self, message: str) -> None:
+        """Add a message; it may have several lines."""
+        self._messages.append(message)
+        self.count += 1
+        shown = message if len(message) <= _LONGEST_LOGGED else message[: _LONGEST_LOGGED - 3] + "..."
+        logger.info("%s", "".join(letter if letter.isprintable() else " " for letter in shown))
+
+    @property
+    def messages(self) -> list[str]:
+        """The messages kept, oldest first."""
+        return list(self._messages)
