@@ -1,21 +1,15 @@
-"""Pictures: what is where, how far, in both renderers; and the thread that makes them."""
+"""Pictures: what is where and how far, the same in both renderers."""
 
 import dataclasses
-import logging
 import math
-import os
-import subprocess
-import sys
-import threading
 from collections.abc import Iterator
-from concurrent.futures import Future
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from camera_world import FRONT, SCENE, load, pixel_of
 
-from simx_server.sensors.gl_backend import Backend, choose_backend
+from simx_server.sensors.gl_backend import choose_backend
 from simx_server.sensors.opengl import OpenGLRenderer
 from simx_server.sensors.picture import (
     CameraView,
@@ -28,35 +22,8 @@ from simx_server.sensors.picture import (
     perspective_angle_from_fovy,
 )
 from simx_server.sensors.raycast import RaycastRenderer
-from simx_server.sensors.render_thread import MAX_WAITING, RenderThread
 
-WAIT = 30.0
 ONE_GREY_LEVEL = 1 / 255
-
-# The camera `front` stands at y = -2 and looks along +y: world x is to the right, world z is up.
-SCENE = """
-<mujoco>
-  <visual><headlight ambient="0.5 0.5 0.5" diffuse="0.5 0.5 0.5" specular="0 0 0"/></visual>
-  <worldbody>
-    <geom name="red" type="sphere" size="0.1" pos="-0.4 0 0.3" rgba="1 0 0 1"/>
-    <geom name="green" type="box" size="0.1 0.1 0.1" pos="0.4 0 -0.3" rgba="0 1 0 1"/>
-    <geom name="wall" type="box" size="3 0.1 3" pos="0 2.1 0" rgba="0.4 0.4 1 1"/>
-    <geom name="collision shape" group="3" type="box" size="0.2 0.2 0.2" rgba="1 1 1 1"/>
-    <geom name="invisible" type="box" size="0.2 0.2 0.2" pos="0 -1 0" rgba="1 1 1 0"/>
-    <site name="dummy" size="0.2" rgba="1 1 1 1"/>
-    <camera name="front" pos="0 -2 0" xyaxes="1 0 0 0 0 1" fovy="10"/>
-    <camera name="down" pos="0 0 3" fovy="10"/>
-  </worldbody>
-</mujoco>
-"""
-FRONT = CameraView(camera_id=0, width=160, height=120, fovy_deg=45.0, near=0.1, far=10.0)
-
-
-def load(xml: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = mujoco.MjModel.from_xml_string(xml)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
 
 
 @pytest.fixture(scope="module")
@@ -88,15 +55,6 @@ def make_renderer(request: pytest.FixtureRequest) -> Iterator:
 def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Picture:
     model, data = load(xml)
     return make_renderer(model).render(data, view, rgb=True, depth=True)
-
-
-def pixel_of(view: CameraView, x: float, y: float, depth: float) -> tuple[int, int]:
-    """Row (bottom first) and column of a point x to the right of the view axis and y above it."""
-    half_width, half_height = view.half_extent()
-    scale = 1.0 if view.orthographic_size is not None else depth
-    column = (x / (half_width * scale) + 1) / 2 * view.width
-    row = (y / (half_height * scale) + 1) / 2 * view.height
-    return int(row), int(column)
 
 
 # What a picture shows
@@ -306,6 +264,14 @@ def test_both_renderers_see_the_same(opengl_name: str) -> None:
     assert np.mean(colours_apart > 12) < 0.08
 
 
+def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:
+    picture = picture_of(make_renderer)
+    with pytest.raises(ValueError, match="read-only"):
+        picture.rgb[0, 0] = 1
+    with pytest.raises(ValueError, match="read-only"):
+        picture.depth[0, 0] = 1
+
+
 # Conversions
 
 
@@ -343,281 +309,3 @@ def test_depth_as_grey_is_dark_near_and_bright_far() -> None:
 def test_a_view_no_camera_can_have_is_refused(wrong: dict) -> None:
     with pytest.raises(ValueError, match=r"give|between"):
         dataclasses.replace(FRONT, **wrong)
-
-
-# The render thread
-
-
-class ScriptedRenderer:
-    """Renders nothing but notes what it was asked; waits for `go` and fails when told to."""
-
-    def __init__(self) -> None:
-        self.go = threading.Event()
-        self.go.set()
-        self.started = threading.Event()
-        self.seen: list[tuple[float, int, bool, bool]] = []
-        self.made = 0
-        self.closed = 0
-        self.fail_next = False
-        self.threads: set[int] = set()
-
-    def make(self, model: mujoco.MjModel, backend: Backend) -> Renderer:
-        self.made += 1
-        self.threads.add(threading.get_ident())
-        return self
-
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
-        self.threads.add(threading.get_ident())
-        self.started.set()
-        assert self.go.wait(WAIT)
-        if self.fail_next:
-            self.fail_next = False
-            raise RuntimeError("the driver lost its mind")
-        self.seen.append((data.time, view.camera_id, rgb, depth))
-        size = (view.height, view.width)
-        return Picture(
-            np.zeros((*size, 3), np.uint8) if rgb else None, np.ones(size, np.float32) if depth else None
-        )
-
-    def close(self) -> None:
-        self.threads.add(threading.get_ident())
-        self.closed += 1
-
-
-@pytest.fixture
-def scripted() -> ScriptedRenderer:
-    return ScriptedRenderer()
-
-
-@pytest.fixture
-def thread(scripted: ScriptedRenderer) -> Iterator[RenderThread]:
-    thread = RenderThread(choose=lambda: Backend("raycast", "a test asked for it"), make=scripted.make)
-    yield thread
-    scripted.go.set()
-    thread.close()
-
-
-class Asker:
-    """Asks a render thread for pictures of one world at chosen times."""
-
-    def __init__(self, thread: RenderThread) -> None:
-        self.thread = thread
-        self.model, self.data = load(SCENE)
-
-    def ask(
-        self, time: float, view: CameraView = FRONT, rgb: bool = True, depth: bool = False
-    ) -> "Future[Picture]":
-        self.data.time = time
-        return self.thread.request(self.model, self.data, view, rgb=rgb, depth=depth, version=time)
-
-
-def test_equal_requests_of_one_version_render_once(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    first = asker.ask(1.0)
-    assert scripted.started.wait(WAIT)
-    while_running = asker.ask(1.0)
-    scripted.go.set()
-    picture = first.result(WAIT)
-    afterwards = asker.ask(1.0)
-    assert while_running.result(WAIT) is picture
-    assert afterwards.result(WAIT) is picture
-    assert len(scripted.seen) == 1
-
-
-def test_a_waiting_picture_takes_on_the_other_channel(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    asker.ask(1.0)
-    assert scripted.started.wait(WAIT)
-    colour = asker.ask(2.0)
-    depth = asker.ask(2.0, rgb=False, depth=True)
-    scripted.go.set()
-    assert colour.result(WAIT) is depth.result(WAIT)
-    assert scripted.seen[1:] == [(2.0, 0, True, True)]
-
-
-def test_the_other_channel_of_a_made_picture_makes_both(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    asker.ask(1.0).result(WAIT)
-    both = asker.ask(1.0, rgb=False, depth=True).result(WAIT)
-    assert both.rgb is not None
-    assert asker.ask(1.0).result(WAIT) is both
-    assert len(scripted.seen) == 2
-
-
-def test_each_version_gets_its_own_instant(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    pictures = [asker.ask(time) for time in (1.0, 2.0, 3.0)]
-    scripted.go.set()
-    assert len({id(picture.result(WAIT)) for picture in pictures}) == 3
-    assert [time for time, *_ in scripted.seen] == [1.0, 2.0, 3.0]
-
-
-def test_different_views_of_one_version_render_each(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread)
-    views = (FRONT, dataclasses.replace(FRONT, camera_id=1), dataclasses.replace(FRONT, far=2.0))
-    for future in [asker.ask(1.0, view) for view in views]:
-        future.result(WAIT)
-    assert len(scripted.seen) == 3
-
-
-def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread)
-    scripted.fail_next = True
-    with pytest.raises(RenderError, match=r"camera id 0 could not be rendered with raycast: the driver lost"):
-        asker.ask(1.0).result(WAIT)
-    asker.ask(1.0).result(WAIT)
-    assert (scripted.made, scripted.closed) == (2, 1)
-
-
-def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
-    def choose() -> Backend:
-        raise ValueError("MUJOCO_GL='nonsense' is not a way to render")
-
-    thread = RenderThread(choose=choose)
-    try:
-        with pytest.raises(RenderError, match="nonsense"):
-            Asker(thread).ask(1.0).result(WAIT)
-    finally:
-        thread.close()
-
-
-def test_another_model_gets_another_renderer(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    one, other = Asker(thread), Asker(thread)
-    first = one.ask(1.0).result(WAIT)
-    second = other.ask(1.0).result(WAIT)
-    assert first is not second
-    assert (scripted.made, scripted.closed) == (2, 1)
-
-
-def test_closing_fails_what_waits_and_finishes_what_runs(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    running = asker.ask(1.0)
-    assert scripted.started.wait(WAIT)
-    waiting = asker.ask(2.0)
-    waiting.add_done_callback(lambda _: scripted.go.set())
-    thread.close()
-    assert running.result(WAIT).rgb is not None
-    with pytest.raises(RenderError, match="closing"):
-        waiting.result(WAIT)
-    with pytest.raises(RenderError, match="closed"):
-        asker.ask(3.0).result(WAIT)
-    assert scripted.closed == 1
-    assert not [each for each in threading.enumerate() if each.name == "simx-render"]
-    thread.close()
-
-
-def test_the_renderer_lives_on_one_thread_that_is_not_the_askers(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    asker.ask(1.0).result(WAIT)
-    asker.ask(2.0).result(WAIT)
-    thread.close()
-    assert len(scripted.threads) == 1
-    assert threading.get_ident() not in scripted.threads
-
-
-def test_a_flood_of_requests_is_refused_not_stored(scripted: ScriptedRenderer, thread: RenderThread) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    asker.ask(0.0)
-    assert scripted.started.wait(WAIT)
-    accepted = [asker.ask(float(time)) for time in range(1, MAX_WAITING + 1)]
-    with pytest.raises(RenderError, match="ask less often"):
-        asker.ask(1e6).result(WAIT)
-    scripted.go.set()
-    for future in accepted:
-        future.result(WAIT)
-
-
-def test_a_cancelled_picture_is_not_made_and_not_shared(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    scripted.go.clear()
-    asker.ask(1.0)
-    assert scripted.started.wait(WAIT)
-    cancelled = asker.ask(2.0)
-    assert cancelled.cancel()
-    again = asker.ask(2.0)
-    scripted.go.set()
-    again.result(WAIT)
-    assert [time for time, *_ in scripted.seen] == [1.0, 2.0]
-
-
-def test_preparing_makes_the_renderer_before_a_picture_is_wanted(
-    scripted: ScriptedRenderer, thread: RenderThread
-) -> None:
-    asker = Asker(thread)
-    thread.prepare(asker.model)
-    assert thread.ready.wait(WAIT)
-    assert thread.backend == Backend("raycast", "a test asked for it")
-    asker.ask(1.0).result(WAIT)
-    assert scripted.made == 1
-
-
-def test_the_back_end_is_logged_once(
-    scripted: ScriptedRenderer, thread: RenderThread, caplog: pytest.LogCaptureFixture
-) -> None:
-    with caplog.at_level(logging.INFO, logger="simx_server.sensors.render_thread"):
-        Asker(thread).ask(1.0).result(WAIT)
-        Asker(thread).ask(1.0).result(WAIT)
-    assert [(record.levelname, record.message) for record in caplog.records] == [
-        ("WARNING", "pictures are made with raycast: a test asked for it")
-    ]
-
-
-def test_a_program_that_forgets_to_close_still_ends() -> None:
-    program = """
-import mujoco
-from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.picture import CameraView
-from simx_server.sensors.render_thread import RenderThread
-
-model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")
-data = mujoco.MjData(model)
-view = CameraView(camera_id=0, width=4, height=3, fovy_deg=45, near=0.1, far=1)
-thread = RenderThread(choose=lambda: Backend("raycast", "for a test"))
-thread.request(model, data, view, rgb=True, depth=False, version=0).result(30)
-"""
-    root = str(Path(__file__).resolve().parents[1])
-    environment = os.environ | {"PYTHONPATH": root}
-    assert (
-        subprocess.run([sys.executable, "-c", program], env=environment, timeout=60, check=False).returncode
-        == 0
-    )
-
-
-def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:
-    picture = picture_of(make_renderer)
-    with pytest.raises(ValueError, match="read-only"):
-        picture.rgb[0, 0] = 1
-    with pytest.raises(ValueError, match="read-only"):
-        picture.depth[0, 0] = 1
-
-
-def test_a_real_picture_comes_through_the_thread(opengl_name: str) -> None:
-    thread = RenderThread(choose=lambda: Backend(opengl_name, "it works here"))
-    try:
-        asker = Asker(thread)
-        before = asker.ask(1.0, depth=True).result(WAIT)
-        asker.model, asker.data = load(SCENE.replace('pos="-0.4 0 0.3"', 'pos="0.4 0 0.3"'))
-        after = asker.ask(1.0, depth=True).result(WAIT)
-        left, right = pixel_of(FRONT, -0.4, 0.3, 2.0), pixel_of(FRONT, 0.4, 0.3, 2.0)
-        assert before.depth[left] < 0.3 < before.depth[right]
-        assert after.depth[right] < 0.3 < after.depth[left]
-        with pytest.raises(RenderError, match="camera id 9"):
-            asker.ask(2.0, dataclasses.replace(FRONT, camera_id=9)).result(WAIT)
-        assert asker.ask(3.0).result(WAIT).rgb[left].any()
-    finally:
-        thread.close()
