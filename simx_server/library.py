@@ -14,7 +14,7 @@ VREP_SUFFIXES = (".ttt", ".ttm", ".simscene.xml", ".simmodel.xml")
 
 
 def shipped_scenes() -> Path:
-    """The folder of shipped scenes: package data in an installed wheel, `scenes/` beside the package in a source tree."""
+    """The folder of shipped scenes: package data in a wheel, `scenes/` beside the package in a source tree."""
     package = Path(__file__).resolve().parent
     installed = package / "shipped_scenes"
     return installed if installed.is_dir() else package.parent / "scenes"

@@ -1,7 +1,7 @@
 """The simulation: the only owner of MjModel and MjData, used by the physics thread alone.
 
-A pass is V-REP's simulation step (50 ms unless said otherwise): a whole number of MuJoCo steps with the joint controllers
-between them, then sensing. Simulated time is passes times the pass length, so it does not drift.
+A pass is V-REP's simulation step (50 ms unless said otherwise): a whole number of MuJoCo steps with the joint
+controllers between them, then sensing. Simulated time is passes times the pass length, so it does not drift.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import logging
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -24,6 +25,15 @@ from simx_server.scene.placing import carrier_body, object_pose
 from simx_server.scene.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 from simx_server.signals import Signals
 from simx_server.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from simx_server.parameters import Parameters
+    from simx_server.scripting import Scripts
+    from simx_server.sensors.force import ForceSensors
+    from simx_server.sensors.proximity import ProximitySensors
+    from simx_server.sensors.render_thread import RenderThread
+    from simx_server.sensors.vision import VisionSensors
+    from simx_server.status_bar import StatusBar
 
 logger = logging.getLogger(__name__)
 
@@ -48,17 +58,30 @@ class SimulationState(Enum):
 class Simulation:
     """One world: scene, model, state, joints, signals, and who listens to its life."""
 
+    # Given by `parts.attach_parts` (a bare simulation works without them).
+    parameters: Parameters
+    scripts: Scripts
+    proximity: ProximitySensors
+    force: ForceSensors
+    vision: VisionSensors
+    rendering: RenderThread
+    status_bar: StatusBar
+    selection: list[int]
+    workspace: Path
+
     def __init__(self) -> None:
         mujoco.set_mju_user_warning(_log_warning)
         self.state = SimulationState.STOPPED
         self.version = 0
         """Bumped whenever anything visible may have changed."""
         self.model_version = 0
-        """Bumped whenever the model changed: replaced, or arrays written by a set-pose. What copies a model looks here."""
+        """Bumped whenever the model was replaced or its arrays were written: what keeps a copy of it looks here."""
         self.pass_count = 0
         """Passes of this run; 0 when stopped."""
         self.signals = Signals()
         self.on_start: list[Listener] = []
+        self.on_stopping: list[Listener] = []
+        """Called before anything is restored: what is still changed here is taken back with the rest."""
         self.on_stop: list[Listener] = []
         """Called after everything was restored."""
         self.on_pause: list[Listener] = []
@@ -166,6 +189,7 @@ class Simulation:
         """End the run and bring back, bit for bit, what was saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
+        _call(self.on_stopping)
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
         self.pass_count = 0

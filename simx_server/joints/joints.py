@@ -136,8 +136,8 @@ class Joints:
         value = _finite(value, "a target position")
         if state.mode != JointMode.FORCE:
             raise CommandError(
-                f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; set its position, "
-                "or annotate it with mode=force"
+                f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; "
+                "set its position, or annotate it with mode=force"
             )
         state.target_position = value
         if not state.annotated and not (state.motor and state.control_loop):
@@ -203,7 +203,7 @@ class Joints:
 
     def set_mode(self, handle: int, mode: JointMode) -> None:
         """Leaving force mode freezes the joint where it is; entering it, the motor and its targets count again."""
-        binding, state = self._any(handle)
+        state = self._any(handle)[1]
         if mode != state.mode:
             state.mode = JointMode(mode)
             self._apply(handle)

@@ -1,8 +1,8 @@
 """What is known of each joint: its place in the model, V-REP's settings of it, and how they start.
 
-Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is under position
-control, natively, and holds where it is; with a velocity actuator it is under velocity control at 0; with a torque motor
-or none its motor is off until a target drives it.
+Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is under
+position control, natively, and holds where it is; with a velocity actuator it is under velocity control at 0; with a
+torque motor or none its motor is off until a target drives it.
 """
 
 from __future__ import annotations

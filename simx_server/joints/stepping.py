@@ -98,7 +98,7 @@ class Stepper:
             step(model, data)
             if kinematic:
                 hold()
-            accumulate(total, now, total)
+            accumulate(total, now, out=total)
         total /= count
 
     def adopt(self, earlier: Stepper) -> None:
@@ -117,19 +117,19 @@ class Stepper:
             data.qpos.take(self._qpos, out=error[: self._joints], mode="clip")
         if self._joints < len(error):
             error[self._joints :] = data.ten_length[self._tendons] + self._offset
-        np.subtract(self._target, error, error)
+        np.subtract(self._target, error, out=error)
         if self._cyclic.size:
             error[self._cyclic] = np.remainder(error[self._cyclic] + math.pi, 2 * math.pi) - math.pi
-        np.multiply(error, self._gain, command)
+        np.multiply(error, self._gain, out=command)
         if self._pid:
             self._sum += error * self._integral
             change = np.where(np.isnan(self._last), 0.0, error - self._last)
             command += self._sum + change * self._derivative
             self._last[:] = error
-        np.minimum(command, self._limit, command)
-        np.maximum(command, self._least, command)
+        np.minimum(command, self._limit, out=command)
+        np.maximum(command, self._least, out=command)
         if not self._plain_gear:
-            np.multiply(command, self._gear, command)
+            np.multiply(command, self._gear, out=command)
         data.ctrl[self._ctrl] = command
 
     def _hold(self) -> None:

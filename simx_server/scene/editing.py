@@ -4,7 +4,8 @@ An edit compiles a new model and carries the whole state over by name; handles s
 and comes back at stop.
 
 What a new parent means physically:
-* a body without joints of its own (static or welded) is welded to the new parent's body;
+* a body without joints of its own (static or welded) is welded to the new parent's body; one that was fixed to the
+  world weighs nothing there, as V-REP's static shapes do;
 * a free body (it falls, it is pushed) stays free: only the tree changes, as in V-REP, where a dynamic shape under
   another shape is no part of it. Under a **force sensor** it is welded (V-REP's rigid link: what a gripper script means
   by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent;
@@ -14,7 +15,7 @@ What a new parent means physically:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -27,6 +28,7 @@ from simx_server.scene.placing import (
     body_pose,
     element_pose,
     free_joint,
+    is_carried,
     is_linking_sensor,
     moving_pose,
     object_pose,
@@ -46,7 +48,7 @@ _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
 
 def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
-    """Give an object another parent (-1: none). `keep_in_place` keeps the world pose, else the numbers of the local one.
+    """Give an object another parent (-1: none). `keep_in_place` keeps its world pose, else the local one's numbers.
 
     Raises UnknownHandle, CommandError (a loop; a part of the world itself).
     """
@@ -173,13 +175,16 @@ def _move_body(sim: Simulation, item: SceneObject, parent: int) -> None:
     sim.refresh()
     local = compose(inverse(body_pose(sim, target)), _start_pose(sim, body))
     velocity = _velocity(sim, body)
+    massless = (
+        _fixed_bodies(sim, body) if model.body_weldid[body] == 0 and model.body_weldid[target] != 0 else []
+    )
     release = was_free and not links
     if release:
         target, local = 0, body_pose(sim, body)
 
     def surgery(spec: mujoco.MjSpec) -> None:
         free = True if release else (False if is_free else None)
-        move_body(spec, name, _body_name(sim, target), local, free=free)
+        move_body(spec, name, _body_name(sim, target), local, free=free, massless=massless)
 
     if not release and not is_free and target == int(model.body_parentid[body]):
         return
@@ -188,7 +193,7 @@ def _move_body(sim: Simulation, item: SceneObject, parent: int) -> None:
         welded.add(name)
     elif release:
         welded.discard(name)
-    _edit(sim, surgery, {("body_", name)}, welded=welded)
+    _edit(sim, surgery, {("body_", name)}, welded=welded, massless=massless)
     if release:
         new_body = sim.scene.get(item.handle).body
         joint = free_joint(sim.model, new_body)
@@ -221,8 +226,9 @@ def _edit(
     parents: dict[int, int] | None = None,
     welded: set[str] | None = None,
     hidden: str | None = None,
+    massless: Collection[str] = (),
 ) -> None:
-    """Operate on a copy of the spec, compile it, carry the state over, go on with it. On failure nothing has changed."""
+    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed."""
     sim.refresh()
     old = sim.scene
     spec = old.spec.copy()
@@ -232,7 +238,7 @@ def _edit(
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
     data = mujoco.MjData(model)
-    carry_over(sim.model, sim.data, model, data, moved)
+    carry_over(sim.model, sim.data, model, data, moved, massless)
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
     scene = build_scene(spec, model, old.annotations, old.path, previous=old, hidden_bodies=hidden_bodies)
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
@@ -257,6 +263,13 @@ def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None
     body.ipos[:], body.iquat[:] = model.body_ipos[item.id], model.body_iquat[item.id]
     body.fullinertia[:] = np.nan
     body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _fixed_bodies(sim: Simulation, body: int) -> list[str]:
+    """Names of a body fixed to the world and of those below that are fixed to it."""
+    model = sim.model
+    below = range(body, model.nbody)
+    return [model.body(i).name for i in below if model.body_weldid[i] == 0 and is_carried(model, i, body)]
 
 
 def _is_link(sim: Simulation, body: int) -> bool:

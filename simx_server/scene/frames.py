@@ -3,7 +3,7 @@
 Relative to: -1 the world, -11 the parent (the world when there is none), else a handle. A joint as reference means its
 moving frame; with 0x400000 added to the queried handle, its fixed frame (then quaternions are w, x, y, z).
 Euler angles: R = Rx(alpha) Ry(beta) Rz(gamma), radians. Every quaternion given out or taken is x, y, z, w (else noted).
-All functions raise UnknownHandle; the setters raise CommandError for a wrong number of values or numbers that are not finite.
+All functions raise UnknownHandle; the setters raise CommandError for a wrong count of numbers or for infinite ones.
 """
 
 from __future__ import annotations

@@ -76,7 +76,7 @@ class Scene:
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
         self.parent_overrides: dict[int, int] = {}
-        """Handle to parent, where the tree differs from the bodies (a free body put under a gripper, a dummy's child)."""
+        """Handle to parent, where the tree differs from the bodies (a free body under a gripper, a dummy's child)."""
         self.welded_bodies: set[str] = set()
         """Names of bodies that were free until they were put under a force sensor."""
         self.hidden_bodies: frozenset[str] = frozenset()
@@ -134,7 +134,7 @@ class Scene:
         return self._by_element.get((element, element_id))
 
     def owner_of_body(self, body: int, model: mujoco.MjModel) -> int:
-        """The shape or dummy a MuJoCo body counts to: itself or its nearest ancestor that is an object; -1: the world."""
+        """The shape or dummy a MuJoCo body counts to: itself or the nearest above that is an object; -1: the world."""
         while body > 0:
             handle = self._by_element.get(("body", body))
             if handle is not None:

@@ -115,8 +115,8 @@ def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
 def place(sim: Simulation, item: SceneObject, pose: Pose) -> None:
     """Give an object a world pose, with everything below it; moving bodies below lose their velocity.
 
-    A link moves together with its joints; a joint or a linking force sensor with its body. What is below in the tree but
-    not carried by the body (a free body under a gripper, a body under a dummy) is moved by the same amount.
+    A link moves together with its joints; a joint or a linking force sensor with its body. What is below in the tree
+    but not carried by the body (a free body under a gripper, a body under a dummy) is moved by the same amount.
     Raises CommandError for a joint on a tendon.
     """
     sim.refresh()

@@ -39,6 +39,8 @@ _ARRAYS = (
 )
 """Model arrays of settings a command may have written. What belongs to actuators is written again by the joints."""
 
+_INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
+
 _JOINT_SIZES = {0: (7, 6), 1: (4, 3), 2: (1, 1), 3: (1, 1)}
 """Joint type to (positions, degrees of freedom)."""
 
@@ -49,19 +51,22 @@ def carry_over(
     new_model: mujoco.MjModel,
     new_data: mujoco.MjData,
     moved: Collection[tuple[str, str]] = (),
+    massless: Collection[str] = (),
 ) -> None:
     """Give the new model the edited settings and the new data the state of the old ones.
 
     `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
+    `massless`: names of bodies whose inertia is the new model's own.
     """
     twins = {prefix: list(_twins(old_model, new_model, kind)) for prefix, kind in _KINDS.items()}
     for array in _ARRAYS:
         prefix = array[: array.index("_") + 1]
         source, target = getattr(old_model, array), getattr(new_model, array)
         for name, old, new in twins[prefix]:
-            if not (
+            placed = (
                 array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")) and (prefix, name) in moved
-            ):
+            )
+            if not placed and not (array in _INERTIA and name in massless):
                 target[new] = source[old]
     write_options(new_model, option_values(old_model))
     _carry_joints(old_model, old_data, new_model, new_data, twins["jnt_"])

@@ -7,6 +7,7 @@ copies from then on, and are deleted afterwards.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import mujoco
@@ -19,19 +20,39 @@ from simx_server.scene.tree import INTERNAL
 _OLD = INTERNAL + "old:"
 
 _NOT_COPIED = frozenset(
-    ("id", "signature", "parent", "frame", "frames", "classname", "compiler", "plugin", "info", "childclass")
-    + ("bodies", "geoms", "joints", "sites", "cameras", "lights")
-)  # fmt: skip
+    {
+        *(
+            "id",
+            "signature",
+            "parent",
+            "frame",
+            "frames",
+            "classname",
+            "compiler",
+            "plugin",
+            "info",
+            "childclass",
+        ),
+        *("bodies", "geoms", "joints", "sites", "cameras", "lights"),
+    }
+)
 
 _LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}
 
 
 def move_body(
-    spec: mujoco.MjSpec, name: str, new_parent: str, local: Pose, *, free: bool | None = None
+    spec: mujoco.MjSpec,
+    name: str,
+    new_parent: str,
+    local: Pose,
+    *,
+    free: bool | None = None,
+    massless: Collection[str] = (),
 ) -> None:
     """Move a body under another one (`world`: the top) with this local pose.
 
     `free`: True gives it a free joint if it has none, False takes one away, None leaves joints as they are.
+    `massless`: names of bodies of the moved tree that weigh nothing from now on.
     Raises CommandError for bodies with plugins.
     """
     old = spec.body(name)
@@ -46,6 +67,10 @@ def move_body(
         for joint in list(new.joints):
             if joint.type == mujoco.mjtJoint.mjJNT_FREE:
                 delete(spec, "joint", joint.name)
+    for body in massless:
+        spec.body(body).explicitinertial = False
+        for geom in spec.body(body).geoms:
+            geom.mass = 0.0
 
 
 def move_leaf(spec: mujoco.MjSpec, element: str, name: str, new_parent: str, local: Pose | None) -> None:
