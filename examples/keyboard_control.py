@@ -208,9 +208,9 @@ class Cockpit:
         self.is_open = True
         pygame.display.init()
         pygame.font.init()
-        pygame.display.set_caption(CAPTION)
         pygame.key.set_repeat(200, 50)
         self.screen = pygame.display.set_mode((640, 480))
+        pygame.display.set_caption(CAPTION)
         self.font = pygame.font.Font(None, 20)
         self.actions: dict[int, Callable[[], Any]] = {
             pygame.K_t: lambda: robot.grip("rg2Close"),

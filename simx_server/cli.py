@@ -135,10 +135,12 @@ def _print_commands(as_json: bool) -> int:
 
 
 def _configure_logging(level: str) -> None:
-    """Log lines on stderr, always without colour, so NO_COLOR needs no look."""
+    """Log lines on stderr, always without colour, so NO_COLOR needs no look; of other packages only warnings."""
     logging.basicConfig(
         stream=sys.stderr,
-        level=level.upper(),
+        level=logging.WARNING,
         format="%(asctime)s %(levelname)s %(name)s: %(message)s",
         datefmt="%H:%M:%S",
     )
+    for package in ("simx_server", "simx_client"):
+        logging.getLogger(package).setLevel(level.upper())

@@ -29,11 +29,13 @@ def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Settings]]:
 
     stand_in.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
     monkeypatch.setitem(sys.modules, "simx_server.server", stand_in)
-    root = logging.getLogger()
-    handlers, level = list(root.handlers), root.level
+    loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client")]
+    levels = [logger.level for logger in loggers]
+    handlers = list(loggers[0].handlers)
     yield handed
-    root.handlers[:] = handlers
-    root.setLevel(level)
+    loggers[0].handlers[:] = handlers
+    for logger, level in zip(loggers, levels, strict=True):
+        logger.setLevel(level)
 
 
 def usage_error(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -112,6 +114,12 @@ def test_last_of_the_verbosity_flags_wins(served: list[Settings]) -> None:
     cli.main(["-q", "-v"])
     cli.main(["-v", "--log-level", "error"])
     assert [settings.log_level for settings in served] == ["debug", "error"]
+
+
+def test_log_level_is_for_our_packages_and_others_may_only_warn(served: list[Settings]) -> None:
+    cli.main(["-v"])
+    assert logging.getLogger("simx_server.scene").isEnabledFor(logging.DEBUG)
+    assert not logging.getLogger("somebody.else").isEnabledFor(logging.INFO)
 
 
 def test_exit_code_is_the_servers(served: list[Settings], monkeypatch: pytest.MonkeyPatch) -> None:
