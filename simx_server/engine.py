@@ -7,6 +7,7 @@ costs a round trip and never a simulation step. After each pass every stream tha
 from __future__ import annotations
 
 import logging
+import math
 import queue
 import time
 from collections.abc import Callable, Mapping
@@ -148,7 +149,7 @@ class Engine:
             return 0.0
         if any(session.streams.by_id for session in self.sessions.values()):
             return max(0.0, self._next_idle_pass - time.monotonic())
-        return float("inf")
+        return math.inf
 
     def _pass(self) -> None:
         """One pass when the simulation advances; in any case the streams."""
@@ -233,7 +234,9 @@ class Engine:
         session.link.deliver(encode(self._delivery(session, [Reply(call_id, status, time_ms, values)])))
 
     def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
-        state = _STATE_BITS[self.simulation.state] | (0 if self._is_stepped() else _REAL_TIME_BIT)
+        state = _STATE_BITS[self.simulation.state] | (
+            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
+        )
         return Delivery(
             session.message_id,
             session.client_time,

@@ -53,10 +53,11 @@ def serve(settings: Settings) -> int:
     with ExitStack() as stack:
         try:
             simulation = build_simulation(settings, stack)
+            pacer = Pacer(settings.speed)
             engine = Engine(
                 simulation,
                 HANDLERS,
-                Pacer(settings.speed),
+                pacer,
                 starting_port=settings.temporary_port if settings.auto_start else None,
             )
             gateway = ZenohGateway(
@@ -71,6 +72,8 @@ def serve(settings: Settings) -> int:
             logger.error("%s", error)
             return EXIT_FAILURE
         stack.callback(gateway.close)
+        simulation.parameters.pace = pacer
+        simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
         if settings.quit_after_stop:
             simulation.on_stop.append(engine.end)
         with _ending_by_signal(engine):

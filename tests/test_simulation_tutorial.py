@@ -1,4 +1,4 @@
-"""The tutorial's scene through Simulation: the arm settles, the gripper strokes, a ball is grasped, held and attached."""
+"""The tutorial's scene through Simulation: the arm settles, the gripper strokes, a ball is grasped, held, attached."""
 
 from __future__ import annotations
 

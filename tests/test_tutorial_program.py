@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import pytest
 from processes import ROOT, read_line, running, server, wait_until
 
@@ -40,12 +41,12 @@ def display():
 
 
 class Keyboard:
-    """Real key events into the window with a title."""
+    """Real key events into the window of a program."""
 
-    def __init__(self, display: str, title: str) -> None:
+    def __init__(self, display: str, program: str) -> None:
         self._environment = {**os.environ, "DISPLAY": display}
         self._window = ""
-        assert wait_until(lambda: self._find(title), 60.0), f"no window {title!r} appeared"
+        assert wait_until(lambda: self._find(program), 60.0), f"no window of {program!r} appeared"
         self._xdotool("windowfocus", "--sync", self._window)
 
     def _xdotool(self, *arguments: str) -> str:
@@ -54,8 +55,8 @@ class Keyboard:
         )
         return done.stdout.strip()
 
-    def _find(self, title: str) -> bool:
-        self._window = self._xdotool("search", "--onlyvisible", "--name", title).partition("\n")[0]
+    def _find(self, program: str) -> bool:
+        self._window = self._xdotool("search", "--onlyvisible", "--class", program).partition("\n")[0]
         return bool(self._window)
 
     def press(self, key: str, times: int = 1) -> None:
@@ -78,7 +79,7 @@ def test_the_tutorial_runs_unchanged_in_a_window_under_real_keys(display, tmp_pa
         ) as program:
             assert "Simulation started" in _line_with(program, "Simulation started")
             _line_with(program, "Connection success")
-            keys = Keyboard(display, "Vrep yolov3 ddpg pytorch")
+            keys = Keyboard(display, "robotControl")
             watcher = v.simxStart("127.0.0.1", simulator.port, True, True, 5000, 5)
             try:
                 _drive(keys, watcher, tmp_path)
@@ -117,4 +118,13 @@ def _drive(keys: Keyboard, watcher: int, folder: Path) -> None:
     saved = folder / "saveImg"
     assert wait_until(lambda: len([*saved.rglob("*_rgb.jpg"), *saved.rglob("*_depth.jpg")]) == 2, 20.0)
     assert [path.parent.name for path in sorted(saved.rglob("*.jpg"))] == ["depthImg", "rgbImg"]
-    assert (folder / "imgTemp" / "frame.jpg").exists()
+    for path in saved.rglob("*.jpg"):
+        assert wait_until(lambda path=path: _size_of(path) == (480, 640, 3), 5.0)
+    # The program removes and writes this one for every frame it shows.
+    assert wait_until((folder / "imgTemp" / "frame.jpg").exists, 5.0)
+
+
+def _size_of(path: Path) -> tuple[int, ...] | None:
+    """Shape of a picture, None while it is being written."""
+    picture = cv2.imread(str(path))
+    return None if picture is None else picture.shape
