@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from importlib import metadata
 
 from simx_server import __version__
+from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
 
 PROGRAM = "simx-server"
@@ -108,6 +109,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if show_settings:
         return _print_settings(settings)
     _configure_logging(settings.log_level)
+    import_mujoco()
     from simx_server.server import serve
 
     try:
@@ -125,6 +127,7 @@ def _print_settings(settings: Settings) -> int:
 
 
 def _print_commands(as_json: bool) -> int:
+    import_mujoco()
     from simx_server import coverage
     from simx_server.handlers import HANDLERS
 

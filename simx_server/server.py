@@ -18,7 +18,8 @@ from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .library import find_scene
 from .parts import attach_parts
-from .scene.loader import SceneError
+from .scene.objects import ObjectKind
+from .sensors.gl_backend import requested_backend
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
@@ -29,6 +30,7 @@ DEFAULT_SCENE = "ur5_rg2_kinect"
 """The tutorial's scene, which the package ships."""
 
 EXIT_FAILURE = 1
+EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
 
@@ -36,7 +38,7 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
 
     Raises:
-        CommandError, SceneError: the scene cannot be used.
+        CommandError: the scene cannot be used.
     """
     simulation = Simulation()
     simulation.rendering = RenderThread()
@@ -50,6 +52,11 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
 
 def serve(settings: Settings) -> int:
     """Run a server until it is told to end. Returns the process's exit code."""
+    try:
+        requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
+    except ValueError as error:
+        logger.error("%s", error)
+        return EXIT_USAGE
     with ExitStack() as stack:
         try:
             simulation = build_simulation(settings, stack)
@@ -68,7 +75,7 @@ def serve(settings: Settings) -> int:
                 config=settings.config,
                 multicast_scouting=settings.multicast_scouting,
             )
-        except (GatewayError, SceneError, CommandError) as error:
+        except (GatewayError, CommandError) as error:
             logger.error("%s", error)
             return EXIT_FAILURE
         stack.callback(gateway.close)
@@ -80,6 +87,10 @@ def serve(settings: Settings) -> int:
             if settings.start:
                 simulation.start()
             _say_ready(gateway, simulation)
+            if simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
+                simulation.rendering.prepare(
+                    simulation.model
+                )  # or the first picture comes half a second late
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
             simulation.stop()
     return 0

@@ -224,7 +224,10 @@ def test_scene_is_found_by_path_by_name_and_in_place_of_a_vrep_file(
     own.write_text("<mujoco/>")
     assert find_scene(own) == own
     assert find_scene(tmp_path / "mine") == own
+    assert find_scene("mine", tmp_path) == own
+    assert find_scene("ur5_rg2_kinect", tmp_path) == shipped
     with caplog.at_level("INFO"):
+        assert find_scene("mine.ttt", tmp_path) == own
         assert find_scene(tmp_path / "mine.ttt") == own
         assert find_scene("somewhere/ur5_rg2_kinect.ttt") == shipped
     assert "is a V-REP file" in caplog.text

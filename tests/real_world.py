@@ -1,0 +1,56 @@
+"""A whole server in the test's own thread: real physics, real pictures, clients over the in-process way."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from pathlib import Path
+
+import simx_client as v
+from simx_client.connection import CLIENTS, Connection
+from simx_server.clock import Pacer
+from simx_server.engine import Engine
+from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.handlers import HANDLERS
+from simx_server.server import build_simulation
+from simx_server.settings import Settings
+
+BLOCKING = v.simx_opmode_blocking
+
+
+class RealWorld:
+    """What `simx-server SCENE --speed max` is, without the network."""
+
+    def __init__(self, scene: str | Path, *, speed: float = math.inf) -> None:
+        self._stack = ExitStack()
+        self.simulation = build_simulation(Settings(scene=str(scene)), self._stack)
+        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed))
+
+    def client(self) -> int:
+        transport = LoopbackTransport(self.engine)
+        connection = Connection(lambda: transport, where=transport.client)
+        client_id = CLIENTS.add(connection)
+        connection.connect(1.0)
+        return client_id
+
+    def close(self) -> None:
+        v.simxFinish(-1)
+        self._stack.close()
+
+
+def handle_of(client: int, name: str) -> int:
+    """The handle of an object that must be there."""
+    code, handle = v.simxGetObjectHandle(client, name, BLOCKING)
+    assert code == v.simx_return_ok, name
+    return handle
+
+
+def step(client: int, seconds: float, time_step: float = 0.05) -> None:
+    """Let so much simulated time pass in stepped mode."""
+    for _ in range(round(seconds / time_step)):
+        assert v.simxSynchronousTrigger(client) == v.simx_return_ok
+
+
+def start_stepped(client: int) -> None:
+    assert v.simxSynchronous(client, True) == v.simx_return_ok
+    assert v.simxStartSimulation(client, BLOCKING) == v.simx_return_ok
