@@ -49,7 +49,7 @@ def load_scene(sim: Simulation, path: str, options: int) -> None:
             "loading a scene file from the client's side (options bit 0) comes in a later version; "
             "put the file into the server's workspace and call with options 0"
         )
-    found = find_scene(_in_workspace(sim.workspace, path)).resolve()
+    found = find_scene(sim.workspace / path).resolve()
     if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
         raise CommandError(
             f"{path!r} lies outside the server's workspace {sim.workspace}; "
@@ -67,12 +67,6 @@ def close_scene(sim: Simulation) -> None:
 @handler("simxAddStatusbarMessage")
 def add_statusbar_message(sim: Simulation, message: str) -> None:
     sim.status_bar.add(message)
-
-
-def _in_workspace(workspace: Path, path: str) -> str:
-    """A relative path means the workspace when there is such a file, else it may name a shipped scene."""
-    there = workspace / path
-    return str(there) if not Path(path).is_absolute() and there.is_file() else path
 
 
 def _open_folders(sim: Simulation) -> list[Path]:

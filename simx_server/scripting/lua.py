@@ -64,7 +64,7 @@ class LuaInterpreter:
         self._time_limit = time_limit
         self._deadline = 0.0
         lupa = load_lupa()
-        self._table_type = lupa.lua_type
+        self._lua_type = lupa.lua_type
         self._memory_error: type[Exception] = lupa.LuaMemoryError
         self._runtime = lupa.LuaRuntime(
             encoding=None,
@@ -82,6 +82,10 @@ class LuaInterpreter:
         self._run, self._call, self._has = guard(
             self._late, self._invoke, self._print, HOOK_INTERVAL, self._runtime.table_from(known)
         )
+
+    def close(self) -> None:
+        """Free the Lua state. It and this object hold each other in a way Python's collector cannot see."""
+        del self._run, self._call, self._has, self._runtime
 
     def run(self, source: bytes) -> None:
         """Execute the script's text, which defines its functions. Raises ScriptError."""
@@ -135,7 +139,7 @@ class LuaInterpreter:
         return value
 
     def _from_lua(self, value: Any) -> Any:
-        kind = self._table_type(value)
+        kind = self._lua_type(value)
         if kind == "table":
             return [self._from_lua(value[i]) for i in range(1, len(value) + 1)]
         if kind is not None:

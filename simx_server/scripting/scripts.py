@@ -17,7 +17,7 @@ from simx_client.protocol import constants
 from ..errors import UnknownName
 from . import sim_api
 from .exchange import check_results
-from .lua import LuaInterpreter, ScriptError
+from .lua import TIME_LIMIT, LuaInterpreter, ScriptError
 from .sim_api import SimApi
 
 if TYPE_CHECKING:
@@ -79,6 +79,8 @@ class Scripts:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._scripts: list[Script] = []
+        self.time_limit = TIME_LIMIT
+        """Processor seconds for one call into a script; taken over at the next start."""
         sim.on_load.append(self._find)
         sim.on_close.append(self._find)
         sim.on_start.append(self._start)
@@ -123,7 +125,7 @@ class Scripts:
         return ", ".join(self._describe(script) for script in self._scripts) or "none"
 
     def _target(self, name: str, script_type: int) -> Script:
-        plain = script_type & ~_THREADED if script_type > _THREADED else script_type
+        plain = script_type & ~_THREADED if 0 <= script_type < 256 else script_type
         kind = _TYPES.get(plain, f"script with handle or type {script_type}")
         if plain == constants.sim_scripttype_childscript and name:
             try:
@@ -172,7 +174,7 @@ class Scripts:
             try:
                 source = self._path(script).read_bytes()
                 side = _LuaSide(self._sim, script, self._signal_owner(script))
-                script.interpreter = LuaInterpreter(script.file, side)
+                script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
                 script.interpreter.run(source)
             except (ScriptError, OSError) as problem:
                 self._end(script, str(problem))
@@ -194,17 +196,21 @@ class Scripts:
     def _stop(self) -> None:
         self._call_all("sysCall_cleanup")
         for script in self._scripts:
-            script.interpreter = None
-            script.problem = ""
-            self._sim.signals.clear_owned(self._signal_owner(script))
+            self._drop(script, "")
 
     def _end(self, script: Script, problem: str) -> None:
         """Stop one script until the next start."""
+        self._drop(script, problem)
+        logger.error("the %s is stopped: %s", self._describe(script), problem)
+        self._sim.status_bar.add(f"{self._describe(script)} is stopped: {problem}")
+
+    def _drop(self, script: Script, problem: str) -> None:
+        """Forget a script's state, and the signals it set."""
+        if script.interpreter is not None:
+            script.interpreter.close()
         script.interpreter = None
         script.problem = problem
         self._sim.signals.clear_owned(self._signal_owner(script))
-        logger.error("the %s is stopped: %s", self._describe(script), problem)
-        self._sim.status_bar.add(f"{self._describe(script)} is stopped: {problem}")
 
     @staticmethod
     def _signal_owner(script: Script) -> object:

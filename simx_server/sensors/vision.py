@@ -67,7 +67,7 @@ class VisionSensors:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self.enabled = True
-        """Boolean parameter 10: whether sensors are handled without being asked explicitly."""
+        """Boolean parameter 10: whether sensors are handled at all; off, pictures are the background."""
         self.background = (0.0, 0.0, 0.0)
         """RGB 0..1 where nothing is seen; V-REP takes the colour of the scene's fog, black at first."""
         self._settings: dict[int, VisionSettings] = {}

@@ -1,0 +1,84 @@
+"""A real simulation with all its parts, and calls of handlers by command name, for the tests of the handlers."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from concurrent.futures import Future
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from simx_client.protocol.commands import BY_NAME
+from simx_server.handlers import HANDLERS
+from simx_server.parts import attach_parts
+from simx_server.scene.loader import load_text
+from simx_server.sensors.picture import CameraView, Picture
+from simx_server.simulation import Simulation
+
+
+class PaintingThread:
+    """Stands in for the render thread: pictures are a red, green, blue ramp, made when `paint` is called."""
+
+    def __init__(self) -> None:
+        self.views: list[CameraView] = []
+        self.versions: list[int] = []
+        self._waiting: list[tuple[CameraView, Future[Picture]]] = []
+
+    def request(self, _model, _data, view, *, rgb, depth, version) -> Future[Picture]:
+        future: Future[Picture] = Future()
+        self.views.append(view)
+        self.versions.append(version)
+        self._waiting.append((view, future))
+        return future
+
+    def paint(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for view, future in waiting:
+            count = view.width * view.height
+            rgb = (np.arange(count * 3) % 256).astype(np.uint8).reshape(view.height, view.width, 3)
+            depth = np.linspace(0.0, 1.0, count, dtype=np.float32).reshape(view.height, view.width)
+            future.set_result(Picture(rgb, depth))
+
+
+class World:
+    """One simulation and one client."""
+
+    def __init__(
+        self, xml: str = "<mujoco/>", *, file: Path | None = None, workspace: Path | None = None
+    ) -> None:
+        self.sim = Simulation()
+        self.painter = PaintingThread()
+        self.sim.rendering = self.painter  # type: ignore[assignment]
+        attach_parts(self.sim, workspace)
+        self.client = SimpleNamespace(errors=deque(maxlen=50), name="test")
+        if file is None:
+            self.sim.use(*load_text(xml))
+        else:
+            self.sim.load(file)
+
+    def call(self, name: str, *arguments: Any) -> Any:
+        """The handler's result; arguments are checked as the dispatch checks them, and pictures are painted."""
+        command = BY_NAME[name]
+        checked = [a.kind.check(v) for a, v in zip(command.arguments, arguments, strict=True)]
+        result = HANDLERS[command.name](self.sim, self.client, checked)
+        if isinstance(result, Future):
+            self.painter.paint()
+            return result.result(timeout=10)
+        return result
+
+    def handle(self, name: str) -> int:
+        return self.call("simxGetObjectHandle", name)
+
+    def run(self, passes: int = 1) -> None:
+        """Start, and make passes."""
+        self.sim.start()
+        for _ in range(passes):
+            self.sim.advance()
+
+
+def floats(data: bytes) -> list[float]:
+    """Little-endian float32."""
+    return list(struct.unpack(f"<{len(data) // 4}f", data))

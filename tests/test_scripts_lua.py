@@ -1,0 +1,240 @@
+"""The sandboxed interpreter alone: values, limits, and what a script cannot reach."""
+
+from __future__ import annotations
+
+import logging
+import weakref
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from simx_server.errors import CommandError
+from simx_server.scripting import lua
+from simx_server.scripting.lua import LuaInterpreter, ScriptError
+
+pytest.importorskip("lupa")
+
+
+class EchoApi:
+    """A ``sim`` with one constant and functions that echo, refuse and break."""
+
+    def __init__(self) -> None:
+        self.printed: list[str] = []
+
+    def names(self) -> Mapping[str, int | float | None]:
+        return {"handle_self": -4, "echo": None, "refuse": None, "break_down": None}
+
+    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...]:
+        if name == "echo":
+            return (*arguments, len(arguments))
+        if name == "break_down":
+            raise ValueError("a slip of the server")
+        raise CommandError("is not provided" if name != "refuse" else "no object with handle 7")
+
+    def output(self, text: str) -> None:
+        self.printed.append(text)
+
+
+def script(source: str, *, time_limit: float = 0.1) -> LuaInterpreter:
+    interpreter = LuaInterpreter("test.lua", EchoApi(), time_limit=time_limit)
+    interpreter.run(source.encode())
+    return interpreter
+
+
+def test_values_cross_exactly() -> None:
+    interpreter = script("function f(...) return ... end")
+    values = [1, -2.5, True, b"a\0b\xff", [], [1, 2.0, b"x", [False]]]
+    assert interpreter.call("f", *values) == values
+    assert interpreter.call("f", "text") == [b"text"]
+    assert interpreter.call("f", None, None) == [None, None]
+    assert interpreter.call("f") == []
+    assert [type(value) for value in interpreter.call("f", 2, 2.0)] == [int, float]
+
+
+def test_tables_are_one_based_lists_up_to_the_first_gap() -> None:
+    interpreter = script("function f(t) return t[1], #t, {10, 20, key = 1}, {[0] = 5} end")
+    assert interpreter.call("f", [7, 8, 9]) == [7, 3, [10, 20], []]
+
+
+def test_sim_functions_take_and_give_several_values() -> None:
+    interpreter = script("function f() return sim.echo(1, {2, 3}, nil, 'x') end")
+    assert interpreter.call("f") == [1, [2, 3], None, b"x", 4]
+
+
+def test_functions_in_tables_are_found_by_dots() -> None:
+    interpreter = script("a = {b = {}} function a.b.c(x) return x + 1 end")
+    assert interpreter.call("a.b.c", 1) == [2]
+    for wrong in ("a.b", "a.b.d", "a.b.c.d", "x.y", ""):
+        assert not interpreter.has(wrong)
+    with pytest.raises(ScriptError, match="has no function 'x'"):
+        interpreter.call("x")
+
+
+def test_errors_name_file_line_and_reason() -> None:
+    interpreter = script(
+        "function refused()\n  local x = sim.refuse()\nend\nfunction missing() sim.setSomething(1) end\n"
+        "function own() error('my reason') end function odd() error({}) end"
+    )
+    for function, text in (
+        ("refused", r"^test\.lua:2: sim\.refuse: no object with handle 7$"),
+        ("missing", r"^test\.lua:4: sim\.setSomething: is not provided$"),
+        ("own", r"^test\.lua:5: my reason$"),
+        ("odd", r"^test\.lua: raised a table value$"),
+    ):
+        with pytest.raises(ScriptError, match=text):
+            interpreter.call(function)
+    with pytest.raises(ScriptError, match=r"^test\.lua:1: .*near"):
+        script("function (")
+
+
+def test_fault_of_the_server_is_logged_and_told_without_details(caplog: pytest.LogCaptureFixture) -> None:
+    interpreter = script("function f() return pcall(sim.break_down) end")
+    ok, text = interpreter.call("f")
+    assert ok is False
+    assert b"its log says why" in text
+    assert "a slip of the server" in caplog.text
+
+
+ENDLESS = {
+    "loop": "while true do end",
+    "swallowed": "while true do pcall(function() while true do end end) end",
+    "in a coroutine": "coroutine.wrap(function() while true do end end)()",
+    "coroutines for ever": "while true do pcall(coroutine.wrap(function() while true do end end)) end",
+    "resumed": "while true do coroutine.resume(coroutine.create(function() while true do end end)) end",
+    "in a message handler": "xpcall(error, function() while true do end end)",
+    "handler of the stop": "while true do xpcall(error, function() while true do end end) end",
+    "calls of sim": "while true do sim.echo(1) end",
+    "compiled at run time": "load('while true do end')()",
+    "recursion by tail calls": "local function f() return f() end f()",
+}
+
+
+@pytest.mark.parametrize("body", ENDLESS.values(), ids=ENDLESS)
+def test_endless_script_is_stopped_and_the_next_call_works(body: str) -> None:
+    interpreter = script(f"function endless() {body} end\nfunction add(a, b) return a + b end")
+    with pytest.raises(ScriptError, match="took too long"):
+        interpreter.call("endless")
+    assert interpreter.call("add", 1, 2) == [3]
+
+
+def test_metamethods_of_results_do_not_run_outside_the_limit() -> None:
+    interpreter = script("""
+        local function hang() while true do end end
+        function f() return setmetatable({}, {__index = hang, __len = hang, __pairs = hang}) end
+        function g() error(setmetatable({}, {__tostring = hang})) end
+    """)
+    assert interpreter.call("f") == [[]]
+    with pytest.raises(ScriptError, match="table value"):
+        interpreter.call("g")
+
+
+def test_endless_script_text_is_stopped() -> None:
+    with pytest.raises(ScriptError, match=r"test\.lua:1: took too long"):
+        script("while true do end")
+
+
+def test_memory_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lua, "MEMORY_LIMIT", 4 << 20)
+    interpreter = script(
+        "function eat() local s = 'x' while true do s = s .. s end end function ok() return 1 end"
+    )
+    with pytest.raises(ScriptError, match="memory"):
+        interpreter.call("eat")
+    assert interpreter.call("ok") == [1]
+
+
+def test_endless_recursion_is_an_error() -> None:
+    interpreter = script("function f() return 1 + f() end", time_limit=2.0)
+    with pytest.raises(ScriptError, match=r"stack overflow|memory"):
+        interpreter.call("f")
+
+
+@pytest.mark.parametrize(
+    "name", ["os", "io", "debug", "package", "require", "dofile", "loadfile", "python", "string.dump", "warn"]
+)
+def test_script_cannot_reach(name: str) -> None:
+    assert script(f"function f() return {name} == nil, load('return {name}')() == nil end").call("f") == [
+        True,
+        True,
+    ]
+
+
+def test_script_cannot_reach_python_objects() -> None:
+    interpreter = script("""
+        function kinds() return type(sim.echo), type(sim), type(print), getmetatable(sim) end
+        function index() return sim.echo.__self__ end
+        function call(name) return sim[name] end
+        function errors() local _, e = pcall(sim.refuse) return type(e) end
+        function methods() return (''):dump() end
+    """)
+    assert interpreter.call("kinds") == [b"function", b"table", b"function", False]
+    with pytest.raises(ScriptError, match="index a function value"):
+        interpreter.call("index")
+    for name in ("__class__", "_api", "__init__", "names"):
+        with pytest.raises(ScriptError, match="is not provided"):
+            interpreter.call("call", name)
+    assert interpreter.call("errors") == [b"string"]
+    with pytest.raises(ScriptError):
+        interpreter.call("methods")
+
+
+def test_binary_chunks_and_finalizers_are_refused() -> None:
+    interpreter = script("""
+        function binary() return load('\\27Lua') end
+        function final() setmetatable({}, {__gc = function() while true do end end}) end
+        function late() local m = {} setmetatable({}, m) m.__gc = function() while true do end end collectgarbage() end
+    """)
+    chunk, problem = interpreter.call("binary")
+    assert chunk is None
+    assert b"binary" in problem
+    with pytest.raises(ScriptError, match="finalizers"):
+        interpreter.call("final")
+    assert interpreter.call("late") == []
+
+
+def test_what_lua_51_scripts_expect_is_there() -> None:
+    interpreter = script("""
+        function string.twice(s) return s .. s end
+        function f() return unpack({1, 2}), math.pow(2, 3), table.getn({1, 2, 3}), loadstring('return 4')(),
+            ('a'):twice() end
+    """)
+    assert interpreter.call("f") == [1, 8.0, 3, 4, b"aa"]
+
+
+def test_random_numbers_repeat_in_the_next_interpreter() -> None:
+    source = "function f() return math.random(), math.random(1000) end"
+    assert script(source).call("f") == script(source).call("f")
+
+
+def test_print_goes_to_the_output_of_the_simulation() -> None:
+    api = EchoApi()
+    LuaInterpreter("test.lua", api).run(b"print(1, 'a', nil, true)")
+    assert api.printed == ["1\ta\tnil\ttrue"]
+
+
+def test_functions_and_deep_tables_cannot_leave() -> None:
+    interpreter = script("function f() return f end function g() local t = {} t[1] = t return t end")
+    with pytest.raises(ScriptError, match="a function cannot leave"):
+        interpreter.call("f")
+    with pytest.raises(ScriptError, match="nested too deeply"):
+        interpreter.call("g")
+
+
+def test_closed_interpreter_is_freed() -> None:
+    interpreter = script("function f() return 1 end")
+    freed = weakref.ref(interpreter)
+    interpreter.close()
+    del interpreter
+    assert freed() is None
+
+
+def test_missing_lupa_is_said_with_the_line_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def missing(_name: str) -> None:
+        raise ImportError
+
+    monkeypatch.setattr(lua.importlib, "import_module", missing)
+    with caplog.at_level(logging.ERROR), pytest.raises(ScriptError, match="pip install lupa"):
+        script("")
