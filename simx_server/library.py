@@ -25,12 +25,14 @@ def list_scenes() -> list[str]:
     return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SUFFIXES})
 
 
-def find_scene(text: str | Path) -> Path:
+def find_scene(text: str | Path, folder: Path | None = None) -> Path:
     """The file meant by `text`: an existing path; a shipped scene by name; for a V-REP file, the same stem as MJCF.
+
+    A relative path is looked for in `folder` (default: the working directory) before it may name a shipped scene.
 
     Raises CommandError when there is no such file; the text lists the shipped scenes.
     """
-    given = Path(text)
+    given = Path(text) if folder is None else folder / text
     stem = _vrep_stem(given)
     if stem is None:
         if given.is_file():

@@ -205,3 +205,36 @@ def test_removing_all_leaves_an_empty_running_scene() -> None:
     run(sim, 2)
     sim.stop()
     assert len(sim.scene.objects) == 14
+
+
+def test_shape_made_static_rides_on_its_parent_and_falls_again_when_made_dynamic() -> None:
+    """How scripts grasp without physics: static on, parent = hand; later parent = none, static off."""
+    sim = arm()
+    frames.set_position(sim, sim.scene.resolve("cube"), -1, [1.3, 0, 0.5])
+    sim.start()
+    cube, hand = sim.scene.resolve("cube"), sim.scene.resolve("hand")
+    mass = float(sim.model.body("cube").mass[0])
+    editing.set_static(sim, cube, True)
+    run(sim, 2)
+    assert at(sim, "cube") == pytest.approx([1.3, 0, 0.5])
+    attach(sim, "cube", "hand")
+    place = at(sim, "cube", hand)
+    turn(sim, 12)
+    assert at(sim, "cube", hand) == pytest.approx(place, abs=1e-9)
+    attach(sim, "cube", None)
+    editing.set_static(sim, cube, False)
+    assert float(sim.model.body("cube").mass[0]) == mass
+    run(sim, 20)
+    assert at(sim, "cube")[2] == pytest.approx(0.05, abs=2e-3)
+    with pytest.raises(CommandError, match="part of a mechanism"):
+        editing.set_static(sim, sim.scene.resolve("upper"), True)
+    sim.stop()
+    assert at(sim, "cube") == pytest.approx([1.3, 0, 0.5])
+
+
+def test_parent_whose_body_hangs_on_the_object_is_refused() -> None:
+    sim = arm()
+    attach(sim, "wall", "tip")
+    editing.set_parent(sim, sim.scene.resolve("tip"), -1, True)
+    with pytest.raises(CommandError, match="cannot get"):
+        attach(sim, "lower", "lower")

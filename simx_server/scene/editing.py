@@ -15,34 +15,38 @@ What a new parent means physically:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.scene.loader import SceneError
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.placing import (
     body_pose,
     element_pose,
-    free_joint,
-    is_carried,
     is_linking_sensor,
     moving_pose,
     object_pose,
     place,
 )
-from simx_server.scene.poses import IDENTITY, Pose, compose, conjugate, inverse, rotate
-from simx_server.scene.transfer import carry_over
-from simx_server.scene.transplant import delete, move_body, move_leaf
-from simx_server.scene.tree import build_scene
+from simx_server.scene.poses import IDENTITY, Pose, compose, inverse, rotate
+from simx_server.scene.recompile import edit
+from simx_server.scene.transplant import delete, move_leaf
+from simx_server.scene.welding import body_name, body_under, is_link, move_body_object, set_static
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
 
-Surgery = Callable[[mujoco.MjSpec], None]
+__all__ = [
+    "create_dummy",
+    "remove_all",
+    "remove_model",
+    "remove_object",
+    "remove_tree",
+    "set_parent",
+    "set_static",
+]
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
@@ -64,10 +68,10 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
     world = object_pose(sim, item)
     local = compose(inverse(_reference(sim, item.parent)), world)
     if item.element in ("body", "joint") or is_linking_sensor(sim, item):
-        _move_body(sim, item, parent)
+        move_body_object(sim, item, parent)
     elif item.element in _PREFIX:
         _move_leaf(sim, item, parent)
-    elif item.element == "geom" and _body_under(sim, parent) != 0:
+    elif item.element == "geom" and body_under(sim, parent) != 0:
         raise CommandError(
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
@@ -86,7 +90,7 @@ def remove_object(sim: Simulation, handle: int) -> None:
     item = sim.scene.get(handle)
     children = sim.scene.children(handle)
     body = sim.model.body(item.body).name
-    hollow = item.element == "body" and (bool(children) or _is_link(sim, item.id))
+    hollow = item.element == "body" and (bool(children) or is_link(sim, item.id))
     start = _pose_in_parent(sim, item.body)
 
     def surgery(spec: mujoco.MjSpec) -> None:
@@ -99,7 +103,7 @@ def remove_object(sim: Simulation, handle: int) -> None:
 
     moved = {("body_", body)} if item.element == "joint" else set()
     parents = dict.fromkeys(children, item.parent)
-    _edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
+    edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
 
 
 def remove_model(sim: Simulation, handle: int) -> None:
@@ -133,7 +137,7 @@ def remove_tree(sim: Simulation, handle: int) -> None:
             ):
                 delete(spec, item.element, item.element_name)
 
-    _edit(sim, surgery, set(), removed=set(removed))
+    edit(sim, surgery, set(), removed=set(removed))
 
 
 def remove_all(sim: Simulation) -> None:
@@ -155,101 +159,26 @@ def create_dummy(sim: Simulation, size: float) -> int:
     def surgery(spec: mujoco.MjSpec) -> None:
         spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4)
 
-    _edit(sim, surgery, set())
+    edit(sim, surgery, set())
     found = sim.scene.by_name(name)
     if found is None:
         raise CommandError(f"the dummy '{name}' was not added")
     return found
 
 
-def _move_body(sim: Simulation, item: SceneObject, parent: int) -> None:
-    model = sim.model
-    body = item.body
-    name = model.body(body).name
-    target = _body_under(sim, parent)
-    links = parent != -1 and sim.scene.get(parent).kind == ObjectKind.FORCE_SENSOR
-    is_free = free_joint(model, body) >= 0
-    was_free = name in sim.scene.welded_bodies
-    if is_free and not links:
-        return
-    sim.refresh()
-    local = compose(inverse(body_pose(sim, target)), _start_pose(sim, body))
-    velocity = _velocity(sim, body)
-    massless = (
-        _fixed_bodies(sim, body) if model.body_weldid[body] == 0 and model.body_weldid[target] != 0 else []
-    )
-    release = was_free and not links
-    if release:
-        target, local = 0, body_pose(sim, body)
-
-    def surgery(spec: mujoco.MjSpec) -> None:
-        free = True if release else (False if is_free else None)
-        move_body(spec, name, _body_name(sim, target), local, free=free, massless=massless)
-
-    if not release and not is_free and target == int(model.body_parentid[body]):
-        return
-    welded = set(sim.scene.welded_bodies)
-    if is_free:
-        welded.add(name)
-    elif release:
-        welded.discard(name)
-    _edit(sim, surgery, {("body_", name)}, welded=welded, massless=massless)
-    if release:
-        new_body = sim.scene.get(item.handle).body
-        joint = free_joint(sim.model, new_body)
-        position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
-        sim.data.qpos[position : position + 7] = (*local[0], *local[1])
-        sim.data.qvel[dof : dof + 6] = velocity
-        sim.changed()
-
-
 def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
-    target = _body_under(sim, parent)
+    target = body_under(sim, parent)
     if target == item.body:
         return
     local = compose(inverse(body_pose(sim, target)), element_pose(sim, item))
 
     def surgery(spec: mujoco.MjSpec) -> None:
-        move_leaf(spec, item.element, item.element_name, _body_name(sim, target), local)
+        size = sim.model.site_size[item.id] if item.element == "site" else None
+        move_leaf(spec, item.element, item.element_name, body_name(sim, target), local, size)
         if item.element == "light":
             spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
 
-    _edit(sim, surgery, {(_PREFIX[item.element], item.element_name)})
-
-
-def _edit(
-    sim: Simulation,
-    surgery: Surgery,
-    moved: set[tuple[str, str]],
-    *,
-    removed: set[int] | None = None,
-    parents: dict[int, int] | None = None,
-    welded: set[str] | None = None,
-    hidden: str | None = None,
-    massless: Collection[str] = (),
-) -> None:
-    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed."""
-    sim.refresh()
-    old = sim.scene
-    spec = old.spec.copy()
-    try:
-        surgery(spec)
-        model = spec.compile()
-    except (ValueError, mujoco.FatalError, SceneError) as error:
-        raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
-    data = mujoco.MjData(model)
-    carry_over(sim.model, sim.data, model, data, moved, massless)
-    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
-    scene = build_scene(spec, model, old.annotations, old.path, previous=old, hidden_bodies=hidden_bodies)
-    scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
-    for handle in removed or ():
-        if handle in scene.objects:
-            del scene.objects[handle]
-    for handle, parent in (parents or {}).items():
-        if handle in scene.objects:
-            scene.override_parent(handle, parent)
-    scene.reindex()
-    sim.replace_model(scene, model, data)
+    edit(sim, surgery, {(_PREFIX[item.element], item.element_name)})
 
 
 def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None:
@@ -265,49 +194,11 @@ def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None
     body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
 
 
-def _fixed_bodies(sim: Simulation, body: int) -> list[str]:
-    """Names of a body fixed to the world and of those below that are fixed to it."""
-    model = sim.model
-    below = range(body, model.nbody)
-    return [model.body(i).name for i in below if model.body_weldid[i] == 0 and is_carried(model, i, body)]
-
-
-def _is_link(sim: Simulation, body: int) -> bool:
-    return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
-
-
-def _start_pose(sim: Simulation, body: int) -> Pose:
-    """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
-    if not _is_link(sim, body):
-        return body_pose(sim, body)
-    model = sim.model
-    local: Pose = tuple(model.body_pos[body].tolist()), tuple(model.body_quat[body].tolist())  # type: ignore[assignment]
-    return compose(body_pose(sim, int(model.body_parentid[body])), local)
-
-
 def _pose_in_parent(sim: Simulation, body: int) -> Pose:
     """Where a body is now, in its parent's frame."""
     sim.refresh()
     return compose(inverse(body_pose(sim, int(sim.model.body_parentid[body]))), body_pose(sim, body))
 
 
-def _velocity(sim: Simulation, body: int) -> list[float]:
-    """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
-    mujoco.mj_comVel(sim.model, sim.data)
-    motion = np.empty(6)
-    mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_XBODY, body, motion, 0)
-    turn = conjugate(body_pose(sim, body)[1])
-    return [*motion[3:].tolist(), *rotate(turn, motion[:3].tolist())]
-
-
 def _reference(sim: Simulation, parent: int) -> Pose:
     return IDENTITY if parent == -1 else moving_pose(sim, sim.scene.get(parent))
-
-
-def _body_under(sim: Simulation, parent: int) -> int:
-    """The body that children of an object are physically attached to."""
-    return 0 if parent == -1 else sim.scene.get(parent).body
-
-
-def _body_name(sim: Simulation, body: int) -> str:
-    return "world" if body == 0 else sim.model.body(body).name

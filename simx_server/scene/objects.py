@@ -79,6 +79,8 @@ class Scene:
         """Handle to parent, where the tree differs from the bodies (a free body under a gripper, a dummy's child)."""
         self.welded_bodies: set[str] = set()
         """Names of bodies that were free until they were put under a force sensor."""
+        self.weightless_bodies: set[str] = set()
+        """Names of bodies that were static until they were fixed to something that moves: they add no mass to it."""
         self.hidden_bodies: frozenset[str] = frozenset()
         """Names of bodies whose object was removed while others hang on them."""
         self._children: dict[int, list[int]] = {-1: []}

@@ -51,12 +51,12 @@ def carry_over(
     new_model: mujoco.MjModel,
     new_data: mujoco.MjData,
     moved: Collection[tuple[str, str]] = (),
-    massless: Collection[str] = (),
+    reweighed: Collection[str] = (),
 ) -> None:
     """Give the new model the edited settings and the new data the state of the old ones.
 
     `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
-    `massless`: names of bodies whose inertia is the new model's own.
+    `reweighed`: names of bodies whose inertia is the new model's own.
     """
     twins = {prefix: list(_twins(old_model, new_model, kind)) for prefix, kind in _KINDS.items()}
     for array in _ARRAYS:
@@ -66,7 +66,7 @@ def carry_over(
             placed = (
                 array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")) and (prefix, name) in moved
             )
-            if not placed and not (array in _INERTIA and name in massless):
+            if not placed and not (array in _INERTIA and name in reweighed):
                 target[new] = source[old]
     write_options(new_model, option_values(old_model))
     _carry_joints(old_model, old_data, new_model, new_data, twins["jnt_"])

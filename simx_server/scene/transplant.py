@@ -7,7 +7,6 @@ copies from then on, and are deleted afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Any
 
 import mujoco
@@ -47,12 +46,10 @@ def move_body(
     local: Pose,
     *,
     free: bool | None = None,
-    massless: Collection[str] = (),
 ) -> None:
     """Move a body under another one (`world`: the top) with this local pose.
 
     `free`: True gives it a free joint if it has none, False takes one away, None leaves joints as they are.
-    `massless`: names of bodies of the moved tree that weigh nothing from now on.
     Raises CommandError for bodies with plugins.
     """
     old = spec.body(name)
@@ -67,22 +64,20 @@ def move_body(
         for joint in list(new.joints):
             if joint.type == mujoco.mjtJoint.mjJNT_FREE:
                 delete(spec, "joint", joint.name)
-    for body in massless:
-        spec.body(body).explicitinertial = False
-        for geom in spec.body(body).geoms:
-            geom.mass = 0.0
 
 
-def move_leaf(spec: mujoco.MjSpec, element: str, name: str, new_parent: str, local: Pose | None) -> None:
-    """Move a site, camera or light to another body; None keeps its local numbers."""
+def move_leaf(
+    spec: mujoco.MjSpec, element: str, name: str, new_parent: str, local: Pose, size: np.ndarray | None = None
+) -> None:
+    """Move a site, camera or light to another body with this local pose. `size`: of a site, as compiled."""
     old = getattr(spec, element)(name)
     old.name = _OLD + name
     new = getattr(find_body(spec, new_parent), f"add_{element}")()
     _copy(old, new)
-    if local is not None:
-        _set_pose(new, local)
-    elif old.frame is not None:
-        raise CommandError(f"'{name}' is placed through a <frame>; move it keeping its place")
+    if size is not None:
+        new.size[:] = size
+        new.fromto[:] = np.nan
+    _set_pose(new, local)
     spec.delete(old)
 
 

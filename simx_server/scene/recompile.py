@@ -1,0 +1,65 @@
+"""The one way a scene's model is replaced: operate on a copy of the spec, compile, carry the state over, go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.errors import CommandError
+from simx_server.scene.loader import SceneError
+from simx_server.scene.transfer import carry_over
+from simx_server.scene.tree import build_scene
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+Surgery = Callable[[mujoco.MjSpec], None]
+
+
+def edit(
+    sim: Simulation,
+    surgery: Surgery,
+    moved: set[tuple[str, str]],
+    *,
+    removed: set[int] | None = None,
+    parents: dict[int, int] | None = None,
+    welded: set[str] | None = None,
+    hidden: str | None = None,
+    weightless: set[str] | None = None,
+) -> None:
+    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed."""
+    sim.refresh()
+    old = sim.scene
+    spec = old.spec.copy()
+    try:
+        surgery(spec)
+        model = spec.compile()
+    except (ValueError, mujoco.FatalError, SceneError) as error:
+        raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
+    data = mujoco.MjData(model)
+    weights = old.weightless_bodies if weightless is None else weightless
+    carry_over(sim.model, sim.data, model, data, moved, old.weightless_bodies ^ weights)
+    _take_weight(model, weights)
+    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
+    scene = build_scene(spec, model, old.annotations, old.path, previous=old, hidden_bodies=hidden_bodies)
+    scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
+    scene.weightless_bodies = set(weights)
+    for handle in removed or ():
+        if handle in scene.objects:
+            del scene.objects[handle]
+    for handle, parent in (parents or {}).items():
+        if handle in scene.objects:
+            scene.override_parent(handle, parent)
+    scene.reindex()
+    sim.replace_model(scene, model, data)
+
+
+def _take_weight(model: mujoco.MjModel, names: set[str]) -> None:
+    """Make bodies weigh nothing, in the model only: the spec keeps their mass for when they are let go."""
+    present = [i for i in range(model.nbody) if model.body(i).name in names]
+    if present:
+        model.body_mass[present] = 0.0
+        model.body_inertia[present] = 0.0
+        mujoco.mj_setConst(model, mujoco.MjData(model))
