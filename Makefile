@@ -45,9 +45,11 @@ test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
 	@$(BIN)/python -m pytest $(TESTS)
 
 check: $(READY) ## format, lint and types, nothing is changed
-	@echo "[1/3] ruff format"; $(BIN)/ruff format --check .
-	@echo "[2/3] ruff check"; $(BIN)/ruff check .
-	@echo "[3/3] pyright"; $(BIN)/pyright
+	@wrong=; \
+	echo "[1/3] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
+	echo "[2/3] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
+	echo "[3/3] pyright"; $(BIN)/pyright || wrong+=" types"; \
+	[ -z "$$wrong" ] || { echo "make check found something wrong with:$$wrong"; exit 1; }
 
 format: $(READY) ## put the code into its form
 	@$(BIN)/ruff format .
