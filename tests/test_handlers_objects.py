@@ -94,6 +94,18 @@ def test_removed_object_is_unknown_until_stop(world: World) -> None:
     assert world.call("simxGetObjectPosition", ball, -1) == pytest.approx([0, 0, 1])
 
 
+def test_everything_is_removed_and_a_new_dummy_gets_a_higher_handle(world: World) -> None:
+    highest = max(world.call("simxGetObjects", -2))
+    world.run()
+    dummy = world.call("simxCreateDummy", 0.1, None)
+    assert dummy > highest
+    assert dummy in world.call("simxGetObjects", 4)
+    world.call("simxRemoveObject", -2)
+    assert world.call("simxGetObjects", -2) == []
+    world.call("simxStopSimulation")
+    assert max(world.call("simxGetObjects", -2)) == highest
+
+
 def test_parent_changes_in_place(world: World) -> None:
     ball, table = world.handle("ball"), world.handle("table")
     world.call("simxSetObjectParent", ball, table, True)
@@ -214,10 +226,12 @@ def test_mass_and_collision_of_a_shape_change_and_come_back_at_stop(world: World
     ball, table = world.handle("ball"), world.handle("table")
     assert world.call("simxGetObjectIntParameter", table, 3003) == 1
     assert world.call("simxGetObjectIntParameter", ball, 3003) == 0
-    world.call("simxSetObjectIntParameter", ball, 3003, 0)
-    with pytest.raises(CommandError, match="cannot be changed"):
-        world.call("simxSetObjectIntParameter", ball, 3003, 1)
     world.run()
+    world.call("simxSetObjectIntParameter", ball, 3003, 1)
+    assert world.call("simxGetObjectIntParameter", ball, 3003) == 1
+    world.call("simxSetObjectIntParameter", ball, 3003, 0)
+    with pytest.raises(CommandError, match="mechanism"):
+        world.call("simxSetObjectIntParameter", world.handle("wheel"), 3003, 1)
     world.call("simxSetObjectFloatParameter", ball, 3005, 0.4)
     world.call("simxSetObjectIntParameter", ball, 3004, 0)
     assert world.call("simxGetObjectFloatParameter", ball, 3005) == pytest.approx(0.4)

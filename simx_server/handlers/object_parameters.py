@@ -16,6 +16,7 @@ from simx_client.protocol import constants as c
 from ..errors import CommandError
 from ..joints.parameters import READ as JOINT_READ
 from ..joints.parameters import WRITE as JOINT_WRITE
+from ..scene import editing
 from ..scene.objects import ObjectKind
 from . import bounding_box
 from . import shape_properties as shapes
@@ -128,7 +129,7 @@ _SHAPE: dict[int, Entry] = dict(
         _entry(
             "shapeintparam_static",
             lambda sim, handle: shapes.is_static(sim, handle),
-            lambda sim, handle, value: shapes.set_static(sim, handle, bool(value)),
+            lambda sim, handle, value: editing.set_static(sim, handle, bool(value)),
         ),
         _entry(
             "shapeintparam_respondable",

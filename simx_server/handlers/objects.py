@@ -67,18 +67,22 @@ def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: 
 @handler("simxRemoveObject")
 def remove_object(sim: Simulation, handle: int) -> None:
     """`sim_handle_all` empties the scene."""
-    if handle != HANDLE_ALL:
+    if handle == HANDLE_ALL:
+        editing.remove_all(sim)
+    else:
         editing.remove_object(sim, handle)
-        return
-    for each in sorted(sim.scene.objects, reverse=True):
-        if each in sim.scene.objects:
-            editing.remove_object(sim, each)
 
 
 @handler("simxRemoveModel")
 def remove_model(sim: Simulation, handle: int) -> None:
     """Only an object marked as a model base can be removed so."""
     editing.remove_model(sim, handle)
+
+
+@handler("simxCreateDummy")
+def create_dummy(sim: Simulation, size: float, _color: list[int] | None) -> int:
+    """A dummy at the origin; pictures do not show dummies, so its colour says nothing."""
+    return editing.create_dummy(sim, size)
 
 
 @handler("simxGetModelProperty")

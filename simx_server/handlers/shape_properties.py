@@ -17,23 +17,14 @@ _LEAST_MASS = 1e-9
 
 
 def is_static(sim: Simulation, handle: int) -> bool:
-    """True when the physics never moves the shape: it hangs on the world without a joint."""
-    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
-    return int(sim.model.body_weldid[item.body]) == 0
+    """True when the shape moves with what it hangs on only: it has no joint, free or other, of its own.
 
-
-def set_static(sim: Simulation, handle: int, static: bool) -> None:
-    """Only to what it is already: a joint more or less makes another machine.
-
-    Raises:
-        CommandError: it would have to change.
+    What a force sensor holds counts as dynamic, as in V-REP. Setting is `scene.editing.set_static`.
     """
-    if is_static(sim, handle) != static:
-        name = sim.scene.get(handle).name
-        state = "moves" if static else "is static"
-        raise CommandError(
-            f"'{name}' {state}, which cannot be changed here; add or remove its joint in the scene file"
-        )
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element != "body":
+        return True
+    return sim.model.body_jntnum[item.id] == 0 and item.element_name not in sim.scene.welded_bodies
 
 
 def is_respondable(sim: Simulation, handle: int) -> bool:

@@ -49,7 +49,7 @@ def load_scene(sim: Simulation, path: str, options: int) -> None:
             "loading a scene file from the client's side (options bit 0) comes in a later version; "
             "put the file into the server's workspace and call with options 0"
         )
-    found = find_scene(sim.workspace / path).resolve()
+    found = find_scene(path, sim.workspace).resolve()
     if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
         raise CommandError(
             f"{path!r} lies outside the server's workspace {sim.workspace}; "
