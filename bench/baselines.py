@@ -37,7 +37,7 @@ class Answers:
     def __init__(self) -> None:
         self._by_size: dict[int, bytes] = {}
 
-    def to(self, request: bytes) -> bytes:
+    def to(self, request: bytes | memoryview) -> bytes:
         size = _SIZES.unpack_from(request)[0]
         if size not in self._by_size:
             # Bytes as a camera gives them: about half of them above 127, which are dear as Python ints.

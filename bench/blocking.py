@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, closing
+from functools import partial
 
 import simx_client as vrep
 from simx_client.protocol.codec import encode
@@ -10,7 +11,7 @@ from simx_client.protocol.messages import Batch, Call, Delivery, Operation, Repl
 
 from . import baselines, processes
 from .client import JOINTS, check, connected, handle_of, running
-from .measure import Effort, Rounds, ratio, side_by_side
+from .measure import Effort, Rounds, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
 TARGET = 1.5
@@ -20,6 +21,9 @@ READ = "simxGetJointPosition, blocking"
 QUERY = "bare Zenoh query"
 PUBLICATIONS = "bare Zenoh publications both ways"
 TCP = "raw TCP echo"
+
+STOPPED = "stopped"
+RUNNING = "running in real time"
 
 
 def message_sizes(handle: int) -> tuple[int, int]:
@@ -33,41 +37,48 @@ def message_sizes(handle: int) -> tuple[int, int]:
 
 def measure(effort: Effort) -> Findings:
     """Round trips, with the simulation stopped and running in real time."""
-    with ExitStack() as stack:
-        client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
-        handle = handle_of(client, JOINTS[0])
-        sizes = message_sizes(handle)
-        request = baselines.request_of(*sizes)
-        query, publications, tcp = (
-            stack.enter_context(closing(near(stack.enter_context(processes.baseline(far)).port)))
-            for near, far in (
-                (baselines.Query, baselines.QUERY),
-                (baselines.Publications, baselines.PUBLICATIONS),
-                (baselines.Tcp, baselines.TCP),
-            )
-        )
-        cases = {
-            READ: lambda: check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)),
-            QUERY: lambda: query.exchange(request),
-            PUBLICATIONS: lambda: publications.exchange(request),
-            TCP: lambda: tcp.exchange(request),
-        }
-        calls = effort.count(500)
-        stopped = side_by_side("blocking read, stopped", cases, rounds=effort.rounds, calls=calls)
-        with running(client):
-            moving = side_by_side("blocking read, running", cases, rounds=effort.rounds, calls=calls)
     found = Findings("Blocking read")
-    for state, taken in (("stopped", stopped), ("running in real time", moving)):
-        _tell(found, state, taken)
+    taken = repeated(effort.sets, partial(_one_set, effort))
+    for state in (STOPPED, RUNNING):
+        found.ratios += [
+            Ratio(
+                f"blocking read / {other}, {state}",
+                ratio(taken[f"{READ}, {state}"], taken[f"{other}, {state}"]),
+                target=target,
+            )
+            for other, target in ((QUERY, TARGET), (PUBLICATIONS, None), (TCP, None))
+        ]
+    found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    sizes = message_sizes(1)
     found.notes.append(
         f"A question has {sizes[0]} bytes and an answer {sizes[1]}; so have those of the baselines."
     )
     return found
 
 
-def _tell(found: Findings, state: str, taken: dict[str, Rounds]) -> None:
-    found.rows += [Row.of(f"{what}, {state}", rounds, "us") for what, rounds in taken.items()]
-    for other, target in ((QUERY, TARGET), (PUBLICATIONS, None), (TCP, None)):
-        found.ratios.append(
-            Ratio(f"blocking read / {other}, {state}", ratio(taken[READ], taken[other]), target=target)
+def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    handle = handle_of(client, JOINTS[0])
+    request = baselines.request_of(*message_sizes(handle))
+    query, publications, tcp = (
+        stack.enter_context(closing(near(stack.enter_context(processes.baseline(far)).port)))
+        for near, far in (
+            (baselines.Query, baselines.QUERY),
+            (baselines.Publications, baselines.PUBLICATIONS),
+            (baselines.Tcp, baselines.TCP),
         )
+    )
+    cases = {
+        READ: lambda: check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)),
+        QUERY: lambda: query.exchange(request),
+        PUBLICATIONS: lambda: publications.exchange(request),
+        TCP: lambda: tcp.exchange(request),
+    }
+
+    def take(state: str) -> dict[str, Rounds]:
+        taken = side_by_side(f"blocking read, {state}", cases, rounds=effort.rounds, calls=effort.count(500))
+        return {f"{what}, {state}": rounds for what, rounds in taken.items()}
+
+    stopped = take(STOPPED)
+    with running(client):
+        return stopped | take(RUNNING)

@@ -6,6 +6,7 @@ import logging
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,7 +20,12 @@ PROGRESS_EVERY = 2.0
 class Effort:
     """How long to measure."""
 
+    sets: int
+    """Sets of fresh processes: where the system places a process decides half of a round trip, for its life."""
+
     rounds: int
+    """Rounds in each set."""
+
     factor: float
     """Scales the number of calls of a round, seconds of observation and repetitions of slow things."""
 
@@ -31,8 +37,8 @@ class Effort:
         return full * self.factor
 
 
-FULL = Effort(rounds=7, factor=1.0)
-QUICK = Effort(rounds=3, factor=0.2)
+FULL = Effort(sets=7, rounds=2, factor=1.0)
+QUICK = Effort(sets=2, rounds=1, factor=0.2)
 
 
 def percentile(values: Sequence[float], percent: float) -> float:
@@ -134,6 +140,21 @@ def side_by_side(
         return took
 
     return in_turn(what, {name: partial(one_round, call) for name, call in cases.items()}, rounds)
+
+
+def repeated(sets: int, one_set: Callable[[ExitStack], Mapping[str, Rounds]]) -> dict[str, Rounds]:
+    """Measure with several sets of fresh processes; the rounds of all sets together.
+
+    Args:
+        one_set: starts its processes on the stack, and measures.
+    """
+    together: dict[str, Rounds] = {}
+    for _ in range(sets):
+        with ExitStack() as stack:
+            for name, taken in one_set(stack).items():
+                before = together.get(name, Rounds(()))
+                together[name] = Rounds(before.values + taken.values)
+    return together
 
 
 class Progress:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from contextlib import ExitStack, closing
+from functools import partial
 from typing import Any
 
 import simx_client as vrep
@@ -19,7 +20,7 @@ from simx_server.settings import Settings
 
 from . import baselines, processes
 from .client import CAMERA, JOINTS, check, connected, handle_of
-from .measure import Effort, Rounds, difference, ratio, side_by_side
+from .measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
 WIDTH, HEIGHT = 640, 480
@@ -46,12 +47,15 @@ RENDER_TIMEOUT_S = 30.0
 
 def measure(effort: Effort) -> Findings:
     """The hand camera of the tutorial's scene, looking at the ball."""
-    calls = effort.count(25)
-    with ExitStack() as stack:
-        taken = side_by_side("picture, transport", _transport(stack), rounds=effort.rounds, calls=calls)
-    with ExitStack() as stack:
-        taken |= side_by_side("picture, rendering", _rendering(stack), rounds=effort.rounds, calls=calls)
-    taken |= side_by_side("picture, list", _lists(), rounds=effort.rounds, calls=calls)
+
+    def take(
+        cases: Callable[[ExitStack], dict[str, Callable[[], object]]], stack: ExitStack
+    ) -> dict[str, Rounds]:
+        return side_by_side("picture", cases(stack), rounds=effort.rounds, calls=effort.count(20))
+
+    taken: dict[str, Rounds] = {}
+    for cases in (_transport, _rendering, _lists):
+        taken |= repeated(effort.sets, partial(take, cases))
     return _tell(taken)
 
 
@@ -116,7 +120,7 @@ def _rendering(stack: ExitStack) -> dict[str, Callable[[], object]]:
     return {RENDER: render}
 
 
-def _lists() -> dict[str, Callable[[], object]]:
+def _lists(stack: ExitStack) -> dict[str, Callable[[], object]]:
     data = (bytes(range(256)) * (SIZE // 256 + 1))[:SIZE]
     return {
         BUILD: lambda: VisionImage.from_bytes(data, WIDTH, HEIGHT)[0],

@@ -139,4 +139,3 @@ def figure_of(code: str) -> float:
     if finished.returncode:
         raise NotReady(f"'{code}' failed: {finished.stderr.strip().splitlines()[-1:]}")
     return float(finished.stdout.strip().splitlines()[-1])
-

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, closing
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -14,7 +15,7 @@ from simx_server.settings import Settings
 from . import baselines, processes
 from .blocking import message_sizes
 from .client import JOINTS, check, connected, handle_of, running
-from .measure import Effort, Rounds, difference, ratio, side_by_side
+from .measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
 TRIGGER = "simxSynchronousTrigger"
@@ -26,35 +27,49 @@ QUERY = "bare Zenoh query"
 
 def measure(effort: Effort) -> Findings:
     """The tutorial's scene, as it is after the start."""
-    with ExitStack() as stack:
-        client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
-        handles = [handle_of(client, name) for name in JOINTS]
-        query = stack.enter_context(
-            closing(baselines.Query(stack.enter_context(processes.baseline(baselines.QUERY)).port))
-        )
-        request = baselines.request_of(*message_sizes(handles[0]))
-        simulation = build_simulation(Settings(), stack)
-        simulation.start()
-        stack.callback(simulation.stop)
-        steps = round(simulation.time_step / simulation.model.opt.timestep)
-        model, data = simulation.model, mujoco.MjData(simulation.model)
-        mujoco.mj_copyData(data, model, simulation.data)
-        stack.enter_context(running(client, stepped=True))
-        for handle in handles:
-            vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
-        taken = side_by_side(
-            "stepping",
-            {
-                TRIGGER: lambda: check(vrep.simxSynchronousTrigger(client)),
-                LOOP: lambda: _loop(client, handles),
-                STEPS: lambda: _step(model, data, steps),
-                PASS: simulation.advance,
-                QUERY: lambda: query.exchange(request),
-            },
-            rounds=effort.rounds,
-            calls=effort.count(60),
-        )
-    return _tell(taken, steps)
+    taken = repeated(effort.sets, partial(_one_set, effort))
+    found = Findings("Stepped mode")
+    found.ratios = [
+        Ratio("stepped pass / the same mj_step calls", ratio(taken[TRIGGER], taken[STEPS])),
+        Ratio("stepped pass / a pass in process", ratio(taken[TRIGGER], taken[PASS])),
+        Ratio("control loop / stepped pass alone", ratio(taken[LOOP], taken[TRIGGER])),
+    ]
+    found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    found.rows.append(Row.of("trigger beyond the pass itself", difference(taken[TRIGGER], taken[PASS]), "us"))
+    found.rows += [
+        Row(f"passes per second, {what}", 1 / taken[what].median, None, "1/s")
+        for what in (TRIGGER, LOOP, STEPS)
+    ]
+    return found
+
+
+def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    handles = [handle_of(client, name) for name in JOINTS]
+    query = stack.enter_context(
+        closing(baselines.Query(stack.enter_context(processes.baseline(baselines.QUERY)).port))
+    )
+    request = baselines.request_of(*message_sizes(handles[0]))
+    simulation = build_simulation(Settings(), stack)
+    simulation.start()
+    stack.callback(simulation.stop)
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    mujoco.mj_copyData(data, model, simulation.data)
+    stack.enter_context(running(client, stepped=True))
+    for handle in handles:
+        vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
+    return side_by_side(
+        "stepping",
+        {
+            TRIGGER: lambda: check(vrep.simxSynchronousTrigger(client)),
+            LOOP: lambda: _loop(client, handles),
+            STEPS: lambda: _step(model, data, simulation.substeps),
+            PASS: simulation.advance,
+            QUERY: lambda: query.exchange(request),
+        },
+        rounds=effort.rounds,
+        calls=effort.count(60),
+    )
 
 
 def _loop(client: int, handles: list[int]) -> None:
@@ -71,20 +86,3 @@ def _loop(client: int, handles: list[int]) -> None:
 def _step(model: Any, data: Any, steps: int) -> None:
     for _ in range(steps):
         mujoco.mj_step(model, data)
-
-
-def _tell(taken: dict[str, Rounds], steps: int) -> Findings:
-    found = Findings("Stepped mode")
-    found.ratios = [
-        Ratio("stepped pass / the same mj_step calls", ratio(taken[TRIGGER], taken[STEPS])),
-        Ratio("stepped pass / a pass in process", ratio(taken[TRIGGER], taken[PASS])),
-        Ratio("control loop / stepped pass alone", ratio(taken[LOOP], taken[TRIGGER])),
-    ]
-    found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
-    found.rows.append(Row.of("trigger beyond the pass itself", difference(taken[TRIGGER], taken[PASS]), "us"))
-    found.rows += [
-        Row(f"passes per second, {what}", 1 / taken[what].median, None, "1/s")
-        for what in (TRIGGER, LOOP, STEPS)
-    ]
-    found.notes.append(f"A pass is {steps} steps of MuJoCo.")
-    return found

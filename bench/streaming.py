@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import random
+import statistics
 import time
 from contextlib import ExitStack, closing
+from functools import partial
 
 import simx_client as vrep
 
 from . import baselines, processes
 from .blocking import message_sizes
 from .client import JOINTS, check, connected, handle_of, running
-from .measure import Effort, Rounds, in_turn, ratio, side_by_side
+from .measure import Effort, Rounds, in_turn, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
 READ = "streamed value, buffer read"
 SET = "simxSetJointTargetPosition, oneshot"
 DICTIONARY = "a look-up in a dict and a tuple"
 PUT = "bare Zenoh put"
+AGE = "age of a value when read"
+COUNTS = "values and passes per second"
 
 _SERVER_TIME_MASK = 0x7FFF_FFFF
 _ROUNDING_MS = 0.5
@@ -30,9 +34,11 @@ _PAUSES_S = (0.001, 0.009)
 def measure(effort: Effort) -> Findings:
     """Cost of a call in a running simulation; age and number of values at two speeds."""
     found = Findings("Streaming")
-    _calls(effort, found)
+    calls = repeated(effort.sets, partial(_calls, effort))
+    found.rows += [Row.of(what, rounds, "us") for what, rounds in calls.items()]
+    found.ratios.append(Ratio(f"oneshot set / {PUT}", ratio(calls[SET], calls[PUT])))
     for speed in ("1", "max"):
-        _values(effort, found, speed)
+        _tell_values(found, speed, repeated(max(2, effort.sets // 2), partial(_values, effort, speed)))
     found.notes.append(
         "The age is from the server's stamp, made when the values of a pass leave, to the return of the read. "
         "In real time values are new every 50 ms, so 25 ms on average is as fresh as they can be."
@@ -40,37 +46,34 @@ def measure(effort: Effort) -> Findings:
     return found
 
 
-def _calls(effort: Effort, found: Findings) -> None:
-    with ExitStack() as stack:
-        client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
-        handle = handle_of(client, JOINTS[0])
-        far = stack.enter_context(processes.baseline(baselines.PUBLICATIONS))
-        bare = stack.enter_context(closing(baselines.Publications(far.port)))
-        request_size = message_sizes(handle)[0]
-        one_way = baselines.request_of(request_size, 0)
-        there_and_back = baselines.request_of(request_size, 8)
-        known = {("simxGetJointPosition", handle): 0.25}
-        stack.enter_context(running(client))
-        _arm(client, handle)
+def _calls(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    handle = handle_of(client, JOINTS[0])
+    far = stack.enter_context(processes.baseline(baselines.PUBLICATIONS))
+    bare = stack.enter_context(closing(baselines.Publications(far.port)))
+    request_size = message_sizes(handle)[0]
+    one_way = baselines.request_of(request_size, 0)
+    there_and_back = baselines.request_of(request_size, 8)
+    known = {("simxGetJointPosition", handle): 0.25}
+    stack.enter_context(running(client))
+    _arm(client, handle)
 
-        def settle() -> None:
-            check(vrep.simxGetPingTime(client))
-            bare.exchange(there_and_back)
+    def settle() -> None:
+        check(vrep.simxGetPingTime(client))
+        bare.exchange(there_and_back)
 
-        taken = side_by_side(
-            "streaming, calls",
-            {
-                READ: lambda: vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer),
-                DICTIONARY: lambda: (0, known["simxGetJointPosition", handle]),
-                SET: lambda: vrep.simxSetJointTargetPosition(client, handle, 0.0, vrep.simx_opmode_oneshot),
-                PUT: lambda: bare.put(one_way),
-            },
-            rounds=effort.rounds,
-            calls=effort.count(2000),
-            settle=settle,
-        )
-    found.rows += [Row.of(what, rounds, "us") for what, rounds in taken.items()]
-    found.ratios.append(Ratio(f"oneshot set / {PUT}", ratio(taken[SET], taken[PUT])))
+    return side_by_side(
+        "streaming, calls",
+        {
+            READ: lambda: vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer),
+            DICTIONARY: lambda: (0, known["simxGetJointPosition", handle]),
+            SET: lambda: vrep.simxSetJointTargetPosition(client, handle, 0.0, vrep.simx_opmode_oneshot),
+            PUT: lambda: bare.put(one_way),
+        },
+        rounds=effort.rounds,
+        calls=effort.count(2000),
+        settle=settle,
+    )
 
 
 def _arm(client: int, handle: int) -> None:
@@ -83,30 +86,24 @@ def _arm(client: int, handle: int) -> None:
         time.sleep(0.001)
 
 
-def _values(effort: Effort, found: Findings, speed: str) -> None:
-    with ExitStack() as stack:
-        client = stack.enter_context(connected(stack.enter_context(processes.server("--speed", speed)).port))
-        handle = handle_of(client, JOINTS[0])
-        stack.enter_context(running(client))
-        _arm(client, handle)
-        pass_ms = _pass_ms(client)
-        span = effort.seconds(1.5)
-        taken = in_turn(
-            f"streaming, values at speed {speed}",
-            {
-                "age": lambda: _ages(client, handle, span),
-                "counts": lambda: _counts(client, handle, span, pass_ms),
-            },
-            max(2, effort.rounds // 2),
-        )
-    found.rows.append(Row.of(f"age of a value when read, speed {speed}", taken["age"], "ms"))
-    seen, passes = zip(*taken["counts"].values, strict=True)
-    found.rows.append(Row(f"new values per second, speed {speed}", Rounds((seen,)).median, None, "1/s"))
-    found.rows.append(
-        Row(f"passes per second meanwhile, speed {speed}", Rounds((passes,)).median, None, "1/s")
+def _values(effort: Effort, speed: str, stack: ExitStack) -> dict[str, Rounds]:
+    client = stack.enter_context(connected(stack.enter_context(processes.server("--speed", speed)).port))
+    handle = handle_of(client, JOINTS[0])
+    stack.enter_context(running(client))
+    _arm(client, handle)
+    pass_ms, span = _pass_ms(client), effort.seconds(1.5)
+    return in_turn(
+        f"streaming, values at speed {speed}",
+        {AGE: lambda: _ages(client, handle, span), COUNTS: lambda: _counts(client, handle, span, pass_ms)},
+        effort.rounds,
     )
-    share = Rounds((tuple(a / b for a, b in zip(seen, passes, strict=True)),)).median
-    found.ratios.append(Ratio(f"values that a busy reader sees / passes, speed {speed}", share))
+
+
+def _tell_values(found: Findings, speed: str, taken: dict[str, Rounds]) -> None:
+    found.rows.append(Row.of(f"{AGE}, speed {speed}", taken[AGE], "ms"))
+    seen, passes = (statistics.median(counts) for counts in zip(*taken[COUNTS].values, strict=True))
+    found.rows.append(Row(f"new values a busy reader sees per second, speed {speed}", seen, None, "1/s"))
+    found.rows.append(Row(f"passes per second meanwhile, speed {speed}", passes, None, "1/s"))
 
 
 def _pass_ms(client: int) -> float:
