@@ -1,6 +1,6 @@
 """The tutorial's program, and one with its idioms, pass through simx-run with a stand-in simulator and keyboard.
 
-The program itself is not ours to ship: the variable TUTORIAL_SCRIPT names a copy of it; without one, the scratch
+The program itself is not ours to ship: the variable TUTORIAL_SCRIPT names a copy of it, or it lies beside the repository; else the scratch
 program below stands for it. The end-to-end test with a real server is elsewhere.
 """
 
@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 from launching import python, write_script
 
-TUTORIAL = os.environ.get("TUTORIAL_SCRIPT", "")
+BESIDE = Path(__file__).parents[2] / "shared" / "seed" / "robotControl.py"
+TUTORIAL = os.environ.get("TUTORIAL_SCRIPT") or (str(BESIDE) if BESIDE.exists() else "")
 
 PYGAME = """\
 from types import SimpleNamespace

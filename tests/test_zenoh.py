@@ -257,3 +257,26 @@ def test_an_idle_loop_until_the_server_ends_is_left(scene):
     with server(scene, "--duration", "0.3") as process:
         cid = _connect(process.port)
         assert wait_until(lambda: v.simxGetConnectionId(cid) == -1, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("flags", "text"),
+    [
+        (["--config", "{folder}/bad.json5"], "is no Zenoh configuration: line 1, column 1"),
+        (["--listen", "carrier-pigeon/1.2.3.4:5"], "not supported for carrier-pigeon"),
+    ],
+)
+def test_what_zenoh_cannot_use_is_said_in_one_line(scene, tmp_path, flags, text):
+    (tmp_path / "bad.json5").write_text("not json5 {")
+    flags = [flag.format(folder=tmp_path) for flag in flags]
+    done = subprocess.run(
+        [sys.executable, "-m", "simx_server", str(scene), "--port", "0", *flags],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=30,
+    )
+    assert done.returncode == 1
+    (line,) = [line for line in done.stderr.splitlines() if "ERROR" in line]
+    assert text in line
+    assert ".rs:" not in done.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import socket
 from collections.abc import Sequence
 from functools import partial
@@ -65,15 +66,21 @@ class ZenohGateway:
     def _open(self, config_file: Path | None, multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints)}
-        try:
-            if config_file is None:
-                config = zenoh.Config()
-                options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
-            else:
+        if config_file is None:
+            config = zenoh.Config()
+            options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
+        else:
+            try:
                 config = zenoh.Config.from_file(str(config_file))
+            except zenoh.ZError as error:
+                raise GatewayError(f"{config_file} is no Zenoh configuration: {_reason(error)}") from None
+        try:
             return zenoh.open(link.configure(config, options))
         except zenoh.ZError as error:
-            raise GatewayError(f"cannot listen on {', '.join(self.endpoints)}: {error}") from None
+            raise GatewayError(
+                f"cannot listen on {', '.join(self.endpoints)}: {_reason(error)}; "
+                "an endpoint is PROTOCOL/ADDRESS, as in tcp/0.0.0.0:7447"
+            ) from None
 
     def _declare(self) -> None:
         session, realm = self._session, self.realm
@@ -161,6 +168,14 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
+
+
+def _reason(error: Exception) -> str:
+    """What Zenoh said, in one line: without the places in its own source, and without a copy of the file."""
+    text = re.sub(r"\s+at \S+\.rs:\d+\.?", "", str(error)).strip()
+    place = re.match(r"--> (\d+):(\d+)", text)
+    last = text.splitlines()[-1].strip(" =") if text else type(error).__name__
+    return f"line {place[1]}, column {place[2]}: {last}" if place else last
 
 
 def _version_refusal(greeting: Greeting) -> str:
