@@ -1,7 +1,7 @@
 """The tutorial's program, and one with its idioms, pass through simx-run with a stand-in simulator and keyboard.
 
-The program itself is not ours to ship: the variable TUTORIAL_SCRIPT names a copy of it, or it lies beside the repository; else the scratch
-program below stands for it. The end-to-end test with a real server is elsewhere.
+The program itself is not ours to ship: TUTORIAL_SCRIPT names a copy of it, or it lies beside the repository; else the
+scratch program below stands for it. The end-to-end test with a real server is elsewhere.
 """
 
 from __future__ import annotations
