@@ -10,7 +10,7 @@ from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call, Delivery, Operation, Reply
 
 from . import baselines, processes
-from .client import JOINTS, check, connected, handle_of, running
+from .client import JOINTS, check, handle_of, running, simulator
 from .measure import Effort, Rounds, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
@@ -57,7 +57,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    client = stack.enter_context(simulator())
     handle = handle_of(client, JOINTS[0])
     request = baselines.request_of(*message_sizes(handle))
     query, publications, tcp = (

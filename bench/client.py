@@ -8,6 +8,8 @@ from typing import Any
 
 import simx_client as vrep
 
+from . import processes
+
 JOINTS = tuple(f"UR5_joint{number}" for number in range(1, 7))
 CAMERA = "kinect_rgb"
 
@@ -26,6 +28,18 @@ def connected(port: int) -> Iterator[int]:
         yield client
     finally:
         vrep.simxFinish(client)
+
+
+@contextmanager
+def simulator(*arguments: str) -> Iterator[int]:
+    """A client of a fresh server with these flags, once that has settled.
+
+    In its first half second a server makes its renderer beside serving; the first picture comes after that.
+    """
+    with processes.server(*arguments) as server, connected(server.port) as client:
+        camera = handle_of(client, CAMERA)
+        check(vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_blocking))
+        yield client
 
 
 def check(result: Any, *allowed: int) -> Any:

@@ -19,7 +19,7 @@ from simx_server.server import build_simulation
 from simx_server.settings import Settings
 
 from . import baselines, processes
-from .client import CAMERA, JOINTS, check, connected, handle_of
+from .client import CAMERA, JOINTS, check, handle_of, simulator
 from .measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
@@ -60,7 +60,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _transport(stack: ExitStack) -> dict[str, Callable[[], object]]:
-    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    client = stack.enter_context(simulator())
     camera, joints = handle_of(client, CAMERA), [handle_of(client, name) for name in JOINTS]
     _pose(client, joints)
     query, publications, tcp = (

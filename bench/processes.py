@@ -63,12 +63,14 @@ def _running(command: Sequence[str]) -> Iterator[Running]:
     process = subprocess.Popen(
         command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
+    output = _Output(process)
     try:
-        output = _Output(process)
         line = output.ready_line(READY_WITHIN_S)
         took = time.perf_counter() - began
         port = re.search(r"tcp/127\.0\.0\.1:(\d+)", line)
         if port is None:
+            _end(process)
+            output.finish()
             raise NotReady(
                 f"'{' '.join(command[1:])}' ended or kept silent for {took:.0f} s instead of getting ready: "
                 f"{output.last_words()}"
@@ -76,6 +78,7 @@ def _running(command: Sequence[str]) -> Iterator[Running]:
         yield Running(int(port[1]), process.pid, took)
     finally:
         _end(process)
+        output.finish()
 
 
 class _Output:
@@ -97,22 +100,29 @@ class _Output:
         self._ready.wait(timeout)
         return self._line
 
+    def finish(self) -> None:
+        """The process has ended: read what is left and close the pipes."""
+        for thread in self._threads:
+            thread.join(ENDS_WITHIN_S)
+
     def last_words(self) -> str:
         return " / ".join(self._errors) or "it said nothing"
 
     def _read_output(self, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
-        for line in process.stdout:
-            if line.startswith("ready") and not self._line:
-                self._line = line
-                self._ready.set()
+        with process.stdout as lines:
+            for line in lines:
+                if line.startswith("ready") and not self._line:
+                    self._line = line
+                    self._ready.set()
         self._ready.set()
 
     def _read_errors(self, process: subprocess.Popen[str]) -> None:
         assert process.stderr is not None
-        for line in process.stderr:
-            self._errors.append(line.rstrip())
-            logger.debug("process %d: %s", process.pid, line.rstrip())
+        with process.stderr as lines:
+            for line in lines:
+                self._errors.append(line.rstrip())
+                logger.debug("process %d: %s", process.pid, line.rstrip())
 
 
 def _end(process: subprocess.Popen[str]) -> None:

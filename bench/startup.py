@@ -6,8 +6,10 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 
+import simx_client as vrep
+
 from . import processes
-from .client import connected
+from .client import JOINTS, check, connected, handle_of
 from .measure import Effort, in_turn, ratio
 from .report import Findings, Ratio, Row
 
@@ -17,6 +19,9 @@ CLIENT = "import simx_client"
 ZENOH = "import zenoh"
 CONNECT = "simxStart, in a process that had a connection before"
 PYTHON = "Python that does nothing"
+WORST = "slowest blocking read in the first second after the ready line"
+
+FIRST_S = 1.0
 
 _TIMED_IMPORT = "import time; began = time.perf_counter(); import {}; print(time.perf_counter() - began)"
 
@@ -32,6 +37,7 @@ def measure(effort: Effort) -> Findings:
             CLIENT: lambda: processes.figure_of(_TIMED_IMPORT.format("simx_client")),
             ZENOH: lambda: processes.figure_of(_TIMED_IMPORT.format("zenoh")),
             CONNECT: lambda: _connect(port),
+            WORST: _worst_at_first,
         }
         taken = in_turn(
             "start-up",
@@ -59,3 +65,13 @@ def _connect(port: int) -> float:
     began = time.perf_counter()
     with connected(port):
         return time.perf_counter() - began
+
+
+def _worst_at_first() -> float:
+    """The server makes its renderer meanwhile; this tells how much of that a client feels."""
+    with processes.server() as server, connected(server.port) as client:
+        handle, worst, end = handle_of(client, JOINTS[0]), 0.0, time.perf_counter() + FIRST_S
+        while (began := time.perf_counter()) < end:
+            check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking))
+            worst = max(worst, time.perf_counter() - began)
+        return worst

@@ -14,7 +14,7 @@ from simx_server.settings import Settings
 
 from . import baselines, processes
 from .blocking import message_sizes
-from .client import JOINTS, check, connected, handle_of, running
+from .client import JOINTS, check, handle_of, running, simulator
 from .measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
@@ -44,7 +44,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    client = stack.enter_context(simulator())
     handles = [handle_of(client, name) for name in JOINTS]
     query = stack.enter_context(
         closing(baselines.Query(stack.enter_context(processes.baseline(baselines.QUERY)).port))

@@ -12,7 +12,7 @@ import simx_client as vrep
 
 from . import baselines, processes
 from .blocking import message_sizes
-from .client import JOINTS, check, connected, handle_of, running
+from .client import JOINTS, check, handle_of, running, simulator
 from .measure import Effort, Rounds, in_turn, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
 
@@ -38,7 +38,7 @@ def measure(effort: Effort) -> Findings:
     found.rows += [Row.of(what, rounds, "us") for what, rounds in calls.items()]
     found.ratios.append(Ratio(f"oneshot set / {PUT}", ratio(calls[SET], calls[PUT])))
     for speed in ("1", "max"):
-        _tell_values(found, speed, repeated(max(2, effort.sets // 2), partial(_values, effort, speed)))
+        _tell_values(found, speed, repeated((effort.sets + 1) // 2, partial(_values, effort, speed)))
     found.notes.append(
         "The age is from the server's stamp, made when the values of a pass leave, to the return of the read. "
         "In real time values are new every 50 ms, so 25 ms on average is as fresh as they can be."
@@ -47,7 +47,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _calls(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    client = stack.enter_context(connected(stack.enter_context(processes.server()).port))
+    client = stack.enter_context(simulator())
     handle = handle_of(client, JOINTS[0])
     far = stack.enter_context(processes.baseline(baselines.PUBLICATIONS))
     bare = stack.enter_context(closing(baselines.Publications(far.port)))
@@ -87,7 +87,7 @@ def _arm(client: int, handle: int) -> None:
 
 
 def _values(effort: Effort, speed: str, stack: ExitStack) -> dict[str, Rounds]:
-    client = stack.enter_context(connected(stack.enter_context(processes.server("--speed", speed)).port))
+    client = stack.enter_context(simulator("--speed", speed))
     handle = handle_of(client, JOINTS[0])
     stack.enter_context(running(client))
     _arm(client, handle)
