@@ -50,9 +50,11 @@ def measure(effort: Effort) -> Findings:
         ]
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     sizes = message_sizes(1)
-    found.notes.append(
-        f"A question has {sizes[0]} bytes and an answer {sizes[1]}; so have those of the baselines."
-    )
+    found.notes = [
+        f"A question has {sizes[0]} bytes and an answer {sizes[1]}; so have those of the baselines.",
+        "Ends that the system puts on one core exchange in half the time (48 against 110 us, pinned). Bare ends end "
+        "up there more often than those that also work, so these ratios differ from run to run by a fifth.",
+    ]
     return found
 
 

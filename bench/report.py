@@ -88,7 +88,7 @@ def machine() -> list[str]:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)
     return [
         f"- {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, {_processor()}, {os.cpu_count()} cores, "
-        f"{platform.system()} {platform.release()}",
+        f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}",
         f"- Python {platform.python_version()}, {versions}",
         f"- load average when it ended: {', '.join(f'{load:.1f}' for load in os.getloadavg())}",
     ]
