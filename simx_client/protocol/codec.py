@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, cast
 
 import msgpack
@@ -41,49 +40,70 @@ def _unpack(payload: bytes) -> list[Any]:
     return cast(list[Any], value)
 
 
-def _fields(kind: type[Any], value: Any) -> list[Any]:
+_FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
+    Batch: (int, int, list),
+    Call: (int, int, int, str, list),
+    Delivery: (int, int, int, int, int, list),
+    Reply: (int, int, int, list),
+    Greeting: (int, str, str, int),
+    Welcome: (int, str, str, str, str),
+}
+"""What each message is made of, in field order; one comparison checks them all, as every call passes here."""
+
+_BATCH, _CALL, _DELIVERY, _REPLY = (_FIELD_TYPES[kind] for kind in (Batch, Call, Delivery, Reply))
+
+
+def _wrong(kind: type[Any], value: Any) -> CodecError:
+    """Why a value is not the fields of this message."""
     names = kind._fields
     if not isinstance(value, list) or len(cast(list[Any], value)) != len(names):
-        raise CodecError(f"a {kind.__name__} has {len(names)} fields ({', '.join(names)})")
-    return cast(list[Any], value)
-
-
-def _require(kind: type[Any], values: Iterable[Any], *types: type) -> None:
-    for name, value, expected in zip(kind._fields, values, types, strict=True):
-        if type(value) is not expected:
-            raise CodecError(
-                f"{kind.__name__}.{name} must be {expected.__name__}, got {type(value).__name__}"
+        return CodecError(f"a {kind.__name__} has {len(names)} fields ({', '.join(names)})")
+    for name, item, expected in zip(names, cast(list[Any], value), _FIELD_TYPES[kind], strict=True):
+        if type(item) is not expected:
+            return CodecError(
+                f"{kind.__name__}.{name} must be {expected.__name__}, got {type(item).__name__}"
             )
+    raise AssertionError(f"this {kind.__name__} is right")
 
 
 def decode_batch(payload: bytes) -> Batch:
     """Unpack and check what a client sent; arguments are checked later, against the table."""
-    value = _fields(Batch, _unpack(payload))
-    _require(Batch, value, int, int, list)
+    value = _unpack(payload)
+    if tuple(map(type, value)) != _BATCH:
+        raise _wrong(Batch, value)
     calls: list[Call] = []
     for item in value[2]:
-        _require(Call, _fields(Call, item), int, int, int, str, list)
+        if item.__class__ is not list or tuple(map(type, item)) != _CALL:
+            raise _wrong(Call, item)
         calls.append(Call._make(item))
     return Batch(value[0], value[1], calls)
 
 
 def decode_delivery(payload: bytes) -> Delivery:
     """Unpack what a server sent."""
-    value = _fields(Delivery, _unpack(payload))
-    _require(Delivery, value, int, int, int, int, int, list)
-    value[5] = [Reply._make(_fields(Reply, item)) for item in value[5]]
+    value = _unpack(payload)
+    if tuple(map(type, value)) != _DELIVERY:
+        raise _wrong(Delivery, value)
+    replies: list[Reply] = []
+    for item in value[5]:
+        if item.__class__ is not list or tuple(map(type, item)) != _REPLY:
+            raise _wrong(Reply, item)
+        replies.append(Reply._make(item))
+    value[5] = replies
     return Delivery._make(value)
 
 
 def decode_greeting(payload: bytes) -> Greeting:
     """Unpack and check the first message of a client; a newer version may have more fields."""
     value = _unpack(payload)[: len(Greeting._fields)]
-    _require(Greeting, _fields(Greeting, value), int, str, str, int)
+    if tuple(map(type, value)) != _FIELD_TYPES[Greeting]:
+        raise _wrong(Greeting, value)
     return Greeting._make(value)
 
 
 def decode_welcome(payload: bytes) -> Welcome:
     """Unpack and check the server's answer to a greeting; a newer version may have more fields."""
     value = _unpack(payload)[: len(Welcome._fields)]
-    _require(Welcome, _fields(Welcome, value), int, str, str, str, str)
+    if tuple(map(type, value)) != _FIELD_TYPES[Welcome]:
+        raise _wrong(Welcome, value)
     return Welcome._make(value)
