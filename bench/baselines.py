@@ -60,7 +60,7 @@ def _far_session(zenoh: Any, port: int) -> Any:
 
 
 def _serve_queries(port: int, say_ready: Callable[[int], None]) -> None:
-    zenoh = link.import_zenoh()
+    zenoh = link.import_zenoh(link.SERVER_RUNTIME)
     session, answers = _far_session(zenoh, port), Answers()
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
     session.declare_queryable(_KEY, zenoh.handlers.Callback(waiting.put, indirect=False), complete=True)
@@ -71,7 +71,7 @@ def _serve_queries(port: int, say_ready: Callable[[int], None]) -> None:
 
 
 def _serve_publications(port: int, say_ready: Callable[[int], None]) -> None:
-    zenoh = link.import_zenoh()
+    zenoh = link.import_zenoh(link.SERVER_RUNTIME)
     session, answers = _far_session(zenoh, port), Answers()
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
     session.declare_subscriber(_KEY, zenoh.handlers.Callback(waiting.put, indirect=False))

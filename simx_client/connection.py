@@ -188,17 +188,13 @@ class Connection:
                 self._wait_for_server(deadline)
             self._modes.ask(shape, values)
             if self._connection_id != -1 and not self._pauses:
-                self._drain()
                 self._flush()
                 self._wait_for_answer(deadline)
             return self._modes.answer(shape, values, in_time=self._modes.is_answered)
 
     def _wait_for_server(self, deadline: float) -> None:
-        pause = min(0.02, max(0.0, deadline - time.monotonic()))
-        if self._transport is None:
-            time.sleep(pause)  # the first connection is being made in the background
-        else:
-            self._transport.receive(pause)
+        """For one that comes back, or for the first connection that is being made in the background."""
+        time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
 
     def _wait_for_answer(self, deadline: float) -> None:
         transport, modes = self._transport, self._modes

@@ -6,7 +6,6 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 from __future__ import annotations
 
 import os
-import queue
 import socket
 import sys
 import time
@@ -14,6 +13,7 @@ import uuid
 from collections import deque
 from typing import Any, Protocol
 
+from .alarm import Alarm
 from .errors import ConnectionFailed
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
@@ -21,6 +21,9 @@ from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
 
 GREETING_TIMEOUT = 1.0
 """Seconds to wait for the answer to one greeting."""
+
+REPLIES_HELD = 1_000_000
+"""Deliveries that may wait for the script to make its next call; more would hold up the whole session."""
 
 
 class Transport(Protocol):
@@ -89,7 +92,7 @@ class ZenohTransport:
         self._address, self._port = address, port
         self._asked_port = port if asked_port is None else asked_port
         self.client = uuid.uuid4().hex
-        self._deliveries: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._alarm = Alarm(self._wake)
         self._pictures: dict[str, Any] = {}
         self._picture_arrivals: deque[str] = deque()
         self._alive = False
@@ -165,8 +168,10 @@ class ZenohTransport:
         self._realm = keys.check_chunk(realm)
         self._token = session.liveliness().declare_token(keys.client(realm, self.client))
         self._replies = session.declare_subscriber(
-            keys.reply(realm, self.client),
-            direct(self._on_reply, indirect=False),
+            keys.reply(realm, self.client), zenoh.handlers.FifoChannel(REPLIES_HELD)
+        )
+        self._bell = session.declare_publisher(
+            keys.reply(realm, self.client), allowed_destination=zenoh.Locality.SESSION_LOCAL
         )
         self._streams = session.declare_subscriber(
             keys.stream(realm, self.client), zenoh.handlers.RingChannel(1)
@@ -183,8 +188,9 @@ class ZenohTransport:
             reliability=zenoh.Reliability.RELIABLE,
         )
 
-    def _on_reply(self, sample: Any) -> None:
-        self._deliveries.put(sample.payload.to_bytes())
+    def _wake(self) -> None:
+        """End a wait in ``receive`` from the alarm's thread: an empty message from us to ourselves."""
+        self._bell.put(b"")
 
     def _on_picture(self, sample: Any) -> None:
         key = str(sample.key_expr)
@@ -196,7 +202,7 @@ class ZenohTransport:
         if sample.kind == self._zenoh.SampleKind.DELETE:
             self._alive = False
             self._lost = True
-            self._deliveries.put(None)  # wakes a blocking call
+            self._alarm.set(0.0)  # wakes a blocking call
         else:
             self._alive = True
 
@@ -210,10 +216,15 @@ class ZenohTransport:
     def receive(self, timeout: float) -> bytes | None:
         try:
             if timeout > 0:
-                return self._deliveries.get(timeout=timeout)
-            return self._deliveries.get_nowait()
-        except queue.Empty:
+                self._alarm.set(time.monotonic() + timeout)
+                # In this order: a loss after the look at it rings the bell.
+                sample = None if self._lost else self._replies.recv()
+                self._alarm.clear()
+            else:
+                sample = self._replies.try_recv()
+        except self._zenoh.ZError:  # the session was closed by another thread
             return None
+        return None if sample is None else sample.payload.to_bytes() or None
 
     def newest(self) -> bytes | None:
         sample = self._streams.try_recv()
@@ -233,6 +244,7 @@ class ZenohTransport:
         if not self._closed:
             self._closed = True
             self._alive = False
+            self._alarm.close()
             self._session.close()
 
 

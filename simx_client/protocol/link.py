@@ -11,7 +11,14 @@ import os
 from typing import Any
 
 RUNTIME = "(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:1))"
-"""Merge Zenoh's thread pools, but leave transmission its own thread: one thread for all can stall."""
+"""Merge Zenoh's thread pools, but leave transmission its own thread: with one thread for all, a large or
+express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
+
+SERVER_RUNTIME = (
+    "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
+)
+"""One thread for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
+and never answers from a callback; but not with scouting or a configuration of the user's own."""
 
 LEASE_MS = 1_900
 """A peer that says nothing for so long is gone."""
@@ -29,13 +36,13 @@ COMMON: dict[str, Any] = {
 }
 
 
-def import_zenoh() -> Any:
-    """Import Zenoh with the runtime above, unless the user chose another one by ``ZENOH_RUNTIME``.
+def import_zenoh(runtime: str = RUNTIME) -> Any:
+    """Import Zenoh with one of the runtimes above, unless the user chose another one by ``ZENOH_RUNTIME``.
 
-    Zenoh reads the variable when its first session opens; importing it takes 40 ms, which a script that
-    only packs floats need not pay.
+    Zenoh reads the variable when the first session of the process opens. A script that only packs floats
+    need not load it at all.
     """
-    os.environ.setdefault("ZENOH_RUNTIME", RUNTIME)
+    os.environ.setdefault("ZENOH_RUNTIME", runtime)
     import zenoh
 
     return zenoh

@@ -48,7 +48,8 @@ class ZenohGateway:
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
         """
-        zenoh = link.import_zenoh()
+        is_plain = config is None and not multicast_scouting
+        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.RUNTIME)
         self._zenoh = zenoh
         self._engine = engine
         self.ports = tuple(_claim(port) for port in ports)
