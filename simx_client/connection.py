@@ -190,7 +190,7 @@ class Connection:
             if self._connection_id != -1 and not self._pauses:
                 self._flush()
                 self._wait_for_answer(deadline)
-            return self._modes.answer(shape, values, in_time=self._modes.is_answered)
+            return self._modes.answer(shape)
 
     def _wait_for_server(self, deadline: float) -> None:
         """For one that comes back, or for the first connection that is being made in the background."""

@@ -55,6 +55,7 @@ class Modes:
         self._cancels: dict[int, Key] = {}
         self._outbox: dict[Any, Call] = {}
         self._awaited: int | None = None
+        self._awaited_key: Key = ()
         self._answer: Reply | None = None
 
     # --- sending ---------------------------------------------------------------------------------
@@ -92,23 +93,22 @@ class Modes:
                 0, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
             )
 
-    def ask(self, shape: Shape, arguments: list[Any]) -> int:
-        """Blocking mode, first half: queue the call and say which reply to wait for."""
-        key = shape.key(arguments)
+    def ask(self, shape: Shape, arguments: list[Any]) -> None:
+        """Blocking mode, first half: queue the call and remember which reply to wait for."""
+        self._awaited_key = key = shape.key(arguments)
         self._end_stream(key)
         self._awaited = self._queue(shape, key, Operation.EXECUTE, arguments)
         self._answer = None
-        return self._awaited
 
-    def answer(self, shape: Shape, arguments: list[Any], *, in_time: bool) -> Any:
+    def answer(self, shape: Shape) -> Any:
         """Blocking mode, second half: the return value, and the entry of this key is gone.
 
         Without a reply the code is timeout, with novalue unless an older reply was in the inbox. The reply
         may still come: it then waits in the inbox for a later call in buffer mode.
         """
-        older = self.inbox.pop(shape.key(arguments), None)
+        older = self.inbox.pop(self._awaited_key, None)
         reply, self._answer, self._awaited = self._answer, None, None
-        if reply is None or not in_time:
+        if reply is None:
             flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
             return shape.failure(flags)
         return self._result(shape, reply)
