@@ -5,12 +5,14 @@ Preparation adds, it does not remove:
 * for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
   the joint's motor is switched on: no later mode needs another compile;
 * the integrator `implicitfast` in place of MuJoCo's default Euler: V-REP's motors are stiff in velocity, and Euler is
-  unstable with them (any other integrator the file names is kept).
+  unstable with them (any other integrator the file names is kept);
+* all angles in radians: parts of files that count in degrees and of those that do not can then be put together.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,7 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.annotations import SceneError, read_annotations
+from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.objects import Scene
 from simx_server.scene.tree import INTERNAL, build_scene
 
@@ -32,13 +35,17 @@ ADDED_ACTUATOR = INTERNAL + "motor:"
 def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
     """Read, prepare and compile a file. Raises SceneError."""
     file = Path(path).resolve()
+    return build(read_spec(file), file)
+
+
+def read_spec(file: Path) -> mujoco.MjSpec:
+    """An MJCF or URDF file, or either in a zip, as it stands. Raises SceneError."""
     try:
-        spec = (
+        return (
             mujoco.MjSpec.from_zip(str(file)) if file.suffix == ".zip" else mujoco.MjSpec.from_file(str(file))
         )
     except (ValueError, OSError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
-    return build(spec, file)
 
 
 def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
@@ -60,6 +67,7 @@ def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel
     annotations = read_annotations(spec)
     try:
         prepare(spec)
+        add_dependencies(spec, annotations)
         model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         name = path.name if path is not None else spec.modelname
@@ -68,10 +76,11 @@ def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
-    """Name what has no name, give joints an actuator, choose the integrator (see the module's text)."""
+    """Name what has no name, give joints an actuator, use radians, choose the integrator (see the module's text)."""
     # Fusing would drop the names of URDF links that are fixed to another.
     spec.compiler.fusestatic = False
     _name_elements(spec)
+    _use_radians(spec)
     driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
     for joint in spec.joints:
         if (
@@ -123,6 +132,27 @@ def _name_elements(spec: mujoco.MjSpec) -> None:
         (spec.equalities, "equality"), (spec.sensors, "sensor"),
     ):  # fmt: skip
         _give_names(elements, INTERNAL + stem)
+
+
+def _use_radians(spec: mujoco.MjSpec) -> None:
+    """Write angles as MuJoCo's compiler would: limits and references of joints, orientations as quaternions."""
+    turned = (*spec.bodies, *spec.geoms, *spec.sites, *spec.cameras, *spec.frames)
+    for joint in spec.joints:
+        if joint.compiler.degree:
+            if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_BALL):
+                joint.range[:] = [math.radians(angle) for angle in joint.range]
+            if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
+                joint.ref, joint.springref = math.radians(joint.ref), math.radians(joint.springref)
+    for element in turned:
+        for quat, alternative in (("quat", "alt"), ("iquat", "ialt")):
+            orientation = getattr(element, alternative, None)
+            if orientation is not None and orientation.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
+                sequence, degree = element.compiler.eulerseq, bool(element.compiler.degree)
+                getattr(element, quat)[:] = spec.resolve_orientation(degree, sequence, orientation)
+                orientation.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    for element in (*spec.joints, *turned):
+        element.compiler.degree = False
+    spec.compiler.degree = False
 
 
 def _give_names(elements: Iterable[Any], stem: str) -> None:

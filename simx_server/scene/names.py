@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import re
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from simx_server.errors import UnknownName
@@ -19,6 +20,28 @@ _COPY = re.compile(r"#\d*$")
 def alias_of(name: str) -> str:
     """The alias V-REP 4.3 gives an old name: without the copy number."""
     return _COPY.sub("", name)
+
+
+def copy_names(names: Collection[str], taken: Collection[str]) -> dict[str, str]:
+    """Names for objects that are added together, by the name they have: V-REP's rule for copies.
+
+    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...), the least with which no name
+    is taken.
+    """
+    rise = 0
+    while True:
+        found = {name: _with_number(name, rise) for name in names}
+        if not any(name in taken for name in found.values()):
+            return found
+        rise += 1
+
+
+def _with_number(name: str, rise: int) -> str:
+    if not rise:
+        return name
+    alias = alias_of(name)
+    digits = name[len(alias) + 1 :]
+    return f"{alias}#{(int(digits) if digits else -1) + rise}"
 
 
 def resolve(scene: Scene, text: str, origin: int = -1) -> int:

@@ -83,6 +83,8 @@ class Scene:
         """Names of bodies that were static until they were fixed to something that moves: they add no mass to it."""
         self.hidden_bodies: frozenset[str] = frozenset()
         """Names of bodies whose object was removed while others hang on them."""
+        self.model_properties: dict[int, int] = {}
+        """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base."""
         self._children: dict[int, list[int]] = {-1: []}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}

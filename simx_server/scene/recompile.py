@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError
+from simx_server.scene.annotations import Annotations
 from simx_server.scene.loader import SceneError
 from simx_server.scene.transfer import carry_over
-from simx_server.scene.tree import build_scene
+from simx_server.scene.tree import Addition, build_scene
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -28,8 +29,18 @@ def edit(
     welded: set[str] | None = None,
     hidden: str | None = None,
     weightless: set[str] | None = None,
+    added: Addition | None = None,
 ) -> None:
-    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed."""
+    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed.
+
+    Args:
+        moved: (array prefix, element name) of what has a new place, see `carry_over`.
+        removed: handles of objects that are no more.
+        parents: handle to new parent, of objects whose place in the tree is not that of their element.
+        welded, weightless: the scene's sets of these names from now on.
+        hidden: name of one more body that is no object.
+        added: what the surgery adds.
+    """
     sim.refresh()
     old = sim.scene
     spec = old.spec.copy()
@@ -40,10 +51,17 @@ def edit(
         raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
     data = mujoco.MjData(model)
     weights = old.weightless_bodies if weightless is None else weightless
-    carry_over(sim.model, sim.data, model, data, moved, old.weightless_bodies ^ weights)
+    copies = added.prefix if added is not None and added.copies else None
+    carry_over(sim.model, sim.data, model, data, moved, old.weightless_bodies ^ weights, copies)
     _take_weight(model, weights)
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
-    scene = build_scene(spec, model, old.annotations, old.path, previous=old, hidden_bodies=hidden_bodies)
+    annotations, names = old.annotations, None
+    if added is not None:
+        hidden_bodies |= added.hidden
+        annotations = Annotations({**annotations.objects, **added.annotations}, annotations.time_step)
+        names = added.names
+    scene = build_scene(spec, model, annotations, old.path, old, hidden_bodies, names)
+    scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
     scene.weightless_bodies = set(weights)
     for handle in removed or ():

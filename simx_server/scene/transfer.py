@@ -52,13 +52,15 @@ def carry_over(
     new_data: mujoco.MjData,
     moved: Collection[tuple[str, str]] = (),
     reweighed: Collection[str] = (),
+    copies: str | None = None,
 ) -> None:
     """Give the new model the edited settings and the new data the state of the old ones.
 
     `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
     `reweighed`: names of bodies whose inertia is the new model's own.
+    `copies`: prefix of new elements that start as copies of those named as they are without it.
     """
-    twins = {prefix: list(_twins(old_model, new_model, kind)) for prefix, kind in _KINDS.items()}
+    twins = {prefix: list(_twins(old_model, new_model, kind, copies)) for prefix, kind in _KINDS.items()}
     for array in _ARRAYS:
         prefix = array[: array.index("_") + 1]
         source, target = getattr(old_model, array), getattr(new_model, array)
@@ -76,13 +78,13 @@ def carry_over(
         if mocap >= 0 and twin >= 0 and ("body_", name) not in moved:
             new_data.mocap_pos[twin] = old_data.mocap_pos[mocap]
             new_data.mocap_quat[twin] = old_data.mocap_quat[mocap]
-    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_ACTUATOR):
+    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_ACTUATOR, copies):
         _copy_run(old_data.ctrl, new_data.ctrl, old_model.actuator_ctrladr[old], new_model.actuator_ctrladr[new],
                   old_model.actuator_ctrlnum[old])  # fmt: skip
         if old_model.actuator_actnum[old]:
             _copy_run(old_data.act, new_data.act, old_model.actuator_actadr[old], new_model.actuator_actadr[new],
                       old_model.actuator_actnum[old])  # fmt: skip
-    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_EQUALITY):
+    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_EQUALITY, copies):
         new_data.eq_active[new] = old_data.eq_active[old]
     if new_model.nuserdata == old_model.nuserdata:
         new_data.userdata[:] = old_data.userdata
@@ -106,8 +108,8 @@ def _copy_run(source: np.ndarray, target: np.ndarray, start: Any, new_start: Any
     target[int(new_start) : int(new_start) + int(count)] = source[int(start) : int(start) + int(count)]
 
 
-def _twins(old_model: Any, new_model: Any, kind: Any) -> Iterator[tuple[str, int, int]]:
-    """(name, old id, new id) of every named element both models have."""
+def _twins(old_model: Any, new_model: Any, kind: Any, copies: str | None) -> Iterator[tuple[str, int, int]]:
+    """(name, old id, new id) of every named element both models have; with a prefix, copies and their originals too."""
     count = {
         mujoco.mjtObj.mjOBJ_BODY: new_model.nbody,
         mujoco.mjtObj.mjOBJ_GEOM: new_model.ngeom,
@@ -122,5 +124,7 @@ def _twins(old_model: Any, new_model: Any, kind: Any) -> Iterator[tuple[str, int
     for new in range(count):
         name = mujoco.mj_id2name(new_model, kind, new)
         old = mujoco.mj_name2id(old_model, kind, name) if name else -1
+        if old < 0 and name and copies is not None and name.startswith(copies):
+            old = mujoco.mj_name2id(old_model, kind, name.removeprefix(copies))
         if old >= 0:
             yield name, old, new

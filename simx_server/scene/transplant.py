@@ -97,6 +97,18 @@ def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
     spec.delete(getattr(spec, element)(name))
 
 
+def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:
+    """Move the geoms of the world into a new body at its origin."""
+    body = spec.worldbody.add_body(name=name)
+    frames: dict[int, Any] = {}
+    for old in list(spec.worldbody.geoms):
+        old.name = _OLD + old.name
+        twin = body.add_geom()
+        _copy(old, twin)
+        _copy_frame(old, twin, body, frames)
+        spec.delete(old)
+
+
 def find_body(spec: mujoco.MjSpec, name: str) -> Any:
     """A body of the spec; `world` for the world."""
     return spec.worldbody if name == "world" else spec.body(name)
@@ -204,8 +216,6 @@ def _frame_twin(old: Any, body: Any, frames: dict[int, Any]) -> Any:
 
 
 def _copy(old: Any, new: Any) -> None:
-    if old.compiler.degree != new.compiler.degree:
-        raise CommandError(f"'{old.name}' comes from a sub-model with other angle units and cannot be moved")
     if getattr(getattr(old, "plugin", None), "active", False):
         raise CommandError(f"'{old.name}' uses a plugin and cannot be moved")
     for name in dir(old):

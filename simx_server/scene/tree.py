@@ -8,6 +8,7 @@ hangs on the nearest object above. Names that start with INTERNAL were given by 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import mujoco
@@ -18,6 +19,25 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 
 INTERNAL = "~"
 
+GRAFT_END = "/"
+"""Ends the prefix that the elements of what was added to a scene have in the model; their objects have not."""
+
+
+@dataclass(frozen=True)
+class Addition:
+    """What an edit adds to a scene, beside the elements in the spec."""
+
+    prefix: str
+    """Of the names of all added elements."""
+    names: Mapping[tuple[str, str], str]
+    """(element, element name) to the name of the object."""
+    annotations: Mapping[str, dict[str, Annotation]]
+    """By object name."""
+    copies: bool = False
+    """Whether an added element starts with the state of the one that is named as it is without the prefix."""
+    hidden: frozenset[str] = field(default=frozenset())
+    """Names of added bodies that are no objects."""
+
 
 def build_scene(
     spec: mujoco.MjSpec,
@@ -26,13 +46,15 @@ def build_scene(
     path: Path | None,
     previous: Scene | None = None,
     hidden_bodies: Collection[str] = (),
+    given_names: Mapping[tuple[str, str], str] | None = None,
 ) -> Scene:
     """All objects of the model. `previous`: the scene before an edit, whose handles, names and parents are kept.
-    `hidden_bodies`: names of bodies that are objects no more.
+    `hidden_bodies`: names of bodies that are objects no more. `given_names`: object names by (element, element name);
+    other new objects are named as their element.
 
     Raises SceneError when an annotation fits no object.
     """
-    builder = _Builder(model, annotations, previous, frozenset(hidden_bodies))
+    builder = _Builder(model, annotations, previous, frozenset(hidden_bodies), given_names or {})
     builder.build()
     if previous is None:
         check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
@@ -47,10 +69,16 @@ def build_scene(
 
 class _Builder:
     def __init__(
-        self, model: mujoco.MjModel, annotations: Annotations, previous: Scene | None, hidden: frozenset[str]
+        self,
+        model: mujoco.MjModel,
+        annotations: Annotations,
+        previous: Scene | None,
+        hidden: frozenset[str],
+        given_names: Mapping[tuple[str, str], str],
     ) -> None:
         self.model = model
         self.hidden = hidden
+        self.given_names = given_names
         self.annotations = annotations
         self.objects: dict[int, SceneObject] = {}
         self.known: Mapping[tuple[str, str], SceneObject] = {}
@@ -122,7 +150,7 @@ class _Builder:
                 self._add("site", site, name, ObjectKind.DUMMY, parent, body)
         for camera in self.cameras.get(body, ()):
             name = model.camera(camera).name
-            view = self._annotation(name, "camera").get("view", False)
+            view = self._annotation("camera", name, "camera").get("view", False)
             kind = ObjectKind.CAMERA if view else ObjectKind.VISION_SENSOR
             self._add("camera", camera, name, kind, parent, body)
         for light in self.lights.get(body, ()):
@@ -137,7 +165,7 @@ class _Builder:
                 continue
             body = tendon_body(model, tendon)
             parent = self.owner.get(body, -1)
-            wanted = self._annotation(name, "joint").get("parent")
+            wanted = self._annotation("tendon", name, "joint").get("parent")
             if isinstance(wanted, str):
                 parent = next((h for h, o in self.objects.items() if o.name == wanted), -2)
                 if parent == -2:
@@ -162,7 +190,7 @@ class _Builder:
         if known is not None:
             handle, name = known.handle, known.name
         else:
-            handle, name = self.next_handle, self._free_name(element_name, element)
+            handle, name = self.next_handle, self._name_of(element, element_name)
             self.next_handle += 1
         self.names.add(name)
         self.objects[handle] = SceneObject(
@@ -188,7 +216,15 @@ class _Builder:
             count += 1
         return candidate
 
-    def _annotation(self, name: str, kind: str) -> Annotation:
+    def _name_of(self, element: str, element_name: str) -> str:
+        given = self.given_names.get((element, element_name))
+        return given if given is not None else self._free_name(element_name, element)
+
+    def _annotation(self, element: str, element_name: str, kind: str) -> Annotation:
+        known = self.known.get((element, element_name))
+        name = (
+            known.name if known is not None else self.given_names.get((element, element_name), element_name)
+        )
         return self.annotations.objects.get(name, {}).get(kind, {})
 
     def _force_site(self, body: int) -> int:
@@ -200,7 +236,7 @@ class _Builder:
 
     @staticmethod
     def _public(name: str) -> bool:
-        return bool(name) and not name.startswith(INTERNAL)
+        return bool(name) and not name.rpartition(GRAFT_END)[2].startswith(INTERNAL)
 
 
 def drives_tendon(model: mujoco.MjModel, actuator: int) -> bool:

@@ -1,0 +1,103 @@
+"""Adding a whole spec to a scene: what loading a model and copying objects have in common.
+
+The elements get a prefix that no other has; their objects get V-REP's names, with copy numbers where names are taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.annotations import PREFIX, Annotation
+from simx_server.scene.names import copy_names
+from simx_server.scene.recompile import edit
+from simx_server.scene.tree import GRAFT_END, Addition
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+Element = tuple[str, str]
+"""What carries an object: the MuJoCo kind and the element's name."""
+
+
+@dataclass(frozen=True)
+class Graft:
+    """What is to be added."""
+
+    spec: mujoco.MjSpec
+    """Consumed."""
+    names: Mapping[Element, str]
+    """The name of each object it carries, as it was."""
+    annotations: Mapping[str, dict[str, Annotation]]
+    """By these names."""
+    copies: bool = False
+    """Whether each element is named as one of the scene, whose state it takes over."""
+    moved: Collection[Element] = ()
+    """(array prefix, element name) of copies that have a new place in the model."""
+    hidden: Collection[str] = ()
+    """Names of bodies in it that are no objects."""
+    welded: Collection[str] = ()
+    weightless: Collection[str] = ()
+    """Names of its bodies that belong to the scene's sets of this name."""
+
+
+def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
+    """Add it to the scene, stopped or running, at the top of the tree; the handle of each object by its element.
+
+    An object whose element is gone (a tendon without its sites) is left out. Raises CommandError.
+    """
+    scene = sim.scene
+    prefix = f"{scene.next_handle}{GRAFT_END}"
+    taken = {item.name for item in scene.objects.values()}
+    names = copy_names(set(addition.names.values()), taken)
+    _strip(addition.spec)
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        spec.dedup_assets()
+
+    edit(
+        sim,
+        surgery,
+        {(array, prefix + name) for array, name in addition.moved},
+        welded=scene.welded_bodies | {prefix + name for name in addition.welded},
+        weightless=scene.weightless_bodies | {prefix + name for name in addition.weightless},
+        added=Addition(
+            prefix=prefix,
+            names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
+            annotations={names[old]: _renamed(note, names) for old, note in addition.annotations.items()},
+            copies=addition.copies,
+            hidden=frozenset(prefix + name for name in addition.hidden),
+        ),
+    )
+    handles = {(item.element, item.element_name): handle for handle, item in sim.scene.objects.items()}
+    return {
+        (kind, name): handles[kind, prefix + name]
+        for kind, name in addition.names
+        if (kind, prefix + name) in handles
+    }
+
+
+def _strip(spec: mujoco.MjSpec) -> None:
+    """Remove what belongs to a whole scene and to no object: keyframes, annotations, sensors of nothing."""
+    for many in (spec.keys, spec.tuples, spec.numerics):
+        for element in list(many):
+            spec.delete(element)
+    for text in list(spec.texts):
+        if text.name.startswith(PREFIX):
+            spec.delete(text)
+    for sensor in list(spec.sensors):
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
+            spec.delete(sensor)
+
+
+def _renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
+    """Annotations of one object whose references to other objects mean the added ones."""
+    joint = notes.get("joint", {})
+    parent = joint.get("parent")
+    if isinstance(parent, str) and parent in names:
+        return {**notes, "joint": {**joint, "parent": names[parent]}}
+    return dict(notes)

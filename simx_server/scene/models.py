@@ -1,0 +1,114 @@
+"""Models: trees of objects under a base, brought in from files and restricted by the bits of their base.
+
+A file becomes a model thus: its one top-level object is the base; of several it is the one annotated
+`simx:model base=yes`, else the first body, and the others become its children in the tree. Geoms that stand in the
+file's world itself become one body, named after the file, so that they can be moved. What a file says of a whole scene
+(physics options, keyframes, length of a pass) is left out.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.grafting import Graft, graft
+from simx_server.scene.loader import build, read_spec
+from simx_server.scene.objects import Scene
+from simx_server.scene.transplant import gather_geoms
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MESH_SUFFIXES = (".stl", ".obj")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A file that was read, and which of its objects is the base."""
+
+    scene: Scene
+    base: int
+
+
+def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
+    """Add the model of an MJCF, URDF or mesh file to the scene, stopped or running; the handle of its base.
+
+    `name`: what to call what has no name of its own, the file's stem if None. Raises SceneError, CommandError.
+    """
+    model = read_model(path, name or path.stem)
+    objects = model.scene.objects
+    notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
+    for note in notes.values():
+        if "script" in note:
+            note["script"] = {**note["script"], "folder": str(path.resolve().parent)}
+    base = objects[model.base]
+    notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
+    handles = graft(
+        sim,
+        Graft(
+            spec=model.scene.spec.copy(),
+            names={(item.element, item.element_name): item.name for item in objects.values()},
+            annotations=notes,
+        ),
+    )
+    found = handles[base.element, base.element_name]
+    for handle in model.scene.children(-1):
+        item = objects[handle]
+        added = handles.get((item.element, item.element_name))
+        if added is not None and added != found:
+            sim.scene.override_parent(added, found)
+    sim.changed()
+    logger.info("model '%s' is loaded with %d objects", sim.scene.get(found).name, len(handles))
+    return found
+
+
+def read_model(path: Path, name: str) -> Model:
+    """Read and check a file by itself. Raises SceneError."""
+    spec = _mesh_spec(path, name) if path.suffix.lower() in MESH_SUFFIXES else read_spec(path)
+    if list(spec.worldbody.geoms):
+        taken = {body.name for body in spec.bodies}
+        while name in taken:
+            name += "_base"
+        gather_geoms(spec, name)
+    scene, _ = build(spec, path)
+    top = scene.children(-1)
+    if not top:
+        raise SceneError(f"'{path.name}' has no objects, so it is no model")
+    marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
+    bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
+    return Model(scene, (marked or bodies or top)[0])
+
+
+def _mesh_spec(path: Path, name: str) -> mujoco.MjSpec:
+    """A static body with the mesh as its shape, in the file's own coordinates (metres).
+
+    The points are taken into the spec: later edits need the file no more.
+    """
+    reader = mujoco.MjSpec()
+    reader.add_mesh(name="mesh", file=str(path.resolve()), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    reader.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    try:
+        read = reader.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise SceneError(f"cannot read '{path.name}': {' '.join(str(error).split())}") from error
+    points = read.mesh_vert.copy().astype(float)
+    for index, point in enumerate(read.mesh_vert):
+        mujoco.mju_rotVecQuat(points[index], point.astype(float), read.mesh_quat[0])
+    points += read.mesh_pos[0]
+    spec = mujoco.MjSpec()
+    spec.add_mesh(
+        name=name,
+        uservert=points.ravel(),
+        userface=read.mesh_face.ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    body = spec.worldbody.add_body(name=name)
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    return spec
