@@ -185,7 +185,7 @@ class Modes:
             unread = self.inbox.get(key)
             if unread is not None and not unread.status:
                 reply = reply._replace(values=[unread.values[0] + reply.values[0]])
-        elif shape.command.stream_ends_with_hit and not reply.status:
+        elif not reply.status and shape.command.is_hit(reply.values):
             stream = self._streams.get(key)
             if stream is not None and stream.call_id == reply.call_id:
                 del self._streams[key]
@@ -202,7 +202,7 @@ class Modes:
                 self.inbox[key] = reply._replace(values=[b""])
                 if key not in self._streams:
                     del self.inbox[key]
-            elif shape.command.stream_ends_with_hit and mode == c.simx_opmode_buffer:
+            elif mode == c.simx_opmode_buffer and shape.command.is_hit(reply.values):
                 del self.inbox[key]
         return self._result(shape, reply)
 

@@ -258,7 +258,7 @@ class Engine:
         if len(session.streams.by_id) >= MAX_STREAMS:
             session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
             return
-        if command.stream_ends_with_hit and isinstance(answer, Answer) and answer.status == STATUS_OK:
+        if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
             return
         stream = Stream(call.call_id, command, call.arguments, max(0, call.delay_ms) / 1000)
         if isinstance(answer, Future):
@@ -297,7 +297,7 @@ class Engine:
                     if answer.status or answer.values[0]:
                         taken.append(stream.last)
                     continue
-                if command.stream_ends_with_hit and answer.status == STATUS_OK:
+                if answer.status == STATUS_OK and command.is_hit(answer.values):
                     session.streams.cancel(stream.stream_id)
                     taken.append(stream.last)
                     continue

@@ -1,4 +1,4 @@
-"""What a simulation needs beside physics to behave like V-REP: sensors, parameters, status bar, scripts.
+"""What a simulation needs beside physics to behave like V-REP: sensors, parameters, user interface, scripts.
 
 `attach_parts` is the one place that knows them all; the handlers and the scripts' ``sim`` find them as attributes
 of the simulation.
@@ -15,6 +15,7 @@ from .sensors.force import ForceSensors
 from .sensors.proximity import ProximitySensors
 from .sensors.vision import VisionSensors
 from .status_bar import StatusBar
+from .user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
 
 if TYPE_CHECKING:
     from .simulation import Simulation
@@ -34,3 +35,5 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)
     sim.scripts = Scripts(sim)
+    sim.user_interface = UserInterface(sim)
+    sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)

@@ -25,10 +25,15 @@ class StatusBar:
         """Add a message; it may have several lines."""
         self._messages.append(message)
         self.count += 1
-        shown = message if len(message) <= _LONGEST_LOGGED else message[: _LONGEST_LOGGED - 3] + "..."
-        logger.info("%s", "".join(letter if letter.isprintable() else " " for letter in shown))
+        logger.info("%s", as_log_line(message))
 
     @property
     def messages(self) -> list[str]:
         """The messages kept, oldest first."""
         return list(self._messages)
+
+
+def as_log_line(text: str) -> str:
+    """A client's text as one line of the log: cut when it is long, nothing in it that steers a terminal."""
+    shown = text if len(text) <= _LONGEST_LOGGED else text[: _LONGEST_LOGGED - 3] + "..."
+    return "".join(letter if letter.isprintable() else " " for letter in shown)

@@ -12,9 +12,10 @@ last in every remote function, so neither is written.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 from .kinds import KINDS, Kind
 
@@ -64,13 +65,20 @@ class Command:
     """Each successful read empties the inbox; unread data is put together, none is lost."""
 
     stream_ends_with_hit: bool = False
-    """A stream of it ends by itself with the first success; read in buffer mode, that value is gone."""
+    """A stream of it ends by itself with the first hit; read in buffer mode, that value is gone."""
+
+    no_hit: int | None = None
+    """First result of a success that says there was nothing; None: every success is a hit."""
 
     large: bool = False
     """Its result is a picture: streams of it travel by themselves, newest only."""
 
     parameters: tuple[str, ...] = field(default=())
     """Python parameter names in order, as the original binding spells them."""
+
+    def is_hit(self, values: Sequence[Any]) -> bool:
+        """Whether a success with these results ends a stream of this command."""
+        return self.stream_ends_with_hit and (self.no_hit is None or values[:1] != [self.no_hit])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,6 +104,7 @@ def _command(
     keeps_every_call: bool = False,
     takes_what_it_reads: bool = False,
     stream_ends_with_hit: bool = False,
+    no_hit: int | None = None,
 ) -> Command:
     arguments, results = _values(takes), _values(gives)
     names = tuple(argument.name for argument in arguments)
@@ -116,6 +125,7 @@ def _command(
         keeps_every_call,
         takes_what_it_reads,
         stream_ends_with_hit,
+        no_hit,
         any(result.kind.name in ("pixels", "depths") for result in results),
         names,
     )
@@ -808,6 +818,7 @@ def _user_interface() -> Iterator[Command]:
         key="uiHandle",
         id=0x2003,
         stream_ends_with_hit=True,
+        no_hit=-1,
     )
     yield _command(
         "simxGetUIButtonProperty",

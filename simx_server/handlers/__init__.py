@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from . import (
+    consoles,
+    custom_uis,
+    dialogs,
     groups,
     joints,
     object_parameters,
@@ -23,6 +26,9 @@ from .registry import Handler, handler, handlers_of
 
 HANDLERS: Mapping[str, Handler] = MappingProxyType(
     handlers_of(
+        consoles,
+        custom_uis,
+        dialogs,
         groups,
         joints,
         object_parameters,

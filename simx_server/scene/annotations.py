@@ -29,6 +29,8 @@ class Annotations:
     """All annotations of a scene: per object name, per kind, checked values; and those of the scene itself."""
 
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
+    uis: dict[str, Annotation] = field(default_factory=dict)
+    """Custom UIs by their name, which is no object's."""
     time_step: float | None = None
 
 
@@ -76,24 +78,30 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "joint": {
         "mode": _one_of("force", "passive", "ik", "dependent", "motion"),
         "motor": _switch,
-        "control": _one_of("position", "velocity"),
+        "control": _one_of("position", "velocity", "spring"),
         "P": _not_negative,
         "I": _not_negative,
         "D": _not_negative,
+        "K": _number,
+        "C": _number,
         "upper_velocity": _positive,
         "max_force": _not_negative,
         "lock": _switch,
+        "hybrid": _switch,
         "cyclic": _switch,
         "target_position": _number,
         "target_velocity": _number,
         "parent": str,
         "offset": _number,
+        "master": str,
+        "multiplication": _number,
     },
     "vision": {"near": _positive, "far": _positive, "angle_deg": _positive, "explicit": _switch},
     "camera": {"view": _switch},
     "proximity": {"offset": _not_negative, "range": _positive, "explicit": _switch},
     "script": {"file": str},
     "model": {"base": _switch},
+    "ui": {"file": str},
 }
 
 
@@ -103,7 +111,11 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
     for text in spec.texts:
         if text.name.startswith(PREFIX):
             kind, name = _split_name(text.name)
-            found.objects.setdefault(name, {}).setdefault(kind, {}).update(parse(kind, text.data, text.name))
+            note = parse(kind, text.data, text.name)
+            if kind == "ui":
+                found.uis[name] = note
+            else:
+                found.objects.setdefault(name, {}).setdefault(kind, {}).update(note)
     for numeric in spec.numerics:
         if numeric.name == PREFIX + "time_step":
             values = list(numeric.data)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol import constants
 
@@ -30,10 +30,13 @@ logger = logging.getLogger(__name__)
 _THREADED = 240
 """Added to the type of an old threaded script, which counts as the plain one."""
 
+_ADD_ON = 2
+"""Type of an add-on, which the constants of the remote API lack."""
+
 _TYPES = {
     constants.sim_scripttype_mainscript: "main script",
     constants.sim_scripttype_childscript: "child script",
-    2: "add-on",
+    _ADD_ON: "add-on",
     constants.sim_scripttype_customizationscript: "customization script",
     8: "sandbox script",
 }
@@ -54,6 +57,14 @@ class Script:
 
     problem: str = ""
     """What ended it in this run."""
+
+
+class AddOn(Protocol):
+    """Functions of the server itself that a client calls as it would those of an add-on's script."""
+
+    def call(
+        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
+    ) -> tuple[list[int], list[float], list[str], bytes]: ...
 
 
 class _LuaSide:
@@ -79,6 +90,8 @@ class Scripts:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._scripts: list[Script] = []
+        self.add_ons: dict[str, AddOn] = {}
+        """By name; script type 2 of simxCallScriptFunction."""
         self.time_limit = TIME_LIMIT
         """Processor seconds for one call into a script; taken over at the next start."""
         sim.on_load.append(self._find)
@@ -107,6 +120,8 @@ class Scripts:
             CommandError: no such script or function, an error in it, or results of the wrong kind.
         """
         function, at, rest = (f"{function}@{description}" if description else function).partition("@")
+        if script_type == _ADD_ON and rest in self.add_ons:
+            return self.add_ons[rest].call(function, ints, floats, strings, buffer)
         script = self._target(rest if at else "", script_type)
         if script.interpreter is None:
             where = self._describe(script)

@@ -1,0 +1,69 @@
+"""Custom UIs. What they are is in `user_interface/custom_uis.py`, their files in `custom_ui_files.py`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_NO_EVENT = -1
+
+
+@handler("simxGetUIHandle")
+def get_ui_handle(sim: Simulation, name: str) -> int:
+    return sim.user_interface.custom_uis.find(name)
+
+
+@handler("simxGetUISlider")
+def get_ui_slider(sim: Simulation, ui: int, button: int) -> int:
+    return sim.user_interface.custom_uis.slider(ui, button)
+
+
+@handler("simxSetUISlider")
+def set_ui_slider(sim: Simulation, ui: int, button: int, position: int) -> None:
+    """Brought into 0..1000; no event comes of it, events are what people do."""
+    sim.user_interface.custom_uis.set_slider(ui, button, position)
+
+
+@handler("simxGetUIEventButton")
+def get_ui_event_button(sim: Simulation, ui: int) -> tuple[int, list[int]]:
+    """The button and [its property, a slider's position or 1 down, 0 up]; -1 when nothing was operated.
+
+    Always a success, also for an unknown UI. Reading takes the event away.
+
+    Differs: events wait in a queue, so the second of two quick clicks is not lost; the original kept the last one.
+    """
+    event = sim.user_interface.custom_uis.take_event(ui)
+    return (_NO_EVENT, [0, 0]) if event is None else (event.element, [event.prop, event.value])
+
+
+@handler("simxGetUIButtonProperty")
+def get_ui_button_property(sim: Simulation, ui: int, button: int) -> int:
+    return sim.user_interface.custom_uis.get(ui).element(button).prop
+
+
+@handler("simxSetUIButtonProperty")
+def set_ui_button_property(sim: Simulation, ui: int, button: int, prop: int) -> None:
+    sim.user_interface.custom_uis.set_property(ui, button, prop)
+
+
+@handler("simxSetUIButtonLabel")
+def set_ui_button_label(sim: Simulation, ui: int, button: int, up: str, down: str) -> None:
+    sim.user_interface.custom_uis.set_label(ui, button, up, down)
+
+
+@handler("simxLoadUI")
+def load_ui(sim: Simulation, path: str, options: int) -> list[int]:
+    """The handles of the UIs in the file; a file of the client's side was transferred before (options bit 0).
+
+    Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
+    """
+    return sim.user_interface.load(path)
+
+
+@handler("simxRemoveUI")
+def remove_ui(sim: Simulation, ui: int) -> None:
+    sim.user_interface.custom_uis.remove(ui)

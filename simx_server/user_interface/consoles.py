@@ -1,0 +1,222 @@
+"""Auxiliary consoles: windows of text that a program prints to.
+
+A handle is never given twice. A console may be closed at any time, by whoever looks at it or by the end of a run, so
+printing to one that is gone is no error (as in V-REP); a handle that no console ever had is.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CommandError
+from ..simulation import SimulationState
+from ..status_bar import as_log_line
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MAX_CONSOLES = 64
+"""Consoles open at a time."""
+
+MAX_LINES = 10_000
+"""Lines one console keeps, whatever it was opened with."""
+
+MAX_LINE = 10_000
+"""Characters of one line that are kept."""
+
+
+class ConsoleMode(IntFlag):
+    """The mode bits of simxAuxiliaryConsoleOpen."""
+
+    CLOSE_AT_END = 1
+    """Closes when the simulation ends."""
+    WRAP_LINES = 2
+    USER_MAY_CLOSE = 4
+    HIDE_IN_PAUSE = 8
+    STAY_WITH_OTHER_SCENE = 16
+    """Is not hidden when another scene is loaded."""
+
+
+_ALL_MODES = 0b11111
+
+
+@dataclass
+class Console:
+    """One console and its text."""
+
+    handle: int
+    title: str
+    mode: ConsoleMode
+    lines: deque[str]
+    """The newest lines, the last of which may still grow."""
+    position: list[int] | None = None
+    """[x, y] in pixels; None: wherever it fits."""
+    size: list[int] | None = None
+    """[width, height] in pixels."""
+    text_color: list[float] | None = None
+    """RGB 0..1."""
+    background_color: list[float] | None = None
+    is_shown: bool = True
+    """What was asked for last; a pause may hide it all the same."""
+    _is_line_open: bool = field(default=False, repr=False)
+
+    def print(self, text: str) -> None:
+        """Append text; a line ends where it has a line break."""
+        first, *others = text.split("\n")
+        if self._is_line_open:
+            self.lines[-1] = (self.lines[-1] + first)[:MAX_LINE]
+        else:
+            self.lines.append(first[:MAX_LINE])
+        self.lines.extend(line[:MAX_LINE] for line in others)
+        self._is_line_open = bool(self.lines[-1])
+        if not self._is_line_open:
+            self.lines.pop()  # what follows a line break begins a line when something comes
+
+    def clear(self) -> None:
+        self.lines.clear()
+        self._is_line_open = False
+
+
+class Consoles:
+    """All consoles. Physics thread only."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._consoles: dict[int, Console] = {}
+        self._next_handle = 1
+        sim.on_stop.append(self._end_run)
+        sim.on_load.append(self._change_scene)
+        sim.on_close.append(self._change_scene)
+
+    def __iter__(self) -> Iterator[Console]:
+        return iter(tuple(self._consoles.values()))
+
+    def __len__(self) -> int:
+        return len(self._consoles)
+
+    def open(
+        self,
+        title: str,
+        max_lines: int,
+        mode: int,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+        text_color: list[float] | None = None,
+        background_color: list[float] | None = None,
+    ) -> Console:
+        """Open a console; mode bits that have no meaning are ignored.
+
+        Raises:
+            CommandError: too many are open, or it would have no line.
+        """
+        if len(self._consoles) >= MAX_CONSOLES:
+            raise CommandError(
+                f"at most {MAX_CONSOLES} consoles can be open; close some with simxAuxiliaryConsoleClose"
+            )
+        if max_lines < 1:
+            raise CommandError(f"a console keeps at least 1 line, not {max_lines}")
+        console = Console(
+            self._next_handle,
+            title,
+            ConsoleMode(mode & _ALL_MODES),
+            deque(maxlen=min(max_lines, MAX_LINES)),
+            position,
+            size,
+            _colour(text_color),
+            _colour(background_color),
+        )
+        self._consoles[console.handle] = console
+        self._next_handle += 1
+        logger.info("console '%s' is open", as_log_line(title))
+        return console
+
+    def get(self, handle: int) -> Console | None:
+        """The console, or None when it is closed already.
+
+        Raises:
+            CommandError: there never was a console with this handle.
+        """
+        console = self._consoles.get(handle)
+        if console is None and not 0 < handle < self._next_handle:
+            listed = ", ".join(f"{each.handle} ('{each.title}')" for each in self._consoles.values())
+            raise CommandError(f"no console with handle {handle}; open are: {listed or 'none'}")
+        return console
+
+    def print(self, handle: int, text: str | None) -> None:
+        """Append text, or clear the console with None. Raises CommandError as `get`."""
+        console = self.get(handle)
+        if console is None:
+            logger.debug("console %d is closed; what is printed to it is lost", handle)
+        elif text is None:
+            console.clear()
+        else:
+            console.print(text)
+            logger.info("console '%s': %s", as_log_line(console.title), as_log_line(text))
+
+    def show(self, handle: int, shown: bool) -> None:
+        """Show or hide a console. Raises CommandError as `get`."""
+        console = self.get(handle)
+        if console is not None:
+            console.is_shown = shown
+
+    def close(self, handle: int) -> None:
+        """Close a console; nothing when there is none."""
+        self._consoles.pop(handle, None)
+
+    def close_by_user(self, handle: int) -> None:
+        """What a person does who looks at it.
+
+        Raises:
+            CommandError: no such console, or it was opened without mode bit 2.
+        """
+        console = self.get(handle)
+        if console is not None and ConsoleMode.USER_MAY_CLOSE not in console.mode:
+            raise CommandError(
+                f"console {handle} ('{console.title}') may be closed by its program only: mode bit 2 is not set"
+            )
+        self.close(handle)
+
+    def is_visible(self, console: Console) -> bool:
+        """Whether it is to be seen now: shown, and not hidden by a pause."""
+        is_paused = self._sim.state is SimulationState.PAUSED
+        return console.is_shown and not (is_paused and ConsoleMode.HIDE_IN_PAUSE in console.mode)
+
+    def describe(self) -> list[dict[str, Any]]:
+        """Every console as plain data, in the order they were opened."""
+        return [
+            {
+                "handle": console.handle,
+                "title": console.title,
+                "lines": list(console.lines),
+                "visible": self.is_visible(console),
+                "wrap_lines": ConsoleMode.WRAP_LINES in console.mode,
+                "user_may_close": ConsoleMode.USER_MAY_CLOSE in console.mode,
+                "position": console.position,
+                "size": console.size,
+                "text_color": console.text_color,
+                "background_color": console.background_color,
+            }
+            for console in self._consoles.values()
+        ]
+
+    def _end_run(self) -> None:
+        for console in self:
+            if ConsoleMode.CLOSE_AT_END in console.mode:
+                self.close(console.handle)
+
+    def _change_scene(self) -> None:
+        """The scene it was opened in is gone: hidden, until somebody shows it."""
+        for console in self:
+            if ConsoleMode.STAY_WITH_OTHER_SCENE not in console.mode:
+                console.is_shown = False
+
+
+def _colour(values: list[float] | None) -> list[float] | None:
+    return None if values is None else [min(max(value, 0.0), 1.0) for value in values]
