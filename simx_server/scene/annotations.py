@@ -65,6 +65,26 @@ def _not_negative(text: str) -> float:
     return value
 
 
+def _angle(text: str) -> float:
+    value = _number(text)
+    if not 0 < value <= 360:
+        raise ValueError("degrees above 0, up to 360")
+    return value
+
+
+def _share(text: str) -> float:
+    value = _number(text)
+    if not 0 <= value < 1:
+        raise ValueError("a number from 0 up to, but not, 1")
+    return value
+
+
+def _count(text: str) -> float:
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 10_000:
+        raise ValueError("a whole number from 1 to 10000")
+    return int(text)
+
+
 def _one_of(*words: str) -> Callable[[str], str]:
     def check(text: str) -> str:
         if text not in words:
@@ -96,13 +116,69 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "master": str,
         "multiplication": _number,
     },
-    "vision": {"near": _positive, "far": _positive, "angle_deg": _positive, "explicit": _switch},
+    "vision": {
+        "near": _positive,
+        "far": _positive,
+        "angle_deg": _positive,
+        "explicit": _switch,
+        "external": _switch,
+    },
     "camera": {"view": _switch},
-    "proximity": {"offset": _not_negative, "range": _positive, "explicit": _switch},
+    "proximity": {
+        "type": _one_of("ray", "cone", "cylinder", "pyramid", "disc"),
+        "offset": _not_negative,
+        "range": _positive,
+        "explicit": _switch,
+        "angle_deg": _angle,
+        "radius": _not_negative,
+        "radius_far": _not_negative,
+        "size_x": _positive,
+        "size_y": _positive,
+        "size_x_far": _positive,
+        "size_y_far": _positive,
+        "height": _positive,
+        "inside_gap": _share,
+        "faces": _one_of("both", "front", "back"),
+        "max_normal_deg": _angle,
+        "min_distance": _not_negative,
+        "entity": str,
+    },
+    "force": {
+        "max_force": _positive,
+        "max_torque": _positive,
+        "violations": _count,
+        "samples": _count,
+        "filter": _one_of("average", "median"),
+    },
+    "shape": {"detectable": _switch},
+    "collection": {
+        "objects": str,
+        "tree": str,
+        "below": str,
+        "chain": str,
+        "all": _switch,
+        "without": str,
+    },
+    "collision": {"entity1": str, "entity2": str, "explicit": _switch},
+    "distance": {"entity1": str, "entity2": str, "explicit": _switch},
     "script": {"file": str},
     "model": {"base": _switch},
     "ui": {"file": str},
 }
+
+
+REGISTERED = ("collection", "collision", "distance")
+"""Kinds whose NAME is not that of an object but a name of its own."""
+
+_VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "ray": ((), ()),
+    "cone": (("angle_deg",), ("radius", "inside_gap")),
+    "cylinder": (("radius",), ("radius_far",)),
+    "pyramid": (("size_x", "size_y"), ("size_x_far", "size_y_far")),
+    "disc": (("angle_deg", "height"), ("radius", "inside_gap")),
+}
+"""Keys that each type of proximity sensor needs, and those it may have."""
+_ANY_VOLUME = {"angle_deg", "radius", "radius_far", "size_x", "size_y", "size_x_far", "size_y_far", "height", "inside_gap"}  # fmt: skip
 
 
 def read_annotations(spec: mujoco.MjSpec) -> Annotations:
@@ -143,7 +219,22 @@ def parse(kind: str, data: str, element: str) -> Annotation:
             values[key] = keys[key](text)
         except ValueError as error:
             raise SceneError(f"text '{element}' has '{word}'; valid for {key} is {error}") from None
+    if kind == "proximity":
+        _check_volume(values, element)
     return values
+
+
+def _check_volume(values: Annotation, element: str) -> None:
+    kind = str(values.get("type", "ray"))
+    needed, possible = _VOLUMES[kind]
+    given = values.keys() & _ANY_VOLUME
+    if missing := [key for key in needed if key not in given]:
+        raise SceneError(f"text '{element}' is of type {kind}, which needs {', '.join(missing)}")
+    if surplus := sorted(given - {*needed, *possible}):
+        valid = ", ".join((*needed, *possible)) or "no size"
+        raise SceneError(f"text '{element}' is of type {kind}, which has no {surplus[0]}; it has {valid}")
+    if kind == "cylinder" and not values["radius"] and not values.get("radius_far"):
+        raise SceneError(f"text '{element}' has radius=0; then radius_far must be above 0")
 
 
 def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
@@ -153,6 +244,8 @@ def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
         "vision": "vision sensor",
         "camera": "camera",
         "proximity": "proximity sensor",
+        "force": "force sensor",
+        "shape": "shape",
     }
     for name, by_kind in annotations.objects.items():
         for kind in by_kind:

@@ -1,0 +1,157 @@
+"""Geoms as triangles in their own frames: what V-REP's shapes are made of.
+
+Boxes, planes, meshes and height fields are exact. Curved primitives lie within their triangles' corners to about 0.2 %
+of their radius; who needs more casts a ray at the true surface (`true_surface`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_AROUND = 48
+"""Corners around a curved primitive; a multiple of 4, so that the axes' extremes are exact."""
+_POLE_TO_POLE = 24
+
+_GEOM = mujoco.mjtGeom
+CURVED = frozenset(int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_ELLIPSOID,
+                                          _GEOM.mjGEOM_CYLINDER))  # fmt: skip
+"""Types of geoms whose triangles only approximate them."""
+
+
+class GeomTriangles:
+    """The triangles of one model's geoms; each is made when first asked for."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._made: dict[int, tuple[Array, Array, Array]] = {}
+
+    def near(self, geom: int, point: Array, reach: float) -> Array:
+        """(n, 3, 3): corners of the triangles that reach into a ball (in the geom's frame), and perhaps some more."""
+        if self._model.geom_type[geom] == _GEOM.mjGEOM_PLANE:
+            return _plane(self._model.geom_size[geom], point, reach)
+        corners, centres, radii = self._of(geom)
+        away = centres - point
+        return corners[np.einsum("ni,ni->n", away, away) <= (radii + reach) ** 2]
+
+    def _of(self, geom: int) -> tuple[Array, Array, Array]:
+        made = self._made.get(geom)
+        if made is None:
+            corners = _corners(self._model, geom)
+            centres = corners.mean(axis=1)
+            radii = np.sqrt(((corners - centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
+            made = self._made[geom] = corners, centres, radii
+        return made
+
+
+def true_surface(
+    model: mujoco.MjModel, geom: int, position: Array, rotation: Array, origin: Array, direction: Array
+) -> tuple[float, Array]:
+    """(distance, unit normal) along a unit direction to a primitive with this place; distance below 0: not met.
+
+    All in the world frame; `rotation` is MuJoCo's row-major nine numbers.
+    """
+    normal = np.zeros(3)
+    kind = int(model.geom_type[geom])
+    distance = mujoco.mju_rayGeom(position, rotation, model.geom_size[geom], origin, direction, kind, normal)
+    return distance, normal
+
+
+def _corners(model: mujoco.MjModel, geom: int) -> Array:
+    kind = int(model.geom_type[geom])
+    if kind in (_GEOM.mjGEOM_MESH, _GEOM.mjGEOM_SDF):
+        return _mesh(model, int(model.geom_dataid[geom]))
+    if kind == _GEOM.mjGEOM_HFIELD:
+        return _height_field(model, int(model.geom_dataid[geom]))
+    make = _PRIMITIVES.get(kind)
+    return np.empty((0, 3, 3)) if make is None else make(model.geom_size[geom])
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> Array:
+    vertices, faces = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
+    chosen = model.mesh_face[faces : faces + int(model.mesh_facenum[mesh])]
+    return model.mesh_vert[vertices + chosen].astype(np.float64)
+
+
+def _box(size: Array) -> Array:
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    corners = signs * size
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners[[triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]]
+
+
+def _plane(size: Array, point: Array, reach: float) -> Array:
+    """A side of size 0 is infinite: as much of it as the ball needs."""
+    low, high = np.zeros(3), np.zeros(3)
+    for axis in (0, 1):
+        half = float(size[axis])
+        low[axis], high[axis] = (
+            (-half, half) if half > 0 else (point[axis] - 2 * reach, point[axis] + 2 * reach)
+        )
+    a, b = low, np.array([high[0], low[1], 0.0])
+    c, d = high, np.array([low[0], high[1], 0.0])
+    return np.array([[a, b, c], [a, c, d]])
+
+
+def _lathe(profile: list[tuple[float, float]]) -> Array:
+    """The surface of revolution about z of (radius, z) pairs, from the lower pole to the upper."""
+    angles = np.linspace(0.0, 2 * math.pi, _AROUND + 1)
+    rings = np.array([[[r * math.cos(a), r * math.sin(a), z] for a in angles] for r, z in profile])
+    lower, upper = rings[:-1], rings[1:]
+    a, b, c, d = lower[:, :-1], lower[:, 1:], upper[:, 1:], upper[:, :-1]
+    return np.concatenate(
+        [np.stack([a, b, c], 2).reshape(-1, 3, 3), np.stack([a, c, d], 2).reshape(-1, 3, 3)]
+    )
+
+
+def _ball(size: Array) -> Array:
+    steps = np.linspace(-math.pi / 2, math.pi / 2, _POLE_TO_POLE + 1)
+    return _lathe([(math.cos(s), math.sin(s)) for s in steps]) * size
+
+
+def _sphere(size: Array) -> Array:
+    return _ball(np.full(3, size[0]))
+
+
+def _capsule(size: Array) -> Array:
+    radius, half = float(size[0]), float(size[1])
+    steps = np.linspace(-math.pi / 2, 0.0, _POLE_TO_POLE // 2 + 1)
+    lower = [(radius * math.cos(s), radius * math.sin(s) - half) for s in steps]
+    return _lathe(lower + [(r, -z) for r, z in reversed(lower)])
+
+
+def _cylinder(size: Array) -> Array:
+    radius, half = float(size[0]), float(size[1])
+    return _lathe([(0.0, -half), (radius, -half), (radius, half), (0.0, half)])
+
+
+def _height_field(model: mujoco.MjModel, field: int) -> Array:
+    """The upper surface alone. Each cell is cut from its lower left to its upper right corner, as MuJoCo cuts it."""
+    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+    start = int(model.hfield_adr[field])
+    size_x, size_y, size_z, _ = model.hfield_size[field]
+    heights = model.hfield_data[start : start + rows * columns].reshape(rows, columns) * size_z
+    x, y = np.meshgrid(np.linspace(-size_x, size_x, columns), np.linspace(-size_y, size_y, rows))
+    points = np.stack([x, y, heights], axis=2)
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    return np.concatenate(
+        [np.stack([a, b, c], 2).reshape(-1, 3, 3), np.stack([a, c, d], 2).reshape(-1, 3, 3)]
+    )
+
+
+_PRIMITIVES: Mapping[int, Callable[[Array], Array]] = MappingProxyType(
+    {
+        int(_GEOM.mjGEOM_BOX): _box,
+        int(_GEOM.mjGEOM_SPHERE): _sphere,
+        int(_GEOM.mjGEOM_ELLIPSOID): _ball,
+        int(_GEOM.mjGEOM_CAPSULE): _capsule,
+        int(_GEOM.mjGEOM_CYLINDER): _cylinder,
+    }
+)

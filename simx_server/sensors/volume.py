@@ -1,0 +1,246 @@
+"""The volume a proximity sensor looks into: ray, cone, cylinder, pyramid or disc along the sensor's +z.
+
+A volume is where all of some quadratic functions are not above 0: f(p) = d . p^2 + b . p + c, one for each surface that
+bounds it (all are planes, spheres, cones or cylinders in line with the axes, so d is a diagonal). Its curved surfaces
+are also given as lines that sweep them. Geometry as in V-REP: `offset` moves the whole volume along z while distances are
+measured from the sensor's origin; `radius` of cone and disc is their blind beginning; `inside_gap` is the share of the
+angle that is left out in the middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Lines = Callable[[Array], tuple[Array, Array]]
+"""Angles (m,) to starts and ends (m, 3) of lines that lie in a surface."""
+
+TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34}
+"""Volume type to `sim_proximitysensor_*_subtype`."""
+
+_TOLERANCE = 1e-9
+"""How far above 0 a function may be (m^2, or m for planes) at a point that was computed to lie on the surface."""
+_HALF_TURN = math.radians(181.8)
+"""From here on V-REP draws a cone as a whole sphere (1.01 half turns)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A curved surface as lines, for angles from `least` to `greatest`."""
+
+    lines: Lines
+    least: float
+    greatest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Volume:
+    """Where a sensor detects, in its own frame, metres."""
+
+    squares: Array
+    """(k, 3)."""
+    linear: Array
+    """(k, 3)."""
+    constant: Array
+    """(k,)."""
+    faces: Array
+    """(j, 4): the plane surfaces, as unit normal and distance."""
+    sweeps: tuple[Sweep, ...]
+    spheres: tuple[tuple[float, float], ...]
+    """Centres (on the z axis) and radii of the spherical surfaces that may hold a nearest point."""
+    centre: Array
+    """(3,) of a ball that contains the volume."""
+    reach: float
+    """Radius of that ball."""
+
+    def values(self, points: Array) -> Array:
+        """(..., k): every function at points (..., 3)."""
+        return (points * points) @ self.squares.T + points @ self.linear.T + self.constant
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """(...,) for points (..., 3); the surfaces belong to the volume."""
+        return (self.values(points) <= _TOLERANCE).all(axis=-1)
+
+    def crossings(self, origins: Array, directions: Array) -> Array:
+        """(n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
+        a = (directions * directions) @ self.squares.T
+        b = 2.0 * (origins * directions) @ self.squares.T + directions @ self.linear.T
+        c = self.values(origins)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # The form without cancellation; for a plane (a = 0) one of the two is its single crossing.
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
+            found = np.concatenate([q / a, c / q], axis=1)
+        return np.where(np.isfinite(found), found, np.nan)
+
+
+def cone(
+    angle: float, reach: float, offset: float = 0.0, radius: float = 0.0, inside_gap: float = 0.0
+) -> Volume:
+    """`angle`: full opening angle in radians."""
+    build = _Builder()
+    far = radius + reach
+    whole = angle > _HALF_TURN
+    half = math.pi if whole else min(angle / 2, math.pi / 2)
+    build.sphere(offset, far)
+    if offset > 0:
+        build.spheres.append((offset, far))
+    if radius > 0:
+        build.sphere(offset, radius, outside=True)
+        build.spheres.append((offset, radius))
+    if not whole:
+        build.plane((0.0, 0.0, -1.0), -offset)
+        build.cone(offset, half)
+        build.sweeps.append(_cone_lines(offset, half, radius, far))
+        if inside_gap > 0:
+            build.cone(offset, half * inside_gap, outside=True)
+            build.sweeps.append(_cone_lines(offset, half * inside_gap, radius, far))
+    if half < math.pi / 3:
+        middle = far / 2 / math.cos(half)  # the ball through the apex and the far rim
+        return build.volume(offset + middle, max(middle, far - middle))
+    return build.volume(offset, far)
+
+
+def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float | None = None) -> Volume:
+    """A cylinder, or with `radius_far` a truncated cone."""
+    far = radius if radius_far is None else radius_far
+    build = _Builder()
+    slope = (far - radius) / reach
+    at_origin = radius - slope * offset
+    build.add((1.0, 1.0, -(slope**2)), (0.0, 0.0, -2.0 * slope * at_origin), -(at_origin**2))
+    build.plane((0.0, 0.0, -1.0), -offset)
+    build.plane((0.0, 0.0, 1.0), offset + reach)
+
+    def lines(angles: Array) -> tuple[Array, Array]:
+        ring = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+        return ring * radius + (0.0, 0.0, offset), ring * far + (0.0, 0.0, offset + reach)
+
+    build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi))
+    return build.volume(offset + reach / 2, math.hypot(reach / 2, max(radius, far)))
+
+
+def pyramid(
+    size: tuple[float, float], reach: float, offset: float = 0.0, size_far: tuple[float, float] | None = None
+) -> Volume:
+    """`size`, `size_far`: full width along x and y at the beginning and at the end."""
+    far = size if size_far is None else size_far
+    build = _Builder()
+    build.plane((0.0, 0.0, -1.0), -offset)
+    build.plane((0.0, 0.0, 1.0), offset + reach)
+    for axis in (0, 1):
+        slope = (far[axis] - size[axis]) / 2 / reach
+        for side in (1.0, -1.0):
+            normal = np.array([0.0, 0.0, -slope])
+            normal[axis] = side
+            build.plane(normal, size[axis] / 2 - slope * offset)
+    widest = math.hypot(max(size[0], far[0]), max(size[1], far[1])) / 2
+    return build.volume(offset + reach / 2, math.hypot(reach / 2, widest))
+
+
+def disc(
+    angle: float,
+    reach: float,
+    height: float,
+    offset: float = 0.0,
+    radius: float = 0.0,
+    inside_gap: float = 0.0,
+) -> Volume:
+    """A sector of a flat disc in the x-z plane, `height` thick along y."""
+    build = _Builder()
+    far = radius + reach
+    whole = angle > _HALF_TURN
+    half = math.pi if whole else min(angle / 2, math.pi / 2)
+    for side in (1.0, -1.0):
+        build.plane((0.0, side, 0.0), height / 2)
+    build.round(offset, far)
+    build.sweeps.append(_round_lines(offset, far, height, half))
+    if radius > 0:
+        build.round(offset, radius, outside=True)
+        build.sweeps.append(_round_lines(offset, radius, height, half))
+    # No surface, but where it cuts a plane along the sweeping lines, which those miss, the nearest point is close to it.
+    build.faces.append((0.0, 1.0, 0.0, 0.0))
+    if not whole:
+        for side in (1.0, -1.0):
+            normal = (side * math.cos(half), 0.0, -math.sin(half))
+            build.plane(normal, normal[2] * offset)
+        if inside_gap > 0:
+            # |x| >= tan(gap) (z - offset), as one function; both its branches lie within the sector.
+            sine, cosine = math.sin(half * inside_gap), math.cos(half * inside_gap)
+            build.add((-(cosine**2), 0.0, sine**2), (0.0, 0.0, -2 * sine**2 * offset), (sine * offset) ** 2)
+            for side in (1.0, -1.0):
+                normal = (side * cosine, 0.0, -sine)
+                build.faces.append((*normal, normal[2] * offset))
+    return build.volume(offset, math.hypot(far, height / 2))
+
+
+def ray(reach: float, offset: float = 0.0) -> Volume:
+    """A segment of the z axis: as a volume it is only asked for its ball."""
+    return _Builder().volume(offset + reach / 2, reach / 2)
+
+
+class _Builder:
+    def __init__(self) -> None:
+        self.functions: list[tuple[tuple[float, ...], tuple[float, ...], float]] = []
+        self.faces: list[tuple[float, float, float, float]] = []
+        self.sweeps: list[Sweep] = []
+        self.spheres: list[tuple[float, float]] = []
+
+    def add(self, squares: tuple[float, ...], linear: tuple[float, ...], constant: float) -> None:
+        self.functions.append((squares, linear, constant))
+
+    def plane(self, normal: tuple[float, ...] | Array, distance: float) -> None:
+        """normal . p <= distance; the normal may have any length."""
+        x, y, z = (float(v) for v in normal)
+        length = math.sqrt(x * x + y * y + z * z)
+        unit = (x / length, y / length, z / length)
+        self.add((0.0, 0.0, 0.0), unit, -distance / length)
+        self.faces.append((*unit, distance / length))
+
+    def sphere(self, height: float, radius: float, *, outside: bool = False) -> None:
+        sign = -1.0 if outside else 1.0
+        self.add((sign,) * 3, (0.0, 0.0, -2 * sign * height), sign * (height**2 - radius**2))
+
+    def round(self, height: float, radius: float, *, outside: bool = False) -> None:
+        """A cylinder about the line x = 0, z = height."""
+        sign = -1.0 if outside else 1.0
+        self.add((sign, 0.0, sign), (0.0, 0.0, -2 * sign * height), sign * (height**2 - radius**2))
+
+    def cone(self, height: float, half: float, *, outside: bool = False) -> None:
+        sign = -1.0 if outside else 1.0
+        sine, cosine = sign * math.sin(half) ** 2, sign * math.cos(half) ** 2
+        self.add((cosine, cosine, -sine), (0.0, 0.0, 2 * sine * height), -sine * height**2)
+
+    def volume(self, middle: float, reach: float) -> Volume:
+        squares = np.array([f[0] for f in self.functions], np.float64).reshape(-1, 3)
+        linear = np.array([f[1] for f in self.functions], np.float64).reshape(-1, 3)
+        constant = np.array([f[2] for f in self.functions], np.float64)
+        faces = np.array(self.faces, np.float64).reshape(-1, 4)
+        centre = np.array([0.0, 0.0, middle])
+        return Volume(
+            squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), centre, reach
+        )
+
+
+def _cone_lines(offset: float, half: float, radius: float, far: float) -> Sweep:
+    def lines(angles: Array) -> tuple[Array, Array]:
+        rim = np.full_like(angles, math.cos(half))
+        ring = np.stack([np.cos(angles) * math.sin(half), np.sin(angles) * math.sin(half), rim], axis=1)
+        apex = np.array([0.0, 0.0, offset])
+        return apex + radius * ring, apex + far * ring
+
+    return Sweep(lines, 0.0, 2 * math.pi)
+
+
+def _round_lines(offset: float, radius: float, height: float, half: float) -> Sweep:
+    def lines(angles: Array) -> tuple[Array, Array]:
+        points = np.stack(
+            [radius * np.sin(angles), np.zeros_like(angles), offset + radius * np.cos(angles)], axis=1
+        )
+        up = np.array([0.0, height / 2, 0.0])
+        return points - up, points + up
+
+    return Sweep(lines, -half, half)
