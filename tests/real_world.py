@@ -21,10 +21,14 @@ BLOCKING = v.simx_opmode_blocking
 class RealWorld:
     """What `simx-server SCENE --speed max` is, without the network."""
 
-    def __init__(self, scene: str | Path, *, speed: float = math.inf) -> None:
+    def __init__(self, scene: str | Path, *, speed: float = math.inf, workspace: Path | None = None) -> None:
         self._stack = ExitStack()
-        self.simulation = build_simulation(Settings(scene=str(scene)), self._stack)
-        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed))
+        settings = Settings(scene=str(scene), workspace=workspace)
+        self.simulation = build_simulation(settings, self._stack)
+        pacer = Pacer(speed)
+        self.engine = Engine(self.simulation, HANDLERS, pacer)
+        self.simulation.parameters.pace = pacer
+        self.simulation.parameters.is_waiting_for_trigger = lambda: self.engine.is_waiting_for_trigger
 
     def client(self) -> int:
         transport = LoopbackTransport(self.engine)

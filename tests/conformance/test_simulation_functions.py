@@ -1,0 +1,111 @@
+"""Start, pause, stop, load and close (the reference's 3.2)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conforming import BLOCKING, OK, ONESHOT, REMOTE_ERROR, SCENE, of
+
+import simx_client as v
+from simx_server.simulation import SimulationState
+
+
+@of("simxStartSimulation")
+def test_start_starts_resumes_and_may_be_repeated(world: Any, cid: int, simx: Any) -> None:
+    assert simx(cid, BLOCKING) == OK
+    assert world.simulation.state is SimulationState.RUNNING
+    assert simx(cid, BLOCKING) == OK
+    v.simxPauseSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == OK
+    assert world.simulation.state is SimulationState.RUNNING
+
+
+@of("simxPauseSimulation")
+def test_pause_holds_time_and_is_success_when_nothing_runs(world: Any, cid: int, simx: Any) -> None:
+    assert simx(cid, BLOCKING) == OK
+    assert world.simulation.state is SimulationState.STOPPED
+    v.simxStartSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == OK
+    passes = world.simulation.pass_count
+    v.simxGetPingTime(cid)
+    assert world.simulation.pass_count == passes
+
+
+@of("simxStopSimulation")
+def test_stop_gives_back_the_state_of_the_start_at_once(world: Any, cid: int, simx: Any, handle: Any) -> None:
+    falling, elbow = handle("falling"), handle("elbow")
+    assert simx(cid, BLOCKING) == OK, "already stopped"
+    v.simxStartSimulation(cid, BLOCKING)
+    v.simxSetJointTargetPosition(cid, elbow, 1.0, BLOCKING)
+    for _ in range(10):
+        world.engine.turn()
+    assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING)[1][2] < 50
+    assert simx(cid, BLOCKING) == OK
+    assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING) == (OK, [2.0, 1.0, 50.0])
+    assert v.simxGetJointPosition(cid, elbow, BLOCKING) == (OK, 0.0)
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 0
+
+
+@of("simxLoadScene")
+def test_a_scene_is_loaded_while_stopped_from_the_folders_the_server_opens(
+    tmp_path: Path, cid: int, simx: Any
+) -> None:
+    other = "<mujoco><worldbody><body name='new'><geom size='1'/></body></worldbody></mujoco>"
+    (tmp_path / "other.xml").write_text(other, encoding="utf-8")
+    assert simx(cid, str(tmp_path / "other.xml"), 0, BLOCKING) == OK
+    assert v.simxGetObjectHandle(cid, "new", BLOCKING)[0] == OK
+    assert v.simxGetObjectHandle(cid, "cube", BLOCKING) == (REMOTE_ERROR, 0)
+    assert simx(cid, str(tmp_path / "missing.ttt"), 0, BLOCKING) == REMOTE_ERROR
+    (tmp_path / "broken.xml").write_text("<mujoco><", encoding="utf-8")
+    assert simx(cid, str(tmp_path / "broken.xml"), 0, BLOCKING) == REMOTE_ERROR
+    assert v.simxGetObjectHandle(cid, "new", BLOCKING)[0] == OK, "the old scene stays"
+    v.simxStartSimulation(cid, BLOCKING)
+    assert simx(cid, str(tmp_path / "other.xml"), 0, BLOCKING) == REMOTE_ERROR
+
+
+@of("simxLoadScene")
+@pytest.mark.parametrize("options", [1, 0xFF])
+def test_a_scene_file_of_the_client_is_transferred_first(
+    tmp_path_factory: pytest.TempPathFactory, tmp_path: Path, cid: int, simx: Any, options: int
+) -> None:
+    mine = tmp_path_factory.mktemp("client") / "mine.xml"
+    mine.write_text("<mujoco><worldbody><body name='mine'/></worldbody></mujoco>", encoding="utf-8")
+    assert simx(cid, str(mine), options, BLOCKING) == OK
+    assert v.simxGetObjectHandle(cid, "mine", BLOCKING)[0] == OK
+    assert list(tmp_path.rglob("REMOTE_API_TEMPFILE*")) == [], "the copy is erased again"
+    rc = simx(cid, str(mine.with_name("missing.ttt")), options, BLOCKING)
+    assert rc == v.simx_return_local_error_flag
+
+
+@of("simxLoadScene")
+def test_streams_survive_a_change_of_scene_and_then_give_8(
+    world: Any, cid: int, simx: Any, handle: Any
+) -> None:
+    lid = handle("lid")
+    v.simxGetObjectPosition(cid, lid, -1, v.simx_opmode_streaming)
+    simx(cid, str(SCENE), 0, BLOCKING)
+    world.engine.turn()
+    v.simxCloseScene(cid, BLOCKING)
+    v.simxStartSimulation(cid, BLOCKING)
+    world.engine.turn()
+    assert v.simxGetObjectPosition(cid, lid, -1, v.simx_opmode_buffer) == (REMOTE_ERROR, [0.0] * 3)
+
+
+@of("simxCloseScene")
+def test_closing_leaves_an_empty_scene_and_is_8_while_running(cid: int, simx: Any) -> None:
+    v.simxStartSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == REMOTE_ERROR
+    v.simxStopSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == OK
+    assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING) == (OK, [])
+
+
+def test_start_pause_and_stop_are_different_commands(world: Any, cid: int) -> None:
+    v.simxPauseCommunication(cid, True)
+    for function in (v.simxStartSimulation, v.simxStopSimulation, v.simxStartSimulation):
+        function(cid, ONESHOT)
+    v.simxPauseCommunication(cid, False)
+    world.engine.turn()
+    assert world.simulation.state is SimulationState.STOPPED, "the second start took the place of the first"
