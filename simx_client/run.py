@@ -8,7 +8,6 @@ an exit code.
 from __future__ import annotations
 
 import argparse
-import ast
 import atexit
 import logging
 import os
@@ -17,15 +16,17 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import metadata
-from importlib.util import decode_source
 from pathlib import Path
-from types import CodeType, FrameType
+from types import FrameType
 
-from simx_client.launch import python2, script
+from simx_client.launch import script
 from simx_client.launch.after_import import AfterImport, Patch
 from simx_client.launch.bindings import BindingFinder
 from simx_client.launch.numpy_aliases import give_back_aliases
 from simx_client.launch.paths import BackslashPaths
+from simx_client.launch.python2.convert import Converted, decode
+from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
+from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
 
 PROGRAM = "simx-run"
@@ -34,7 +35,8 @@ FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 EXAMPLES = """\
 what a script gets, in this process only:
   its vrep.py, sim.py, vrepConst.py, simConst.py replaced at import; its own other modules left alone
-  np.int and the other names that NumPy dropped
+  Python 2 converted, in memory: the script, and its own modules where it imports them
+  np.int, time.clock and other names that NumPy and Python dropped
   "folder\\\\file.jpg" read and written as folder/file.jpg, on systems where \\ is no separator
 
 examples:
@@ -65,7 +67,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--no-path-translation", action="store_true", help="leave backslashes in paths")
     parser.add_argument("--no-numpy-aliases", action="store_true", help="leave NumPy as it is")
-    parser.add_argument("--plain", action="store_true", help="both: only the imports are replaced")
+    parser.add_argument("--plain", action="store_true", help="both, and leave Python's modules as they are")
+    parser.add_argument(
+        "--print-converted",
+        action="store_true",
+        help="print a Python 2 script as Python 3, and do not run it",
+    )
     parser.add_argument("-v", "--verbose", action="store_true", help="say what is replaced")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {_version()}")
     return parser
@@ -75,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code, or lets the script's own SystemExit pass.
 
     As `python SCRIPT` would: 1 after an uncaught exception. 2 for a script that cannot be opened or is
-    Python 2, 130 after Ctrl-C.
+    Python 2 beyond conversion, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(argv)
     if options.verbose:
@@ -86,13 +93,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _refuse(f"cannot open {options.script}: {error.strerror}; name the script's .py file", USAGE)
     try:
-        code = _compile(source, path)
-    except _IsPython2 as refusal:
+        converted = convert_if_python2(source, path)
+        if options.print_converted:
+            return _print(source, converted)
+        code = converted.code if converted else compile(source, path, "exec", dont_inherit=True)
+    except IsPython2 as refusal:
         return _refuse(str(refusal), USAGE)
     except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         script.show(error.with_traceback(None))
         return FAILURE
-    _provide(options, script_folder=os.path.dirname(os.path.realpath(path)))
+    if converted:
+        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
+    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
     if options.server:
         try:
             _start_server(options)
@@ -106,55 +118,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         script.show(error)
         return INTERRUPTED
     except BaseException as error:
-        if isinstance(error, SyntaxError) and (refusal := _python2_in_a_module(error)):
-            return _refuse(str(refusal), USAGE)
+        if isinstance(error, IsPython2):
+            return _refuse(str(error), USAGE)
         script.show(error)
         return FAILURE
     return 0
 
 
-class _IsPython2(Exception):
-    """The whole sentence for the user."""
-
-    def __init__(self, path: str, finding: python2.Finding) -> None:
-        version = ".".join(map(str, sys.version_info[:2]))
-        super().__init__(
-            f"{path}, line {finding.line}, is Python 2 ({finding.construct}) and this is Python {version}; "
-            "convert the script, for example with 2to3, and run it again"
-        )
-
-
-def _compile(source: bytes, path: str) -> CodeType:
-    try:
-        tree = ast.parse(source, path)
-        finding = python2.from_names(tree, decode_source(source))
-    except SyntaxError as error:
-        finding = python2.from_syntax_error(error, source.decode(errors="replace"))
-        if finding is None:
-            raise
-        raise _IsPython2(path, finding) from None
-    if finding is not None:
-        raise _IsPython2(path, finding)
-    return compile(tree, path, "exec", dont_inherit=True)
-
-
-def _python2_in_a_module(error: SyntaxError) -> _IsPython2 | None:
-    """Why a module that the script imports does not compile, if it is Python 2."""
-    if error.filename is None or not os.path.isfile(error.filename):
-        return None
-    source = Path(error.filename).read_text(encoding="utf-8", errors="replace")
-    finding = python2.from_syntax_error(error, source)
-    return _IsPython2(error.filename, finding) if finding else None
-
-
-def _provide(options: argparse.Namespace, script_folder: str) -> None:
-    patches: dict[str, Patch] = {}
+def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: bool) -> None:
+    patches: dict[str, Patch] = {} if options.plain else dict(ALIASES)
     if not (options.plain or options.no_numpy_aliases):
         patches["numpy"] = give_back_aliases
     if os.name == "posix" and not (options.plain or options.no_path_translation):
         paths = BackslashPaths(script_folder)
         paths.install()
         patches |= {"cv2": paths.patch_cv2, "pygame.image": paths.patch_pygame_image}
+    # Bindings first, that a carried one is never looked at; conversion last, that the other two find what it gives.
+    sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
     AfterImport(patches).install()
     sys.meta_path.insert(0, BindingFinder())
 
@@ -174,9 +154,20 @@ def _start_server(options: argparse.Namespace) -> None:
     server.start(options.server_timeout)
 
 
+def _print(source: bytes, converted: Converted | None) -> int:
+    if converted is None:
+        _say("this is no Python 2; the text is printed as it is")
+    sys.stdout.write(converted.text if converted else decode(source))
+    return 0
+
+
 def _refuse(sentence: str, code: int) -> int:
-    sys.stderr.write(f"{PROGRAM}: {sentence}\n")
+    _say(sentence)
     return code
+
+
+def _say(sentence: str) -> None:
+    sys.stderr.write(f"{PROGRAM}: {sentence}\n")
 
 
 def _log_to_stderr() -> None:

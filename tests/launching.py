@@ -56,17 +56,26 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-def python(folder: Path, *arguments: str) -> Finished:
+def python(folder: Path, *arguments: str, stdin: str = "") -> Finished:
     command = [sys.executable, *arguments]
     return subprocess.run(
-        command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=60, check=False
+        command,
+        cwd=folder,
+        env=environment(),
+        input=stdin,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
 
 
-def simx_run(folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = ()) -> Finished:
+def simx_run(
+    folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = (), stdin: str = ""
+) -> Finished:
     """Write `text` as script.py into `folder` and run it there; the exit code is the caller's to judge."""
     write_script(folder, text)
-    return python(folder, "-m", "simx_client", "run", *flags, "script.py", *arguments)
+    return python(folder, "-m", "simx_client", "run", *flags, "script.py", *arguments, stdin=stdin)
 
 
 def output_of(folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = ()) -> str:

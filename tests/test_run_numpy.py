@@ -69,3 +69,20 @@ def test_a_name_that_numpy_has_is_never_replaced() -> None:
     assert numpy.float is float
     assert numpy.product is theirs
     assert not hasattr(numpy, "row_stack"), "there is no vstack to stand for it"
+
+
+def test_what_python_dropped_from_its_modules_is_back(tmp_path: Path) -> None:
+    """Wrappers read parameter names with getargspec and wrap what has clientID as its first."""
+    text = """
+        import collections, fractions, inspect, time
+        import vrep
+        spec = inspect.getargspec(vrep.simxGetJointPosition)
+        print(spec.args, spec[1:], time.clock() >= 0, fractions.gcd(6, 4), collections.Iterable is not None)
+    """
+    assert output_of(tmp_path, text) == (
+        "['clientID', 'jointHandle', 'operationMode'] (None, None, None) True 2 True"
+    )
+
+
+def test_plain_leaves_pythons_modules_alone(tmp_path: Path) -> None:
+    assert output_of(tmp_path, "import time\nprint(hasattr(time, 'clock'))", flags=("--plain",)) == "False"

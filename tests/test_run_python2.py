@@ -1,14 +1,12 @@
-"""simx-run says in one sentence that a script is Python 2, and takes nothing else for it."""
+"""simx-run knows a Python 2 script by its constructs, and takes nothing else for one."""
 
 from __future__ import annotations
 
 import ast
-from pathlib import Path
 
 import pytest
-from launching import simx_run
 
-from simx_client.launch import python2
+from simx_client.launch.python2 import recognise
 
 CONSTRUCTS = {
     'print "hello"': "the print statement",
@@ -33,12 +31,12 @@ CONSTRUCTS = {
 }
 
 
-def find(source: str) -> python2.Finding | None:
+def find(source: str) -> recognise.Finding | None:
     try:
         tree = ast.parse(source)
     except SyntaxError as error:
-        return python2.from_syntax_error(error, source)
-    return python2.from_names(tree, source)
+        return recognise.from_syntax_error(error, source)
+    return recognise.from_names(tree, source)
 
 
 @pytest.mark.parametrize("source", CONSTRUCTS)
@@ -70,21 +68,3 @@ def test_construct_is_recognised_and_its_line_named(source: str) -> None:
 )
 def test_python_3_with_or_without_faults_is_not_taken_for_python_2(source: str) -> None:
     assert find(source + "\n") is None
-
-
-def test_script_is_refused_before_its_first_line_runs(tmp_path: Path) -> None:
-    finished = simx_run(tmp_path, "print('started')\nimport vrep\nprint 'connected', vrep\n")
-    assert finished.returncode == 2
-    assert finished.stdout == ""
-    [sentence] = finished.stderr.splitlines()
-    assert sentence.startswith(
-        f"simx-run: {tmp_path / 'script.py'}, line 3, is Python 2 (the print statement)"
-    )
-
-
-def test_python_2_in_a_module_it_imports_is_said_too(tmp_path: Path) -> None:
-    (tmp_path / "robot.py").write_text("import vrep\n\nprint 'robot'\n")
-    finished = simx_run(tmp_path, "import robot\n")
-    assert finished.returncode == 2
-    [sentence] = finished.stderr.splitlines()
-    assert f"{tmp_path / 'robot.py'}, line 3, is Python 2 (the print statement)" in sentence

@@ -1,10 +1,11 @@
-"""What ``simx-run`` puts around an unmodified legacy script; each file is one provision and knows no other.
+"""What ``simx-run`` puts around an unmodified legacy script; each is one provision and knows no other.
 
     bindings        the carried vrep.py / sim.py is replaced when it is imported
     numpy_aliases   np.int and the others that NumPy dropped
+    python_aliases  time.clock, inspect.getargspec and others that Python itself dropped
     paths           "folder\\\\file.jpg" means folder/file.jpg on POSIX
-    after_import    how the last two reach a module: as soon as it has been imported
-    python2         is it Python 2, where, and by what construct
+    after_import    how the last three reach a module: as soon as it has been imported
+    python2         a script of Python 2, and its modules, converted in memory
     script          run a file as ``__main__`` the way ``python FILE`` does
     server          a simx-server of the script's own
 

@@ -44,8 +44,9 @@ class AfterImport(MetaPathFinder):
 def found_by_others(
     asking: MetaPathFinder, fullname: str, path: Sequence[str] | None, target: ModuleType | None
 ) -> ModuleSpec | None:
-    """What the import would find if the finder `asking` were not there."""
-    specs = (finder.find_spec(fullname, path, target) for finder in sys.meta_path if finder is not asking)
+    """What the import would find if the finder `asking` were not there: those ahead of it have been asked."""
+    behind = sys.meta_path[sys.meta_path.index(asking) + 1 :]
+    specs = (finder.find_spec(fullname, path, target) for finder in behind)
     return next((spec for spec in specs if spec is not None), None)
 
 

@@ -10,7 +10,7 @@ from importlib.machinery import SourceFileLoader
 from types import CodeType, ModuleType, TracebackType
 
 _OUR_FOLDER = os.path.dirname(os.path.abspath(__file__))
-_OUR_COMMAND = os.path.join(os.path.dirname(_OUR_FOLDER), "run.py")
+_OUR_FILES = {os.path.join(os.path.dirname(_OUR_FOLDER), name) for name in ("run.py", "python2.py")}
 
 
 def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> None:
@@ -51,7 +51,7 @@ def _without_our_frames(traceback: TracebackType | None) -> TracebackType | None
         return None
     rest = _without_our_frames(traceback.tb_next)
     filename = traceback.tb_frame.f_code.co_filename
-    if filename == _OUR_COMMAND or os.path.dirname(filename) == _OUR_FOLDER:
+    if filename in _OUR_FILES or os.path.dirname(filename) == _OUR_FOLDER:
         return rest
     traceback.tb_next = rest
     return traceback

@@ -1,0 +1,110 @@
+"""Which files are Python 2, and how they are run: the script itself, and the modules that it brings.
+
+Where the script is Python 2, so are all modules that are not installed: whoever printed without brackets also divided
+without thinking of fractions, and the module beside the script may show only the latter. Where the script is
+Python 3, a module is converted only if Python 3 cannot run it.
+"""
+
+from __future__ import annotations
+
+import ast
+import logging
+import os
+import sysconfig
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from pathlib import Path
+from types import CodeType, ModuleType
+
+from ..after_import import found_by_others
+from . import recognise
+from .convert import CannotConvert, Converted, decode, to_python3
+
+logger = logging.getLogger(__name__)
+
+_INSTALLED = tuple(
+    os.path.join(os.path.realpath(folder), "")
+    for folder in (
+        *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
+        Path(__file__).parents[2],  # this package
+    )
+)
+_INSTALLED_ANYWHERE = {"site-packages", "dist-packages"}
+
+
+class IsPython2(Exception):
+    """A file is Python 2 and could not be converted; the whole sentence for the user."""
+
+
+def convert_if_python2(
+    source: bytes, path: str, *, for_sure: bool = False, in_package: bool = False
+) -> Converted | None:
+    """The converted file, None if Python 3 can run it as it is.
+
+    Args:
+        for_sure: Python 2 even if Python 3 could run it; what turns out not to be is left alone.
+
+    Raises:
+        SyntaxError: neither version can run it; the error of this one.
+        IsPython2: it is Python 2 and cannot be converted.
+    """
+    text = decode(source)
+    finding: recognise.Finding | None = None
+    stopped: SyntaxError | None = None
+    try:
+        finding = recognise.from_names(ast.parse(source, path), text)
+    except SyntaxError as error:
+        stopped, finding = error, recognise.from_syntax_error(error, text)
+    if not (for_sure or finding or stopped):
+        return None
+    try:
+        return to_python3(text, path, in_package=in_package)
+    except CannotConvert as error:
+        reason = str(error)
+    if finding is not None:
+        raise IsPython2(
+            f"{path}, line {finding.line}, is Python 2 ({finding.construct}) and could not be converted "
+            f"({reason}); mend it by hand and run it again"
+        )
+    if stopped is not None:
+        raise stopped
+    return None
+
+
+class Python2Finder(MetaPathFinder):
+    """Lets the others find a module and, if it is the script's own, has it converted while it loads."""
+
+    def __init__(self, *, script_is_python2: bool) -> None:
+        self._script_is_python2 = script_is_python2
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        spec = found_by_others(self, fullname, path, target)
+        if spec is not None and type(spec.loader) is SourceFileLoader and not _is_installed(spec.loader.path):
+            spec.loader = _Loader(fullname, spec.loader.path, for_sure=self._script_is_python2)
+        return spec
+
+
+class _Loader(SourceFileLoader):
+    def __init__(self, fullname: str, path: str, *, for_sure: bool) -> None:
+        super().__init__(fullname, path)
+        self._for_sure = for_sure
+
+    def get_code(self, fullname: str) -> CodeType | None:
+        """As ever for Python 3. Converted code is not cached: plain Python would find it beside the file."""
+        path = self.get_filename(fullname)
+        in_package = "." in fullname or self.is_package(fullname)
+        converted = convert_if_python2(
+            self.get_data(path), path, for_sure=self._for_sure, in_package=in_package
+        )
+        if converted is None:
+            return super().get_code(fullname)
+        logger.info("%s is Python 2 and was converted in memory", path)
+        return converted.code
+
+
+def _is_installed(path: str) -> bool:
+    real = os.path.realpath(path)
+    return real.startswith(_INSTALLED) or not _INSTALLED_ANYWHERE.isdisjoint(real.split(os.sep))

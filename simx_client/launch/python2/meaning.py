@@ -1,0 +1,285 @@
+"""Words that Python 3 still has and that meant something else: given their old meaning back.
+
+Works on a text whose spelling is Python 3 already. The syntax tree tells where; the change is made in the text, in
+its line, so that what nobody asked about (comments, blanks, line numbers) stays.
+
+Division is the one that matters: ``7 / 2`` was 3, and old scripts index and count with it. Where the text shows
+that an operand is a float, ``/`` stays; where both are whole, it becomes ``//``; else it is decided when it runs.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import dataclass
+
+_BEFORE_OPERATOR = re.compile(rb"(?:[^/#]|#[^\n]*)*")
+_INTS = {"len", "int", "ord"}
+_WHOLE_IN_MATH = {"factorial", "gcd", "isnan", "isinf"}
+_ROUNDING = {"floor", "ceil"}
+_ARRAY_PACKAGES = {"numpy", "pylab", "scipy", "matplotlib"}
+_MOVED = {"reduce", "reload", "intern"}  # built-ins once; the header imports them under the same name
+_DIVISIONS = {"__div__": "__truediv__", "__rdiv__": "__rtruediv__", "__idiv__": "__itruediv__"}
+_SAME_AS_METHOD = (
+    *("split", "replace", "strip", "lstrip", "rstrip", "upper", "lower", "capitalize", "zfill", "maketrans"),
+    *("find", "rfind", "count", "index", "ljust", "rjust", "center"),
+)
+_STRING: dict[str, str] = {
+    **dict.fromkeys(("join", "joinfields"), "py2_join"),
+    **{name: f"str.{name}" for name in _SAME_AS_METHOD},
+    **{name: f"string.ascii_{name}" for name in ("letters", "lowercase", "uppercase")},
+    "atoi": "int",
+    "atol": "int",
+    "atof": "float",
+}
+
+
+def restore(text: str) -> tuple[str, list[str]]:
+    """The text with the old meanings, and which names of ``simx_client.python2`` it now uses, sorted."""
+    tree = ast.parse(text)
+    source = text.encode()
+    editor = _Editor(source, _known_names(tree))
+    editor.visit(tree)
+    text = _rendered(source, 0, len(source), editor.edits).decode()
+    return text, sorted(editor.helpers)
+
+
+@dataclass(frozen=True, slots=True)
+class _Edit:
+    """Instead of the bytes from `start` to `end` of the text."""
+
+    start: int
+    end: int
+    text: str
+    rank: tuple[int, int] = (2, 0)
+    """Of several at one place: closings come first, the inner one ahead; then openings, the outer one ahead."""
+
+
+def _rendered(source: bytes, start: int, end: int, edits: list[_Edit]) -> bytes:
+    parts: list[bytes] = []
+    at = start
+    for edit in sorted(edits, key=lambda edit: (edit.start, edit.rank)):
+        parts += source[at : edit.start], edit.text.encode()
+        at = edit.end
+    return b"".join([*parts, source[at:end]])
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What a name means in this file."""
+
+    bound: set[str]
+    """Names that the file gives a meaning of its own; they are not the built-ins."""
+
+    from_math: set[str]
+    comparisons: set[str]
+    """Functions of two arguments, which may be comparisons for ``sort``."""
+
+    true_division: bool
+
+
+def _known_names(tree: ast.Module) -> _Known:
+    bound: set[str] = set()
+    from_math: set[str] = set()
+    comparisons = {"py2_cmp", "cmp"}
+    true_division = False
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load):
+            bound.add(node.id)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            bound.add(node.name)
+            if isinstance(node, ast.FunctionDef) and len(node.args.args) == 2:
+                comparisons.add(node.name)
+        elif isinstance(node, ast.arg):
+            bound.add(node.arg)
+        elif isinstance(node, ast.Import):
+            bound.update(alias.asname or alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            names = {alias.asname or alias.name for alias in node.names}
+            package = (node.module or "").partition(".")[0]
+            true_division |= package == "__future__" and "division" in names
+            if package == "math":
+                from_math |= _ROUNDING if "*" in names else names & _ROUNDING
+            elif package in _ARRAY_PACKAGES and "*" in names:
+                names.add("round")
+            bound |= names
+    return _Known(bound, from_math, comparisons, true_division)
+
+
+class _Editor(ast.NodeVisitor):
+    """Collects edits."""
+
+    def __init__(self, source: bytes, known: _Known) -> None:
+        self.edits: list[_Edit] = []
+        self.helpers: set[str] = set()
+        self._source = source
+        self._known = known
+        lines = source.splitlines(keepends=True)
+        self._line_starts = [sum(map(len, lines[:number])) for number in range(len(lines) + 1)]
+
+    # --- division --------------------------------------------------------------------------------
+
+    def visit_BinOp(self, node: ast.BinOp) -> None:
+        if not isinstance(node.op, ast.Div) or self._known.true_division:
+            self.generic_visit(node)
+            return
+        kinds = {self._kind(node.left), self._kind(node.right)}
+        slash = self._operator_after(node.left)
+        if "float" in kinds:
+            self.generic_visit(node)
+        elif kinds == {"int"}:
+            self._replace(slash, slash + 1, "//")
+            self.generic_visit(node)
+        else:
+            self._wrap(node, self._helper("py2_divide"))
+            blank = "" if self._source[slash + 1 : slash + 2].isspace() else " "
+            self._replace(len(self._source[:slash].rstrip(b" ")), slash + 1, "," + blank)
+            self.generic_visit(node)
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+        self.visit(node.target)
+        if (
+            isinstance(node.op, ast.Div)
+            and not self._known.true_division
+            and self._kind(node.value) != "float"
+        ):
+            start, end = self._start(node.target), self._end(node.target)
+            inside = [edit for edit in self.edits if start <= edit.start < end]
+            target = _rendered(self._source, start, end, inside).decode()
+            slash = self._operator_after(node.target)
+            self._replace(slash, slash + 2, f"= {self._helper('py2_idivide')}({target},")
+            self.edits.append(_Edit(self._end(node), self._end(node), ")", (0, -slash)))
+        self.visit(node.value)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        if node.name in _DIVISIONS:
+            start = self._source.index(node.name.encode(), self._start(node))
+            self._replace(start, start + len(node.name), _DIVISIONS[node.name])
+        self.generic_visit(node)
+
+    def _kind(self, node: ast.expr) -> str:
+        """ "int" or "float" if the text alone shows it, else nothing."""
+        match node:
+            case ast.Constant(value=bool()):
+                return ""
+            case ast.Constant(value=int()):
+                return "int"
+            case ast.Constant(value=float() | complex()):
+                return "float"
+            case ast.UnaryOp(operand=operand):
+                return self._kind(operand)
+            case ast.BinOp(
+                left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() | ast.Pow(), right=right
+            ):
+                kinds = {self._kind(left), self._kind(right)}
+                whole = kinds == {"int"} and not isinstance(node.op, ast.Pow)
+                return "float" if "float" in kinds else "int" if whole else ""
+            case ast.Attribute(value=ast.Name(id="math"), attr="pi" | "e"):
+                return "float"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="math"), attr=name)):
+                return "" if name in _WHOLE_IN_MATH else "float"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="time"), attr="time" | "clock")):
+                return "float"
+            case ast.Call(func=ast.Name(id=name)) if name not in self._known.bound:
+                return "float" if name in ("float", "round") else "int" if name in _INTS else ""
+            case _:
+                return ""
+
+    # --- calls and names -------------------------------------------------------------------------
+
+    def visit_Call(self, node: ast.Call) -> None:
+        known = self._known
+        match node.func:
+            case ast.Name(id="int") if len(node.args) == 1 and self._is_rounding(node.args[0]):
+                for part in ast.iter_child_nodes(node.args[0]):  # which may stay as it is inside int()
+                    self.visit(part)
+                return
+            case ast.Attribute(value=ast.Name(id="sys"), attr="setdefaultencoding"):
+                self._replace(self._start(node), self._end(node), "None")
+                return
+            case ast.Name(id="round") if "round" not in known.bound:
+                self._rename(node.func, self._helper("py2_round"))
+            case ast.Name(id="file") if "file" not in known.bound:
+                self._rename(node.func, "open")
+            case ast.Name(id="exec") if node.args:
+                self._wrap(node.args[0], self._helper("py2_code"))
+            case ast.Name(id="execfile") if node.args and "execfile" not in known.bound:
+                self._rename(node.func, "exec")
+                self._wrap(node.args[0], self._helper("py2_file"))
+            case ast.Attribute(attr="sort") if len(node.args) == 1 and self._is_comparison(node.args[0]):
+                self._wrap(node.args[0], f"key={self._helper('py2_key')}")
+            case ast.Name(id="sorted") if len(node.args) == 2 and self._is_comparison(node.args[1]):
+                self._wrap(node.args[1], f"key={self._helper('py2_key')}")
+            case _ if self._is_rounding(node):
+                self._wrap(node, "float")
+            case _:
+                pass
+        for keyword in node.keywords:
+            if keyword.arg == "cmp":
+                self._replace(self._start(keyword), self._start(keyword) + len("cmp"), "key")
+                self._wrap(keyword.value, self._helper("py2_key"))
+        self.generic_visit(node)
+
+    def _is_rounding(self, node: ast.expr) -> bool:
+        match node:
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="math"), attr=name)):
+                return name in _ROUNDING
+            case ast.Call(func=ast.Name(id=name)):
+                return name in self._known.from_math
+            case _:
+                return False
+
+    def _is_comparison(self, node: ast.expr) -> bool:
+        match node:
+            case ast.Lambda(args=ast.arguments(args=[_, _])):
+                return True
+            case ast.Name(id=name):
+                return name in self._known.comparisons
+            case _:
+                return False
+
+    def visit_Name(self, node: ast.Name) -> None:
+        if isinstance(node.ctx, ast.Load) and node.id not in self._known.bound:
+            if node.id == "cmp":
+                self._rename(node, self._helper("py2_cmp"))
+            elif node.id in _MOVED:
+                self._helper(node.id)
+
+    def visit_Attribute(self, node: ast.Attribute) -> None:
+        if isinstance(node.value, ast.Name) and node.value.id == "string" and node.attr in _STRING:
+            new = _STRING[node.attr]
+            self._rename(node, self._helper(new) if new.startswith("py2_") else new)
+        else:
+            self.generic_visit(node)
+
+    # --- the text --------------------------------------------------------------------------------
+
+    def _helper(self, name: str) -> str:
+        self.helpers.add(name)
+        return name
+
+    def _replace(self, start: int, end: int, text: str) -> None:
+        self.edits.append(_Edit(start, end, text))
+
+    def _rename(self, node: ast.expr, name: str) -> None:
+        self._replace(self._start(node), self._end(node), name)
+
+    def _wrap(self, node: ast.expr, function: str) -> None:
+        """Make a call with `node` as its argument."""
+        start, end = self._start(node), self._end(node)
+        self.edits.append(_Edit(start, start, function + "(", (1, -end)))
+        self.edits.append(_Edit(end, end, ")", (0, -start)))
+
+    def _start(self, node: ast.expr | ast.stmt | ast.keyword) -> int:
+        return self._line_starts[node.lineno - 1] + node.col_offset
+
+    def _end(self, node: ast.expr | ast.stmt | ast.keyword) -> int:
+        assert node.end_lineno is not None
+        assert node.end_col_offset is not None
+        return self._line_starts[node.end_lineno - 1] + node.end_col_offset
+
+    def _operator_after(self, left: ast.expr) -> int:
+        """Where the ``/`` behind this operand stands: only brackets, blanks and comments may come before it."""
+        found = _BEFORE_OPERATOR.match(self._source, self._end(left))
+        assert found is not None
+        return found.end()

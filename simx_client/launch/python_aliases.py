@@ -1,0 +1,50 @@
+"""Gives back what old scripts use and newer Python versions dropped from their modules, where it is missing.
+
+Sources: "What's New in Python" 3.8 (``time.clock``), 3.9 (``fractions.gcd``), 3.10 (the abstract
+classes in ``collections``), 3.11 (``inspect.getargspec``). Wrappers around the legacy binding read the parameter
+names of its functions with the last one.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import time
+from collections import abc
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from .after_import import Patch
+
+
+class ArgSpec(NamedTuple):
+    """What ``inspect.getargspec`` returned."""
+
+    args: list[str]
+    varargs: str | None
+    keywords: str | None
+    defaults: tuple[Any, ...] | None
+
+
+def getargspec(func: Callable[..., Any]) -> ArgSpec:
+    """Names and defaults of a function's parameters."""
+    return ArgSpec(*inspect.getfullargspec(func)[:4])
+
+
+def _giving(**members: Any) -> Patch:
+    def give(module: ModuleType) -> None:
+        for name, value in members.items():
+            if not hasattr(module, name):
+                setattr(module, name, value)
+
+    return give
+
+
+ALIASES: dict[str, Patch] = {
+    "time": _giving(clock=time.perf_counter),
+    "inspect": _giving(getargspec=getargspec, ArgSpec=ArgSpec),
+    "collections": _giving(**{name: getattr(abc, name) for name in dir(abc) if name[0].isupper()}),
+    "fractions": _giving(gcd=math.gcd),
+}
+"""By the name of the module, what is done to it."""

@@ -1,0 +1,100 @@
+"""What Python 2 meant and Python 3 has no word for; converted scripts import these names.
+
+``simx-run --print-converted`` shows where. They are spelled py2_ so that none of a script's own is hidden, except
+for three built-ins that only moved.
+"""
+
+from __future__ import annotations
+
+import builtins
+import functools
+import math
+from collections.abc import Callable
+from functools import reduce
+from importlib import reload
+from numbers import Integral
+from sys import intern
+from types import CodeType
+from typing import Any
+
+__all__ = [
+    "intern",
+    "py2_cmp",
+    "py2_code",
+    "py2_divide",
+    "py2_file",
+    "py2_idivide",
+    "py2_join",
+    "py2_key",
+    "py2_round",
+    "reduce",
+    "reload",
+]
+
+
+def py2_divide(a: Any, b: Any) -> Any:
+    """``a / b``: rounded down between whole numbers, NumPy's and arrays of them too (PEP 238)."""
+    return a // b if _is_whole(a) and _is_whole(b) else a / b
+
+
+def py2_idivide(a: Any, b: Any) -> Any:
+    """``a /= b``: the same, in place where `a` can."""
+    if _is_whole(a) and _is_whole(b):
+        a //= b
+    else:
+        a /= b
+    return a
+
+
+def _is_whole(value: Any) -> bool:
+    if isinstance(value, Integral):
+        return True
+    # an array; asked by its dtype, so that a script without NumPy does not pay for an import
+    return getattr(getattr(value, "dtype", None), "kind", "") in ("i", "u", "b")
+
+
+def py2_round(number: Any, ndigits: int = 0) -> Any:
+    """``round``: a float, halves away from zero. Python 3 gives an int and rounds halves to even."""
+    if not isinstance(number, int | float):
+        return builtins.round(number, ndigits)
+    if not math.isfinite(number):
+        return float(number)
+    nearest = builtins.round(float(number), ndigits)
+    step = 10.0**-ndigits
+    # only an exact half can differ, and builtins.round goes to the even side of it
+    if abs(number - nearest) == step / 2 and abs(nearest) < abs(number):
+        nearest = builtins.round(nearest + math.copysign(step, number), ndigits)
+    return float(nearest)
+
+
+def py2_cmp(a: Any, b: Any) -> int:
+    """``cmp``: -1, 0 or 1."""
+    return (a > b) - (a < b)
+
+
+def py2_key(compare: Callable[[Any, Any], int]) -> Callable[[Any], Any]:
+    """A sort key from the comparison that ``sort`` and ``sorted`` took."""
+    return functools.cmp_to_key(compare)
+
+
+def py2_join(words: Any, separator: str = " ") -> str:
+    """``string.join``."""
+    return separator.join(words)
+
+
+def py2_code(code: Any) -> Any:
+    """What ``exec`` was given, text of Python 2 converted; a code object stays what it is."""
+    if not isinstance(code, str):
+        return code
+    from .launch.python2.convert import to_python3  # only scripts that execute text pay for it
+
+    return to_python3(code, "<string>").code
+
+
+def py2_file(path: str) -> CodeType:
+    """The file that ``execfile`` names, converted."""
+    from pathlib import Path
+
+    from .launch.python2.convert import decode, to_python3
+
+    return to_python3(decode(Path(path).read_bytes()), path).code
