@@ -280,3 +280,38 @@ def test_what_zenoh_cannot_use_is_said_in_one_line(scene, tmp_path, flags, text)
     (line,) = [line for line in done.stderr.splitlines() if "ERROR" in line]
     assert text in line
     assert ".rs:" not in done.stderr
+
+
+def test_a_negative_time_out_is_that_of_blocking_calls(scene):
+    with server(scene) as process:
+        cid = _connect(process.port, timeOutInMs=-300)
+        assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] == 0
+        process.process.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+        code, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
+        waited = time.monotonic() - began
+        process.process.send_signal(signal.SIGCONT)
+        assert (code, handle) == (v.simx_return_timeout_flag | v.simx_return_novalue_flag, 0)
+        assert 0.3 <= waited < 1.5
+        # The late reply waits in the inbox for a call in buffer mode.
+        assert wait_until(lambda: v.simxGetObjectHandle(cid, "hinge", v.simx_opmode_buffer)[0] == 0, 5.0)
+        assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] == 0
+
+
+def test_ctrl_c_ends_a_blocking_call_and_the_connection_is_still_good(scene):
+    with server(scene) as process:
+        interrupted = (
+            "import sys; sys.path.insert(0, '.'); import simx_client as v;"
+            f"c = v.simxStart('127.0.0.1', {process.port}, True, True, 20000, 5)\n"
+            "v.simxSynchronous(c, True); v.simxStartSimulation(c, v.simx_opmode_blocking)\n"
+            "print('stepping', flush=True)\n"
+            "try:\n"
+            "    while True: v.simxGetPingTime(c)\n"
+            "except KeyboardInterrupt: pass\n"
+            "print(v.simxGetPingTime(c)[0], v.simxSynchronousTrigger(c), flush=True)\n"
+        )
+        with running(spawn("-c", interrupted)) as client:
+            assert read_line(client).strip() == "stepping"
+            client.send_signal(signal.SIGINT)
+            assert read_line(client).strip() == "0 0"
+            assert client.wait(10) == 0
