@@ -160,7 +160,7 @@ class Connection:
             mode = int(mode)
         with self._lock:
             if mode & MODE_MASK == c.simx_opmode_blocking:
-                if shape.command.takes_what_it_reads and mode == c.simx_opmode_blocking:
+                if shape.command.never_blocking and mode == c.simx_opmode_blocking:
                     return shape.failure(c.simx_return_illegal_opmode_flag)
                 return self.blocking(shape, values)
             is_linked = self._check_link()

@@ -169,12 +169,13 @@ def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxCreateBuffer(bufferSize: int) -> Any:
-    """A ctypes buffer of so many unsigned bytes."""
-    return (ctypes.c_ubyte * to_int32(bufferSize))()
+    """A ctypes pointer to so many unsigned bytes, all 0; it keeps them alive."""
+    buffer = (ctypes.c_ubyte * max(0, to_int32(bufferSize)))()
+    return ctypes.cast(buffer, ctypes.POINTER(ctypes.c_ubyte))
 
 
 def simxReleaseBuffer(buffer: Any) -> None:
-    """Nothing to do: Python frees the buffer when nobody holds it."""
+    """Nothing to do: Python frees the bytes when nobody holds the pointer."""
 
 
 def simxPackInts(intList: Any) -> bytearray:

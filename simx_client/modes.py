@@ -27,6 +27,10 @@ MODE_MASK = ~0xFFFF
 _STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
 
 
+MAX_UNREAD_TEXTS = 50
+"""Error texts that a stream of them keeps for a client that does not read; the oldest go first, as in the server."""
+
+
 class Stream(NamedTuple):
     """An armed stream: the id it goes by and what was asked."""
 
@@ -184,7 +188,7 @@ class Modes:
         if shape.command.takes_what_it_reads and not reply.status:
             unread = self.inbox.get(key)
             if unread is not None and not unread.status:
-                reply = reply._replace(values=[unread.values[0] + reply.values[0]])
+                reply = reply._replace(values=[_together(unread.values[0], reply.values[0])])
         elif not reply.status and shape.command.is_hit(reply.values):
             stream = self._streams.get(key)
             if stream is not None and stream.call_id == reply.call_id:
@@ -199,7 +203,7 @@ class Modes:
         if not reply.status:
             if shape.command.takes_what_it_reads:
                 # A stream goes on: nothing new means empty data, not novalue.
-                self.inbox[key] = reply._replace(values=[b""])
+                self.inbox[key] = reply._replace(values=[reply.values[0][:0]])
                 if key not in self._streams:
                     del self.inbox[key]
             elif mode == c.simx_opmode_buffer and shape.command.is_hit(reply.values):
@@ -218,3 +222,9 @@ class Modes:
         self._cancels.clear()
         self._outbox.clear()
         self._answer = None
+
+
+def _together(unread: Any, new: Any) -> Any:
+    """What was not read yet and what came now, of a command that takes what it reads: bytes, or texts."""
+    both = unread + new
+    return both if type(both) is bytes else both[-MAX_UNREAD_TEXTS:]

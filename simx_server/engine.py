@@ -39,6 +39,9 @@ _STATE_BITS = {
 }
 _REAL_TIME_BIT = 0b100
 
+_SCENE_ID_MASK = 0xFFFF
+"""The message header has two bytes for it."""
+
 Event = Callable[[], object]
 
 
@@ -241,7 +244,7 @@ class Engine:
             session.message_id,
             session.client_time,
             int(time.monotonic() * 1000) & 0x7FFF_FFFF,
-            0,
+            self.simulation.scene_id & _SCENE_ID_MASK,
             state,
             replies,
         )

@@ -6,23 +6,25 @@ switch reads False, may be switched off, and cannot be switched on.
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import random
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol
 
 from simx_client.protocol import constants as c
 
 from .errors import CommandError
+from .parameter_table import Parameter, Table, only
 
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-_V = TypeVar("_V")
+logger = logging.getLogger(__name__)
 
 PROGRAM_VERSION = 30602
 """V-REP 3.6.2: the version whose behaviour is the specification, in V-REP's form MMmmpp."""
@@ -32,31 +34,57 @@ MUJOCO_ENGINE = 4
 
 _SIM_STRINGPARAM_SCENE_PATH = 14
 _SIM_STRINGPARAM_SCENE_NAME = 15
+_SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR = 16
 _SIM_FLOATPARAM_DYNAMIC_STEP_SIZE = 3
+_SIM_INTPARAM_PROGRAM_FULL_VERSION = 39
 
-_WINDOWS = (
-    c.sim_boolparam_hierarchy_visible,
-    c.sim_boolparam_console_visible,
-    c.sim_boolparam_browser_visible,
-    c.sim_boolparam_scene_and_model_load_messages,
-    c.sim_boolparam_display_enabled,
-    c.sim_boolparam_infotext_visible,
-    c.sim_boolparam_statustext_open,
-    c.sim_boolparam_fullscreen,
-    c.sim_boolparam_hierarchy_toolbarbutton_enabled,
-    c.sim_boolparam_browser_toolbarbutton_enabled,
-    c.sim_boolparam_objectshift_toolbarbutton_enabled,
-    c.sim_boolparam_objectrotate_toolbarbutton_enabled,
-    c.sim_boolparam_play_toolbarbutton_enabled,
-    c.sim_boolparam_pause_toolbarbutton_enabled,
-    c.sim_boolparam_stop_toolbarbutton_enabled,
-)
+MAX_ARGUMENTS = 9
+"""Of the command line; string parameters 2 to 10."""
 
-_ALWAYS_ON = (
-    c.sim_boolparam_dynamics_handling_enabled,
-    c.sim_boolparam_joint_motion_handling_enabled,
-    c.sim_boolparam_threaded_rendering_enabled,
-)
+_MAX_SPEED_INDEX = 10
+"""2**10 times the speed is as fast as it goes."""
+
+_OFF = {
+    "it needs a window, and this server has none": (
+        c.sim_boolparam_hierarchy_visible,
+        c.sim_boolparam_console_visible,
+        c.sim_boolparam_browser_visible,
+        c.sim_boolparam_scene_and_model_load_messages,
+        c.sim_boolparam_display_enabled,
+        c.sim_boolparam_infotext_visible,
+        c.sim_boolparam_statustext_open,
+        c.sim_boolparam_force_show_wireless_emission,
+        c.sim_boolparam_force_show_wireless_reception,
+        c.sim_boolparam_fullscreen,
+        c.sim_boolparam_hierarchy_toolbarbutton_enabled,
+        c.sim_boolparam_browser_toolbarbutton_enabled,
+        c.sim_boolparam_objectshift_toolbarbutton_enabled,
+        c.sim_boolparam_objectrotate_toolbarbutton_enabled,
+        c.sim_boolparam_play_toolbarbutton_enabled,
+        c.sim_boolparam_pause_toolbarbutton_enabled,
+        c.sim_boolparam_stop_toolbarbutton_enabled,
+    ),
+    "this server has no such module": (
+        c.sim_boolparam_ik_handling_enabled,
+        c.sim_boolparam_gcs_handling_enabled,
+        c.sim_boolparam_path_motion_handling_enabled,
+        c.sim_boolparam_mill_handling_enabled,
+    ),
+    "the pictures of this server are drawn without it": (
+        c.sim_boolparam_fog_enabled,
+        c.sim_boolparam_mirrors_enabled,
+        c.sim_boolparam_aux_clip_planes_enabled,
+    ),
+    "this server records no videos": (c.sim_boolparam_video_recording_triggered,),
+}
+"""Switches that are off for good, by the reason."""
+
+_ON = {
+    "joints always move here": (c.sim_boolparam_joint_motion_handling_enabled,),
+    "pictures are always drawn beside the physics here": (c.sim_boolparam_threaded_rendering_enabled,),
+    "the pictures of this server are always drawn with it": (c.sim_boolparam_shape_textures_are_visible,),
+}
+"""Switches that are on for good, by the reason."""
 
 _PLATFORMS = {"win32": 0, "darwin": 1}
 """0 Windows, 1 macOS, else 2."""
@@ -69,56 +97,24 @@ class Pace(Protocol):
     """Simulated seconds per wall second; infinity for as fast as possible."""
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter(Generic[_V]):
-    """One parameter; None where it cannot be read or set."""
-
-    get: Callable[[], _V] | None
-    set: Callable[[_V], None] | None = None
-
-
-class Table(Generic[_V]):
-    """All parameters of one kind."""
-
-    def __init__(self, kind: str, entries: dict[int, Parameter[_V]]) -> None:
-        self._kind = kind
-        self._entries = entries
-
-    def get(self, number: int) -> _V:
-        """Raises CommandError that lists the known numbers."""
-        get = self._entries.get(number, Parameter(None)).get
-        if get is None:
-            raise CommandError(f"{self._kind} parameter {number} cannot be read; {self._list('get')}")
-        return get()
-
-    def set(self, number: int, value: _V) -> None:
-        """Raises CommandError that lists the numbers that can be set."""
-        put = self._entries.get(number, Parameter(None)).set
-        if put is None:
-            raise CommandError(f"{self._kind} parameter {number} cannot be set; {self._list('set')}")
-        put(value)
-
-    def _list(self, what: str) -> str:
-        known = [str(n) for n, entry in sorted(self._entries.items()) if getattr(entry, what) is not None]
-        return "those that can: " + (", ".join(known) or "none")
-
-
 class Parameters:
     """Every parameter of one simulation."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._random = random.Random(0)  # the same numbers in every run of the server
-        self._error_report_mode = 1
-        self._scene_id = 0
+        self._speed_index = 0
+        self.arguments: tuple[str, ...] = ()
+        """What the server was started with for the programs that ask; set by the composition."""
+        self.end: Callable[[], None] | None = None
+        """Set by the composition: ends the server."""
         self.stop_requests = 0
         """Stop requests of clients and scripts since the server started."""
         self.pace: Pace | None = None
         """Set by the composition; without it the simulation is paced by its caller."""
         self.is_waiting_for_trigger: Callable[[], bool] = lambda: False
         """Set by the composition: whether a stepped simulation waits (boolean 45)."""
-        sim.on_load.append(self._count_scene)
-        sim.on_close.append(self._count_scene)
+        sim.on_stop.append(lambda: self._change_speed(0))
         self.booleans = Table("boolean", self._booleans())
         self.integers = Table("integer", self._integers())
         self.floats = Table("float", self._floats())
@@ -126,9 +122,13 @@ class Parameters:
         self.arrays = Table("array", self._arrays())
 
     def _booleans(self) -> dict[int, Parameter[bool]]:
-        entries = {number: Parameter(lambda: False, _only_off(number)) for number in _WINDOWS}
-        entries |= {number: Parameter(lambda: True, _only_on(number)) for number in _ALWAYS_ON}
+        entries = {number: only(False, reason) for reason, numbers in _OFF.items() for number in numbers}
+        entries |= {number: only(True, reason) for reason, numbers in _ON.items() for number in numbers}
         entries |= {
+            c.sim_boolparam_dynamics_handling_enabled: Parameter(
+                lambda: self._sim.dynamics_enabled,
+                lambda value: setattr(self._sim, "dynamics_enabled", value),
+            ),
             c.sim_boolparam_proximity_sensor_handling_enabled: Parameter(
                 lambda: self._sim.proximity.enabled,
                 lambda value: setattr(self._sim.proximity, "enabled", value),
@@ -137,28 +137,36 @@ class Parameters:
                 lambda: self._sim.vision.enabled,
                 lambda value: setattr(self._sim.vision, "enabled", value),
             ),
+            c.sim_boolparam_rml2_available: Parameter(lambda: False),
+            c.sim_boolparam_rml4_available: Parameter(lambda: False),
             c.sim_boolparam_realtime_simulation: Parameter(self._is_real_time, self._set_real_time),
             c.sim_boolparam_headless: Parameter(lambda: True),
+            c.sim_boolparam_exit_request: Parameter(None, self._request_exit),
             c.sim_boolparam_waiting_for_trigger: Parameter(lambda: self.is_waiting_for_trigger()),
         }
         return entries
 
     def _integers(self) -> dict[int, Parameter[int]]:
         return {
-            c.sim_intparam_error_report_mode: Parameter(
-                lambda: self._error_report_mode, self._set_error_report_mode
+            c.sim_intparam_error_report_mode: only(
+                c.sim_api_errormessage_report, "errors always reach simxGetLastErrors and the server's log"
             ),
             c.sim_intparam_program_version: Parameter(lambda: PROGRAM_VERSION),
             c.sim_intparam_instance_count: Parameter(lambda: 1),
             c.sim_intparam_dynamic_step_divider: Parameter(lambda: self._sim.substeps),
-            c.sim_intparam_dynamic_engine: Parameter(lambda: MUJOCO_ENGINE, _only_mujoco),
+            c.sim_intparam_dynamic_engine: only(MUJOCO_ENGINE, "the dynamics engine here is MuJoCo"),
             c.sim_intparam_edit_mode_type: Parameter(lambda: 0),
             c.sim_intparam_platform: Parameter(lambda: _PLATFORMS.get(sys.platform, 2)),
-            c.sim_intparam_scene_unique_id: Parameter(lambda: self._scene_id),
+            c.sim_intparam_scene_unique_id: Parameter(lambda: self._sim.scene_id),
+            c.sim_intparam_mouse_x: Parameter(lambda: self._sim.user_interface.mouse[0]),
+            c.sim_intparam_mouse_y: Parameter(lambda: self._sim.user_interface.mouse[1]),
             c.sim_intparam_core_count: Parameter(lambda: os.cpu_count() or 1),
             c.sim_intparam_stop_request_counter: Parameter(lambda: self.stop_requests),
             c.sim_intparam_program_revision: Parameter(lambda: 0),
+            c.sim_intparam_mouse_buttons: Parameter(lambda: self._sim.user_interface.mouse[2]),
             c.sim_intparam_scene_index: Parameter(lambda: 0),
+            c.sim_intparam_speedmodifier: Parameter(lambda: self._speed_index, self._set_speed_index),
+            _SIM_INTPARAM_PROGRAM_FULL_VERSION: Parameter(lambda: PROGRAM_VERSION * 100),
         }
 
     def _floats(self) -> dict[int, Parameter[float]]:
@@ -178,6 +186,11 @@ class Parameters:
                 lambda: str(self._sim.scene.path.parent) if self._sim.scene.path else ""
             ),
             _SIM_STRINGPARAM_SCENE_NAME: Parameter(lambda: self._sim.scene.name),
+            _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR: Parameter(lambda: str(self._sim.workspace)),
+            **{
+                c.sim_stringparam_app_arg1 + index: Parameter(partial(self._argument, index))
+                for index in range(MAX_ARGUMENTS)
+            },
         }
 
     def _arrays(self) -> dict[int, Parameter[list[float]]]:
@@ -199,8 +212,33 @@ class Parameters:
         if not self._sim.is_running and self.pace is not None and value != self._is_real_time():
             self.pace.speed = 1.0 if value else math.inf
 
-    def _set_error_report_mode(self, value: int) -> None:
-        self._error_report_mode = value
+    def _set_speed_index(self, value: int) -> None:
+        """Each step doubles the pace, each one below 0 halves it, until the run ends.
+
+        While stopped nothing happens and it counts as success, as in V-REP; nor when there is no pace to change.
+        """
+        if self._sim.is_running and self._is_real_time():
+            self._change_speed(min(max(value, -_MAX_SPEED_INDEX), _MAX_SPEED_INDEX))
+
+    def _change_speed(self, index: int) -> None:
+        if self.pace is not None and math.isfinite(self.pace.speed):
+            self.pace.speed *= 2.0 ** (index - self._speed_index)
+        self._speed_index = index
+
+    def _request_exit(self, value: bool) -> None:
+        """Only while stopped, as in V-REP; False asks for nothing."""
+        if not value:
+            return
+        if self._sim.is_running:
+            raise CommandError("the server ends only while the simulation is stopped; stop it first")
+        if self.end is None:
+            raise CommandError("this simulation has no server that could be ended")
+        logger.info("a client asked the server to end")
+        self.end()
+
+    def _argument(self, index: int) -> str:
+        """'' for those that were not given, as in V-REP."""
+        return self.arguments[index] if index < len(self.arguments) else ""
 
     def _set_time_step(self, seconds: float) -> None:
         """While running nothing happens and it counts as success, as in V-REP."""
@@ -220,29 +258,3 @@ class Parameters:
         """Euler angles of a rotation that is equally likely to be any: sin(beta) is uniform."""
         alpha, gamma = (self._random.uniform(-math.pi, math.pi) for _ in range(2))
         return [alpha, math.asin(self._random.uniform(-1.0, 1.0)), gamma]
-
-    def _count_scene(self) -> None:
-        self._scene_id += 1
-
-
-def _only_off(number: int) -> Callable[[bool], None]:
-    def put(value: bool) -> None:
-        if value:
-            raise CommandError(
-                f"boolean parameter {number} needs a window, and this server has none; it stays off"
-            )
-
-    return put
-
-
-def _only_on(number: int) -> Callable[[bool], None]:
-    def put(value: bool) -> None:
-        if not value:
-            raise CommandError(f"boolean parameter {number} cannot be switched off here; it stays on")
-
-    return put
-
-
-def _only_mujoco(value: int) -> None:
-    if value != MUJOCO_ENGINE:
-        raise CommandError(f"the only dynamics engine here is MuJoCo, number {MUJOCO_ENGINE}; not {value}")

@@ -45,6 +45,7 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     simulation.rendering = RenderThread()
     stack.callback(simulation.rendering.close)
     attach_parts(simulation, settings.workspace)
+    simulation.parameters.arguments = settings.arguments
     simulation.load(find_scene(settings.scene or DEFAULT_SCENE))
     if settings.time_step is not None:
         simulation.time_step = settings.time_step
@@ -82,6 +83,7 @@ def serve(settings: Settings) -> int:
         stack.callback(gateway.close)
         simulation.parameters.pace = pacer
         simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
+        simulation.parameters.end = engine.end
         if settings.quit_after_stop:
             simulation.on_stop.append(engine.end)
         with _ending_by_signal(engine):

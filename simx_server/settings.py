@@ -159,6 +159,16 @@ class Settings:
         folder,
         metavar="FOLDER",
     )
+    arguments: tuple[str, ...] = _setting(
+        (),
+        "--argument",
+        "text that scripts read as string parameter 2, 3, ...; repeatable",
+        "up to 9 texts",
+        str,
+        metavar="TEXT",
+        letter="-g",
+        many=True,
+    )
     log_level: str = _setting(
         "info",
         "--log-level",

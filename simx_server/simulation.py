@@ -80,6 +80,10 @@ class Simulation:
         """Bumped whenever the model was replaced or its arrays were written: what keeps a copy of it looks here."""
         self.pass_count = 0
         """Passes of this run; 0 when stopped."""
+        self.scene_id = 0
+        """Another number for every scene that was loaded, and for the empty one after closing."""
+        self.dynamics_enabled = True
+        """Boolean parameter 6: off, passes go by without physics."""
         self.signals = Signals()
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []
@@ -211,7 +215,8 @@ class Simulation:
         if self.state != SimulationState.RUNNING:  # a listener may stop the run
             return
         before = [self.data.warning[kind].number for kind in _DIVERGED]
-        self.joints.step(self.substeps)
+        if self.dynamics_enabled:
+            self.joints.step(self.substeps)
         if [self.data.warning[kind].number for kind in _DIVERGED] != before:
             logger.error("the physics diverged at %.3f s; the simulation is stopped", self.time)
             self.stop()
@@ -298,6 +303,7 @@ class Simulation:
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
         self.scene, self.model = scene, model
+        self.scene_id += 1
         self.data = mujoco.MjData(model)
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True

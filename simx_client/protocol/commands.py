@@ -64,6 +64,9 @@ class Command:
     takes_what_it_reads: bool = False
     """Each successful read empties the inbox; unread data is put together, none is lost."""
 
+    never_blocking: bool = False
+    """Blocking mode is refused with the illegal-mode code."""
+
     stream_ends_with_hit: bool = False
     """A stream of it ends by itself with the first hit; read in buffer mode, that value is gone."""
 
@@ -103,6 +106,7 @@ def _command(
     place: Place = Place.REMOTE,
     keeps_every_call: bool = False,
     takes_what_it_reads: bool = False,
+    never_blocking: bool = False,
     stream_ends_with_hit: bool = False,
     no_hit: int | None = None,
 ) -> Command:
@@ -124,6 +128,7 @@ def _command(
         place,
         keeps_every_call,
         takes_what_it_reads,
+        never_blocking,
         stream_ends_with_hit,
         no_hit,
         any(result.kind.name in ("pixels", "depths") for result in results),
@@ -179,7 +184,7 @@ def _connection() -> Iterator[Command]:
         "result:int info:int",
         "A field of the next outgoing message's header; 1 and the value, or -1 and 0.",
     )
-    yield local("simxCreateBuffer", "bufferSize:int", "buffer:bytes", "A ctypes buffer of so many bytes.")
+    yield local("simxCreateBuffer", "bufferSize:int", "buffer:bytes", "A ctypes pointer to so many unsigned bytes.")
     yield local("simxReleaseBuffer", "buffer:bytes", "", "Let go of a buffer of simxCreateBuffer.")
     yield local("simxPackInts", "intList:ints", "packed:bytes", "Little-endian int32 each.")
     yield local("simxUnpackInts", "intsPackedInString:bytes", "values:ints", "The inverse of simxPackInts.")
@@ -688,6 +693,7 @@ def _signals() -> Iterator[Command]:
         key="signalName",
         id=0x3018,
         takes_what_it_reads=True,
+        never_blocking=True,
     )
     yield _command(
         "simxGetAndClearStringSignal",
@@ -717,6 +723,7 @@ def _scripts() -> Iterator[Command]:
         gives="errors:texts",
         doc="What went wrong in commands of this client, oldest first, at most 50; reading clears the list.",
         id=0x0004,
+        takes_what_it_reads=True,
     )
     yield _command(
         "simxAddStatusbarMessage",
