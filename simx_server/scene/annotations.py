@@ -7,7 +7,7 @@ GRAMMAR is the whole list of kinds and keys; anything else is an error that name
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 import mujoco
@@ -178,7 +178,7 @@ _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "disc": (("angle_deg", "height"), ("radius", "inside_gap")),
 }
 """Keys that each type of proximity sensor needs, and those it may have."""
-_ANY_VOLUME = {"angle_deg", "radius", "radius_far", "size_x", "size_y", "size_x_far", "size_y_far", "height", "inside_gap"}  # fmt: skip
+_ANY_VOLUME = {key for needed, possible in _VOLUMES.values() for key in (*needed, *possible)}
 
 
 def read_annotations(spec: mujoco.MjSpec) -> Annotations:
@@ -262,6 +262,31 @@ def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
                 raise SceneError(
                     f"text '{PREFIX}{kind}:{name}' is for a {wanted}, but '{name}' is a {kinds_of[name]}"
                 )
+    _check_names(annotations, kinds_of)
+
+
+def _check_names(annotations: Annotations, objects: Collection[str]) -> None:
+    """What collections, collision and distance objects and sensors name must exist."""
+    collections = annotations.registered.get("collection", {})
+    for name, note in collections.items():
+        for key in ("objects", "tree", "below", "chain", "without"):
+            for word in filter(None, str(note.get(key, "")).split(",")):
+                _must_name(f"collection:{name}", key, word, objects, "object")
+    entities = {"all", *objects, *collections}
+    for kind in ("collision", "distance"):
+        for name, note in annotations.registered.get(kind, {}).items():
+            for key in ("entity1", "entity2"):
+                _must_name(f"{kind}:{name}", key, str(note.get(key, "all")), entities, "object or collection")
+            if note.get("entity1", "all") == "all":
+                raise SceneError(f"text '{PREFIX}{kind}:{name}' needs entity1=, an object or collection")
+    for name, by_kind in annotations.objects.items():
+        word = str(by_kind.get("proximity", {}).get("entity", "all"))
+        _must_name(f"proximity:{name}", "entity", word, entities, "object or collection")
+
+
+def _must_name(element: str, key: str, word: str, known: Collection[str], what: str) -> None:
+    if word not in known:
+        raise SceneError(f"text '{PREFIX}{element}' has {key}={word}, which is no {what} of the scene")
 
 
 def _split_name(full: str) -> tuple[str, str]:

@@ -1,0 +1,65 @@
+"""Joints that follow another one: V-REP's dependent mode, position = offset + multiplication * master's position.
+
+The file names the master in the joint's annotation. Loading adds an equality per dependent joint, through which the two
+exchange forces; the joints switch it on and write its numbers, so that they can change without another compile.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from simx_server.scene.annotations import Annotation, Annotations, SceneError
+from simx_server.scene.tree import INTERNAL
+
+EQUALITY = INTERNAL + "dependency:"
+"""Prefix of the names of added equalities; the rest is the dependent joint's name."""
+
+_SOLVER_REFERENCE = (0.004, 1.0)
+_SOLVER_IMPEDANCE = (0.99, 0.999, 0.0001)
+"""Stiff, as the shipped gripper's couplings: the default would lag visibly behind a fast master."""
+
+_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
+    """Check what the annotations say of masters and add an equality, off, for each joint in dependent mode.
+
+    Raises SceneError.
+    """
+    kinds = {joint.name: joint.type for joint in spec.joints}
+    notes = {name: by_kind["joint"] for name, by_kind in annotations.objects.items() if "joint" in by_kind}
+    for name, note in notes.items():
+        _check(name, note, kinds, notes)
+        if note.get("mode") == "dependent" and kinds.get(name) in _SINGLE:
+            equality = spec.add_equality(
+                name=EQUALITY + name,
+                type=mujoco.mjtEq.mjEQ_JOINT,
+                objtype=mujoco.mjtObj.mjOBJ_JOINT,
+                name1=name,
+                active=False,
+            )
+            equality.solref[:2] = _SOLVER_REFERENCE
+            equality.solimp[:3] = _SOLVER_IMPEDANCE
+
+
+def _check(name: str, note: Annotation, kinds: dict[str, object], notes: dict[str, Annotation]) -> None:
+    element = f"text 'simx:joint:{name}'"
+    master = note.get("master")
+    if master is None:
+        if "multiplication" in note:
+            raise SceneError(f"{element} has multiplication= without master=, the joint to follow")
+        if "offset" in note and name in kinds:
+            raise SceneError(
+                f"{element} has offset=, valid for a tendon, or with master= for a dependent joint"
+            )
+        return
+    if note.get("mode") != "dependent" or kinds.get(name) not in _SINGLE:
+        raise SceneError(f"{element} has master=, valid for a hinge or slide joint with mode=dependent")
+    if kinds.get(str(master)) not in _SINGLE:
+        raise SceneError(f"{element} has master={master}, which is no hinge or slide joint of the scene")
+    seen = {name}
+    while isinstance(master, str) and notes.get(master, {}).get("mode") == "dependent":
+        if master in seen:
+            raise SceneError(f"{element} has master={note['master']}, which follows '{name}' itself")
+        seen.add(master)
+        master = notes[master].get("master")
