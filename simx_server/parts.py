@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 
 from .parameters import Parameters
 from .scripting import Scripts
+from .scene.collection import Collections
 from .sensors.force import ForceSensors
+from .sensors.instant import Instants
 from .sensors.proximity import ProximitySensors
 from .sensors.vision import VisionSensors
 from .status_bar import StatusBar
@@ -31,6 +33,8 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.selection = []
     sim.status_bar = StatusBar()
     sim.parameters = Parameters(sim)
+    sim.collections = Collections(sim)
+    sim.instants = Instants(sim)
     sim.proximity = ProximitySensors(sim)
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)

@@ -29,7 +29,9 @@ from simx_server.snapshot import Snapshot
 if TYPE_CHECKING:
     from simx_server.parameters import Parameters
     from simx_server.scripting import Scripts
+    from simx_server.scene.collection import Collections
     from simx_server.sensors.force import ForceSensors
+    from simx_server.sensors.instant import Instants
     from simx_server.sensors.proximity import ProximitySensors
     from simx_server.sensors.render_thread import RenderThread
     from simx_server.sensors.vision import VisionSensors
@@ -62,6 +64,8 @@ class Simulation:
     # Given by `parts.attach_parts` (a bare simulation works without them).
     parameters: Parameters
     scripts: Scripts
+    collections: Collections
+    instants: Instants
     proximity: ProximitySensors
     force: ForceSensors
     vision: VisionSensors
@@ -224,6 +228,7 @@ class Simulation:
         self.changed()
         self.refresh()
         self._remember_poses()
+        self.joints.measure()
         _call(self.on_sensing)
         self.pass_count += 1
 

@@ -31,6 +31,8 @@ class Annotations:
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
     uis: dict[str, Annotation] = field(default_factory=dict)
     """Custom UIs by their name, which is no object's."""
+    registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
+    """Per kind (collection, collision, distance) what is registered under which name; these are no objects' either."""
     time_step: float | None = None
 
 
@@ -190,6 +192,8 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
             note = parse(kind, text.data, text.name)
             if kind == "ui":
                 found.uis[name] = note
+            elif kind in REGISTERED:
+                found.registered.setdefault(kind, {}).setdefault(name, {}).update(note)
             else:
                 found.objects.setdefault(name, {}).setdefault(kind, {}).update(note)
     for numeric in spec.numerics:

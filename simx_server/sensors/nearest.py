@@ -69,7 +69,7 @@ def nearest_point(
     bound = _upper_bound(volume, triangles) if least_cosine <= 0 else math.inf
     edges = np.roll(triangles.corners, -1, axis=1) - triangles.corners
     along = _closest_on_edges(triangles.corners, edges)
-    close = np.flatnonzero((_least_distance(triangles, along) <= bound + 1e-12))
+    close = np.flatnonzero(_least_distance(triangles, along) <= bound + 1e-12)
     some = triangles.take(close)
     best = _Best(volume, some, least_cosine)
     best.offer(_edge_points(volume, some.corners, edges[close], along[close]))

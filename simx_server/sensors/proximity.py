@@ -1,45 +1,32 @@
-"""Proximity sensors: sites with a rangefinder, seen as V-REP's ray sensors.
+"""Proximity sensors: sites with a rangefinder or a `simx:proximity` annotation.
 
-The ray starts `offset` metres along the site's +z and is `range` metres long. It meets what a camera sees (the geom
-groups of `VISIBLE_GROUPS`), but nothing of the sensor's own body. V-REP computes all sensors in each pass; here a
-sensor is computed from its first read on, in the sensing phase; the first time when it is read.
+They look along the site's +z (see `volume.py`) at what a camera sees too (the geom groups of `VISIBLE_GROUPS`), but not
+at the shape that carries them. V-REP computes all sensors in each pass; here a sensor is computed when it is read,
+from where everything was in the sensing phase of the last pass.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from ..errors import CommandError
-from ..scene import frames
 from ..scene.annotations import Annotation
+from ..scene.collection import ALL
 from ..scene.objects import ObjectKind, SceneObject
-from ..scene.poses import Vector, conjugate, rotate
-from .visibility import VISIBLE_GROUPS
+from .detection import Detection, Optics, detect, optics
+from .instant import Instant
+from .volume import TYPES
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
+__all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
+
 DEFAULT_RANGE = 10.0
 """Metres, for a rangefinder that says no range (annotation or the sensor's cutoff)."""
-
-_GROUPS = np.array([group in VISIBLE_GROUPS for group in range(mujoco.mjNGROUP)], np.uint8)
-
-
-@dataclass(frozen=True, slots=True)
-class Detection:
-    """The nearest thing on the ray, in the sensor's frame."""
-
-    point: Vector
-    """Metres from the sensor's origin."""
-    normal: Vector
-    """Unit, outward from the surface."""
-    handle: int
-    """Object of the surface, -1 for an unnamed geom of the world."""
 
 
 class ProximitySensors:
@@ -49,86 +36,117 @@ class ProximitySensors:
         self._sim = sim
         self.enabled = True
         """Boolean parameter 9: whether the sensing phase handles sensors."""
+        self._optics: dict[int, Optics] = {}
+        self._entities: dict[int, int] = {}
         self._results: dict[int, Detection | None] = {}
-        self._read: set[int] = set()
-        self._has_sensed = False
+        self._handled_by_hand: dict[int, Detection | None] = {}
+        self._instant: Instant | None = None
+        """That of the last pass in which sensors were handled."""
         sim.on_sensing.append(self._sense)
         sim.on_start.append(self._forget)
         sim.on_stop.append(self._forget)
-        sim.on_load.append(self._forget)
-        sim.on_close.append(self._forget)
+        sim.on_load.append(self._forget_all)
+        sim.on_close.append(self._forget_all)
 
     def read(self, handle: int) -> Detection | None:
-        """The result of the last handling; None when nothing is in the way.
+        """The result of the last handling; None when nothing is in the volume.
 
         Raises:
             UnknownHandle, WrongKind.
             CommandError: not handled since the simulation started.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        if handle not in self._results:
-            self._results[handle] = self._first(item)
-            self._read.add(handle)
-        return self._results[handle]
-
-    def handle(self, handle: int) -> Detection | None:
-        """Compute a sensor now, explicitly handled or not; what `sim.handleProximitySensor` does."""
-        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        self._results[handle] = self._detect(item)
-        return self._results[handle]
-
-    def _first(self, item: SceneObject) -> Detection | None:
+        if handle in self._handled_by_hand:
+            return self._handled_by_hand[handle]
         if _is_explicit(item):
             raise CommandError(
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run"
             )
-        if not self._has_sensed:
-            raise CommandError(
-                f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running simulation"
-            )
-        return self._detect(item)
+        if handle not in self._results:
+            if self._instant is None or handle not in self._instant.scene.objects:
+                raise CommandError(
+                    f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
+                    "simulation"
+                )
+            self._results[handle] = self._detect(self._instant, handle)
+        return self._results[handle]
+
+    def handle(self, handle: int) -> Detection | None:
+        """Compute a sensor now, explicitly handled or not; what `sim.handleProximitySensor` does."""
+        self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        found = self._handled_by_hand[handle] = self._detect(self._sim.instants.now(), handle)
+        return found
+
+    def volume_type(self, handle: int) -> int:
+        """`sim_proximitysensor_*_subtype`. Raises UnknownHandle, WrongKind."""
+        return TYPES[self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).kind]
+
+    def entity(self, handle: int) -> int:
+        """The object or collection a sensor detects, -1 for everything. Raises UnknownHandle, WrongKind."""
+        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        entity = self._entity(item)
+        return -1 if entity == ALL else entity
+
+    def set_entity(self, handle: int, entity: int) -> None:
+        """What to detect from the next handling on; -1 for everything. Raises CommandError."""
+        self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        if entity != -1:
+            self._sim.collections.entity(entity)
+        self._entities[handle] = ALL if entity == -1 else entity
 
     def _sense(self) -> None:
-        if not self.enabled:
-            return
-        self._has_sensed = True
-        for handle in self._read:
-            item = self._sim.scene.objects.get(handle)
-            if item is not None and not _is_explicit(item):
-                self._results[handle] = self._detect(item)
+        if self.enabled and self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
+            self._instant = self._sim.instants.now()
+            self._results.clear()
+            for handle in list(self._handled_by_hand):
+                item = self._sim.scene.objects.get(handle)
+                if item is None or not _is_explicit(item):
+                    del self._handled_by_hand[handle]
 
     def _forget(self) -> None:
         self._results.clear()
-        self._read.clear()
-        self._has_sensed = False
+        self._handled_by_hand.clear()
+        self._instant = None
 
-    def _detect(self, item: SceneObject) -> Detection | None:
-        sim = self._sim
-        position, quat = frames.get_pose(sim, item.handle)
-        axis = np.array(rotate(quat, (0.0, 0.0, 1.0)))
-        note: Annotation = item.annotations.get("proximity", {})
-        offset, reach = float(note.get("offset", 0.0)), self._range(item)
-        geom = np.full(1, -1, np.int32)
-        normal = np.zeros(3)
-        distance = mujoco.mj_ray(
-            sim.model, sim.data, np.array(position) + offset * axis, axis, _GROUPS, 1, item.body, geom, normal
-        )
-        if not 0.0 <= distance <= reach:
-            return None
-        return Detection(
-            point=(0.0, 0.0, offset + distance),
-            normal=rotate(conjugate(quat), normal.tolist()),
-            handle=sim.scene.owner_of_geom(int(geom[0]), sim.model),
-        )
+    def _forget_all(self) -> None:
+        self._forget()
+        self._optics.clear()
+        self._entities.clear()
 
-    def _range(self, item: SceneObject) -> float:
-        """The annotation's, else the rangefinder's cutoff, else 10 m."""
-        note: Annotation = item.annotations.get("proximity", {})
-        if "range" in note:
-            return float(note["range"])
+    def _detect(self, instant: Instant, handle: int) -> Detection | None:
+        item = instant.scene.objects[handle]
+        wanted = instant.detectable
+        carrier = instant.scene.owner_of_body(item.body, instant.model)
+        if carrier != -1:
+            wanted = wanted & (instant.surroundings.owners != carrier)
+        entity = self._entity(item)
+        if entity != ALL:
+            wanted = wanted & np.isin(instant.surroundings.owners, self._sim.collections.entity(entity))
+        rotation = instant.site_xmat[item.id].reshape(3, 3)
+        return detect(instant, self._look(item), instant.site_xpos[item.id], rotation, wanted)
+
+    def _look(self, item: SceneObject) -> Optics:
+        known = self._optics.get(item.handle)
+        if known is None:
+            known = self._optics[item.handle] = optics(_note(item), self._default_range(item))
+        return known
+
+    def _entity(self, item: SceneObject) -> int:
+        if item.handle not in self._entities:
+            self._entities[item.handle] = self._sim.collections.named(str(_note(item).get("entity", "all")))
+        return self._entities[item.handle]
+
+    def _default_range(self, item: SceneObject) -> float:
+        """The rangefinder's cutoff, else 10 m."""
+        if not item.sensors:
+            return DEFAULT_RANGE
         cutoff = float(self._sim.model.sensor_cutoff[item.sensors[0]])
         return cutoff if 0.0 < cutoff < math.inf else DEFAULT_RANGE
 
 
+def _note(item: SceneObject) -> Annotation:
+    return item.annotations.get("proximity", {})
+
+
 def _is_explicit(item: SceneObject) -> bool:
-    return bool(item.annotations.get("proximity", {}).get("explicit", False))
+    return bool(_note(item).get("explicit", False))

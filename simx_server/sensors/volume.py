@@ -1,10 +1,12 @@
 """The volume a proximity sensor looks into: ray, cone, cylinder, pyramid or disc along the sensor's +z.
 
-A volume is where all of some quadratic functions are not above 0: f(p) = d . p^2 + b . p + c, one for each surface that
+A volume is where some quadratic functions are all not above 0: f(p) = d . p^2 + b . p + c, one for each surface that
 bounds it (all are planes, spheres, cones or cylinders in line with the axes, so d is a diagonal). Its curved surfaces
-are also given as lines that sweep them. Geometry as in V-REP: `offset` moves the whole volume along z while distances are
-measured from the sensor's origin; `radius` of cone and disc is their blind beginning; `inside_gap` is the share of the
-angle that is left out in the middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
+are also given as lines that sweep them.
+
+Geometry as in V-REP: `offset` moves the whole volume along z while distances are measured from the sensor's origin;
+`radius` of cone and disc is their blind beginning; `inside_gap` is the share of the angle that is left out in the
+middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
 """
 
 from __future__ import annotations
@@ -63,8 +65,8 @@ class Volume:
         return (points * points) @ self.squares.T + points @ self.linear.T + self.constant
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
-        """(...,) for points (..., 3); the surfaces belong to the volume."""
-        return (self.values(points) <= _TOLERANCE).all(axis=-1)
+        """(n,) for points (n, 3); the surfaces belong to the volume."""
+        return np.all(self.values(points) <= _TOLERANCE, axis=1)
 
     def crossings(self, origins: Array, directions: Array) -> Array:
         """(n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
@@ -161,7 +163,7 @@ def disc(
     if radius > 0:
         build.round(offset, radius, outside=True)
         build.sweeps.append(_round_lines(offset, radius, height, half))
-    # No surface, but where it cuts a plane along the sweeping lines, which those miss, the nearest point is close to it.
+    # No surface, but the nearest point of a plane along the sweeping lines, which those miss, is close to it.
     build.faces.append((0.0, 1.0, 0.0, 0.0))
     if not whole:
         for side in (1.0, -1.0):

@@ -1,0 +1,112 @@
+"""The world at one instant, as sensors measure it: where geoms and sites were, and what kinds of geoms they are.
+
+A sensor is computed when somebody reads it, from the instant of the last pass: nobody pays for a sensor that is not
+read, and all readers of a pass get numbers of the same moment, whatever was moved since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.objects import NOT_A_MODEL, Scene
+from .triangles import GeomTriangles
+from .visibility import VISIBLE_GROUPS
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_NOT_DETECTABLE = 0x8
+"""`sim_modelproperty_not_detectable`."""
+
+
+class Surroundings:
+    """What stays the same while the model does: whose the geoms are, and their triangles."""
+
+    def __init__(self, scene: Scene, model: mujoco.MjModel) -> None:
+        self.scene = scene
+        self.model = model
+        self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
+        """(ngeom,) handle of the shape a geom belongs to, -1 for unnamed geoms of the world."""
+        self.triangles = GeomTriangles(model)
+        self._scratch: mujoco.MjData | None = None
+        self._loaded: Instant | None = None
+
+    def data_at(self, instant: Instant) -> mujoco.MjData:
+        """State whose geoms are where they were at that instant; nothing else in it has a meaning."""
+        data = self._scratch
+        if data is None:
+            data = self._scratch = mujoco.MjData(self.model)
+        if self._loaded is not instant:
+            data.geom_xpos[:] = instant.geom_xpos
+            data.geom_xmat[:] = instant.geom_xmat
+            self._loaded = instant
+        return data
+
+
+class Instant:
+    """Poses of all geoms and sites at one moment; never changed after it was made."""
+
+    def __init__(self, sim: Simulation, surroundings: Surroundings) -> None:
+        sim.refresh()
+        self.surroundings = surroundings
+        self.scene, self.model = surroundings.scene, surroundings.model
+        self.geom_xpos, self.geom_xmat = sim.data.geom_xpos.copy(), sim.data.geom_xmat.copy()
+        self.site_xpos, self.site_xmat = sim.data.site_xpos.copy(), sim.data.site_xmat.copy()
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """For MuJoCo's functions on geoms."""
+        return self.surroundings.data_at(self)
+
+    def geoms_of(self, handles: Collection[int]) -> NDArray[np.intp]:
+        """Ids of the geoms of some objects."""
+        return np.flatnonzero(np.isin(self.surroundings.owners, list(handles)))
+
+    @cached_property
+    def detectable(self) -> NDArray[np.bool_]:
+        """(ngeom,) what proximity sensors see: what cameras see, unless it is declared not detectable."""
+        model = self.model
+        material = model.geom_matid
+        alpha = model.geom_rgba[:, 3].copy()
+        if model.nmat:
+            # As MuJoCo's rays: a geom with a material hides only when both are transparent.
+            alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)
+        seen = np.isin(model.geom_group, VISIBLE_GROUPS) & (alpha > 0.0)
+        hidden = [
+            handle for handle in set(self.surroundings.owners.tolist()) - {-1} if self._is_hidden(handle)
+        ]
+        return seen & ~np.isin(self.surroundings.owners, hidden)
+
+    def _is_hidden(self, handle: int) -> bool:
+        scene = self.scene
+        item = scene.objects.get(handle)
+        if item is None or not item.annotations.get("shape", {}).get("detectable", True):
+            return True
+        while handle in scene.objects:
+            bits = scene.model_property(handle)
+            if not bits & NOT_A_MODEL and bits & _NOT_DETECTABLE:
+                return True
+            handle = scene.objects[handle].parent
+        return False
+
+
+class Instants:
+    """Makes instants of a simulation."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._surroundings: Surroundings | None = None
+
+    def now(self) -> Instant:
+        """The present state."""
+        sim = self._sim
+        known = self._surroundings
+        if known is None or known.scene is not sim.scene or known.model is not sim.model:
+            known = self._surroundings = Surroundings(sim.scene, sim.model)
+        return Instant(sim, known)
