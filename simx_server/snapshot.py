@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 if TYPE_CHECKING:
-    from simx_server.joints.joints import Settings
+    from simx_server.joints.machine import Settings
     from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
 

@@ -26,6 +26,7 @@ ALL_OBJECTS = 109
 LAST_OBJECT_TYPE = 107
 _WORLD, _PARENT = frames.WORLD, frames.PARENT
 _CYCLIC_RANGE = -1.0
+_HYBRID = 65536
 
 
 def _pose(relative_to: int, *parts: Callable[[Simulation, int, int], list[float]]) -> Callable[..., Row]:
@@ -76,11 +77,12 @@ def _joint_state(sim: Simulation, handle: int) -> Row:
 
 
 def _joint_properties(sim: Simulation, handle: int) -> Row:
-    """Type and mode; least value and range, the range -1 when cyclic."""
+    """Type and mode, plus 65536 in hybrid operation; least value and range, the range -1 when cyclic."""
     if not _is(sim, handle, ObjectKind.JOINT):
         return [-1, -1], [0.0, 0.0], []
     cyclic, least, extent = sim.joints.interval(handle)
     kind, mode = sim.joints.joint_type(handle), int(sim.joints.mode(handle))
+    mode += _HYBRID if sim.joints.is_hybrid(handle) else 0
     return [kind, mode], [least, _CYCLIC_RANGE if cyclic else extent], []
 
 

@@ -1,11 +1,15 @@
 """V-REP's joints on MuJoCo's: modes, motors, position and velocity control, forces.
 
-The semantics, per joint in force mode with the motor on:
+In force mode with the motor on:
 * control loop on: each physics step the commanded velocity is P / 0.005 s * (target - position) (plus I and D), limited
   to the upper velocity, the force to the maximum force: V-REP's controller at its standard 5 ms dynamics step;
+* control loop on, spring and damper: the force is K * (target - position) - C * velocity, within the maximum force;
 * control loop off: the target velocity; at zero with the lock on, the position reached is held;
 * motor off: no force at all, and no gravity compensation of the driven body: it falls.
-Other modes are kinematic: the joint stays where it was set.
+
+The other modes are kinematic. Passive and IK (nothing here computes it): the joint stays where it was set. Motion: it
+moves at its target velocity. Dependent: it follows its master. In hybrid operation the joint's motor drives it, under
+position control, to where its mode puts it. A spherical joint has no motor: it is free in force mode, else it stays.
 """
 
 from simx_server.joints.joints import Joints

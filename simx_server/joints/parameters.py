@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.scene.frames import euler_from_quat, xyzw_from_wxyz
+from simx_server.scene.poses import normalised, rotation_vector
 
 if TYPE_CHECKING:
     from simx_server.joints.joints import Joints
 
 Reader = Callable[["Joints", int], float | int]
 Writer = Callable[["Joints", int, float], None]
+
+CONTROL_MODE = 2039
+"""`sim_jointintparam_dynctrlmode` of later versions: one number for motor, control loop and spring."""
+
+_CONTROL_MODES = {
+    0: {"motor": False},
+    4: {"motor": True, "control_loop": False},
+    8: {"motor": True, "control_loop": True, "spring": False},
+    12: {"motor": True, "control_loop": True, "spring": True},
+}
+"""Free, velocity, position, spring and damper."""
 
 
 def _flag(name: str) -> tuple[Reader, Writer]:
@@ -24,25 +39,83 @@ def _flag(name: str) -> tuple[Reader, Writer]:
     return read, write
 
 
-def _number(name: str, what: str) -> tuple[Reader, Writer]:
+def _number(name: str, what: str, *, may_be_negative: bool = False) -> tuple[Reader, Writer]:
     def read(joints: Joints, handle: int) -> float:
         return getattr(joints.state(handle), name)
 
     def write(joints: Joints, handle: int, value: float) -> None:
-        if value < 0:
+        if value < 0 and not may_be_negative:
             raise CommandError(f"{what} must not be below 0, not {value}")
         joints.change(handle, **{name: value})
 
     return read, write
 
 
-def _matrix_quat(index: int) -> Reader:
-    """x, y, z, w (index 0..3) of what the joint value does to the moving frame."""
+def _dependency(name: str, kind: type[int] | type[float]) -> tuple[Reader, Writer]:
+    def read(joints: Joints, handle: int) -> float:
+        return getattr(joints.state(handle), name)
+
+    def write(joints: Joints, handle: int, value: float) -> None:
+        joints.set_dependency(handle, **{name: kind(value)})
+
+    return read, write
+
+
+def _intrinsic(index: int) -> Reader:
+    """x, y, z (index 0..2) and qx, qy, qz, qw (3..6) of what the joint value does to the moving frame."""
 
     def read(joints: Joints, handle: int) -> float:
-        return joints.quaternion(handle)[index]
+        position, quat = joints.intrinsic(handle)
+        return (*position, *xyzw_from_wxyz(quat))[index]
 
     return read
+
+
+def _error(index: int) -> Reader:
+    """x, y, z, alpha, beta, gamma (index 0..5), distance and angle (6, 7) by which the parts came apart."""
+
+    def read(joints: Joints, handle: int) -> float:
+        position, quat = joints.separation(handle)
+        angle = math.hypot(*rotation_vector(quat))
+        return (*position, *euler_from_quat(quat), math.hypot(*position), angle)[index]
+
+    return read
+
+
+def _spherical(index: int) -> Writer:
+    """x, y, z are kept until w is written, which turns the joint."""
+
+    def write(joints: Joints, handle: int, value: float) -> None:
+        state = joints.spherical_state(handle)
+        if index < 3:
+            kept = list(state.spherical)
+            kept[index] = value
+            state.spherical = (kept[0], kept[1], kept[2])
+            return
+        try:
+            quat = normalised((value, *state.spherical))
+        except ValueError as error:
+            raise CommandError(f"{error} is no rotation; set qx, qy and qz before qw") from None
+        joints.set_spherical_rotation(handle, quat)
+
+    return write
+
+
+def _read_control_mode(joints: Joints, handle: int) -> int:
+    state = joints.state(handle)
+    if not state.motor:
+        return 0
+    if not state.control_loop:
+        return 4
+    return 12 if state.spring else 8
+
+
+def _write_control_mode(joints: Joints, handle: int, value: float) -> None:
+    if value not in _CONTROL_MODES:
+        raise CommandError(
+            f"a joint's control mode is 0 free, 4 velocity, 8 position or 12 spring and damper; not {value:g}"
+        )
+    joints.change(handle, **_CONTROL_MODES[int(value)])
 
 
 _SETTINGS: dict[int, tuple[str, tuple[Reader, Writer]]] = {
@@ -52,19 +125,34 @@ _SETTINGS: dict[int, tuple[str, tuple[Reader, Writer]]] = {
     2003: ("pid_i", _number("i", "the integral gain")),
     2004: ("pid_d", _number("d", "the derivative gain")),
     2017: ("upper_limit", _number("upper_velocity", "the upper velocity")),
+    2018: ("kc_k", _number("k", "the spring constant", may_be_negative=True)),
+    2019: ("kc_c", _number("c", "the damping", may_be_negative=True)),
     2030: ("velocity_lock", _flag("lock")),
+    2031: ("vortex_dep_handle", _dependency("master", int)),
+    2032: ("vortex_dep_multiplication", _dependency("factor", float)),
+    2033: ("vortex_dep_offset", _dependency("shift", float)),
+    CONTROL_MODE: ("dynctrlmode", (_read_control_mode, _write_control_mode)),
 }
 
-READ: Mapping[int, tuple[str, Reader]] = {
-    **{number: (name, pair[0]) for number, (name, pair) in _SETTINGS.items()},
-    2012: ("velocity", lambda joints, handle: joints.velocity(handle)),
-    **{2013 + i: (f"spherical_q{axis}", _matrix_quat(i)) for i, axis in enumerate("xyzw")},
-}
+_PARTS = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_ERRORS = ("x", "y", "z", "a", "b", "g", "pos", "angle")
+
+READ: Mapping[int, tuple[str, Reader]] = MappingProxyType(
+    {
+        **{number: (name, pair[0]) for number, (name, pair) in _SETTINGS.items()},
+        **{2005 + i: (f"intrinsic_{part}", _intrinsic(i)) for i, part in enumerate(_PARTS)},
+        2012: ("velocity", lambda joints, handle: joints.velocity(handle)),
+        **{2022 + i: (f"error_{part}", _error(i)) for i, part in enumerate(_ERRORS)},
+    }
+)
 """Number to (name, reader)."""
 
-WRITE: Mapping[int, tuple[str, Writer]] = {
-    number: (name, pair[1]) for number, (name, pair) in _SETTINGS.items()
-}
+WRITE: Mapping[int, tuple[str, Writer]] = MappingProxyType(
+    {
+        **{number: (name, pair[1]) for number, (name, pair) in _SETTINGS.items()},
+        **{2013 + i: (f"spherical_{part}", _spherical(i)) for i, part in enumerate(_PARTS[3:])},
+    }
+)
 """Number to (name, writer)."""
 
 

@@ -1,4 +1,4 @@
-"""Writing a joint's settings into its actuator: gain, bias, force limit, gravity compensation."""
+"""Writing a joint's settings into the model: gain, bias and force limit of its actuator, inertia of its motor."""
 
 from __future__ import annotations
 
@@ -17,23 +17,34 @@ class Rule(Enum):
     """What moves a joint during a pass."""
 
     FREE = "nothing"
-    NATIVE = "the file's own position actuator"
+    SPRING = "a spring and damper towards the target"
     VELOCITY = "velocity servo at a constant target"
     POSITION = "velocity servo, commanded each step by V-REP's position controller"
     HOLD = "the same, towards the position where it stopped"
     KINEMATIC = "nothing moves it"
+    MOTION = "it moves at its target velocity whatever is in the way"
+    DEPENDENT = "it follows its master"
+
+
+Entry = tuple[Binding, JointState, Rule]
+"""A joint with what moves it."""
 
 
 def rule_of(binding: Binding, state: JointState) -> Rule:
     """Which rule the settings ask for."""
     if binding.kind == "ball":
-        return Rule.FREE
+        return Rule.FREE if state.mode == JointMode.FORCE else Rule.KINEMATIC
     if state.mode != JointMode.FORCE:
-        return Rule.KINEMATIC if binding.element == "joint" else Rule.FREE
+        # A tendon has no position of its own that could be held: only its motor can.
+        if binding.actuator >= 0 and (state.hybrid or binding.element == "tendon"):
+            return Rule.POSITION
+        if state.mode == JointMode.DEPENDENT and state.master >= 0:
+            return Rule.DEPENDENT
+        return Rule.MOTION if state.mode == JointMode.MOTION else Rule.KINEMATIC
     if not state.motor or binding.actuator < 0:
         return Rule.FREE
     if state.control_loop:
-        return Rule.NATIVE if binding.native == Native.POSITION and not state.annotated else Rule.POSITION
+        return Rule.SPRING if state.spring else Rule.POSITION
     return Rule.HOLD if state.lock and state.target_velocity == 0.0 else Rule.VELOCITY
 
 
@@ -41,16 +52,16 @@ def write_actuator(
     binding: Binding, state: JointState, rule: Rule, model: mujoco.MjModel, data: mujoco.MjData
 ) -> None:
     """Make the model's actuator (and the driven dof) act by the rule; constant commands are written here, once."""
-    if binding.element == "joint" and binding.kind != "ball":
-        armature = KINEMATIC_ARMATURE if rule == Rule.KINEMATIC else binding.armature
-        model.dof_armature[binding.dof] = armature
+    if binding.element == "joint":
+        immovable = rule in (Rule.KINEMATIC, Rule.MOTION) or (rule == Rule.DEPENDENT and binding.equality < 0)
+        dofs = slice(binding.dof, binding.dof + binding.dof_count)
+        model.dof_armature[dofs] = KINEMATIC_ARMATURE if immovable else binding.armature
     index = binding.actuator
     if index < 0:
         return
-    if rule == Rule.NATIVE:
-        _restore(binding, model)
-        data.ctrl[binding.ctrl] = (state.target_position - state.offset) * binding.gear
-    elif rule in (Rule.FREE, Rule.KINEMATIC):
+    if rule == Rule.SPRING:
+        _write_spring(binding, state, model, data)
+    elif rule in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
         data.ctrl[binding.ctrl] = 0.0
         if binding.native == Native.MOTOR and rule == Rule.FREE:
             # A torque motor at control 0 exerts nothing: the file's own actuator may stay.
@@ -60,12 +71,7 @@ def write_actuator(
         model.actuator_biasprm[index] = 0.0
     else:
         gain = binding.kv / (binding.gear * binding.gear)
-        model.actuator_gaintype[index] = mujoco.mjtGain.mjGAIN_FIXED
-        model.actuator_gainprm[index] = 0.0
-        model.actuator_gainprm[index, 0] = gain
-        model.actuator_biastype[index] = mujoco.mjtBias.mjBIAS_AFFINE
-        model.actuator_biasprm[index] = 0.0
-        model.actuator_biasprm[index, 2] = -gain
+        _write_affine(index, gain, (0.0, 0.0, -gain), model)
         # The file's control range was in other units (torque, angle).
         model.actuator_ctrllimited[index] = 0
         if rule == Rule.VELOCITY:
@@ -83,6 +89,11 @@ def commanded_velocity(binding: Binding, state: JointState) -> float:
     return float(np.clip(state.target_velocity, -state.upper_velocity, state.upper_velocity))
 
 
+def spring_control(binding: Binding, state: JointState) -> float:
+    """The control that makes a spring's actuator pull towards the target."""
+    return (state.target_position - state.offset) * binding.gear
+
+
 def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel) -> None:
     """The maximum force at the actuator's end of the gear."""
     index = binding.actuator
@@ -97,6 +108,27 @@ def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel
     if limited:
         limit = state.max_force / abs(binding.gear)
         model.actuator_forcerange[index] = (-limit, limit)
+
+
+def _write_spring(binding: Binding, state: JointState, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Force = K (target - position) - C velocity, which is what a position actuator is."""
+    if binding.native == Native.POSITION:
+        _restore(binding, model)
+    else:
+        model.actuator_ctrllimited[binding.actuator] = 0
+    if binding.native != Native.POSITION or (state.k, state.c) != binding.file_spring:
+        gear = binding.gear * binding.gear
+        _write_affine(binding.actuator, state.k / gear, (0.0, -state.k / gear, -state.c / gear), model)
+    data.ctrl[binding.ctrl] = spring_control(binding, state)
+
+
+def _write_affine(index: int, gain: float, bias: tuple[float, float, float], model: mujoco.MjModel) -> None:
+    model.actuator_gaintype[index] = mujoco.mjtGain.mjGAIN_FIXED
+    model.actuator_gainprm[index] = 0.0
+    model.actuator_gainprm[index, 0] = gain
+    model.actuator_biastype[index] = mujoco.mjtBias.mjBIAS_AFFINE
+    model.actuator_biasprm[index] = 0.0
+    model.actuator_biasprm[index, :3] = bias
 
 
 def _restore(binding: Binding, model: mujoco.MjModel) -> None:

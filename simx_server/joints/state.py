@@ -1,18 +1,20 @@
 """What is known of each joint: its place in the model, V-REP's settings of it, and how they start.
 
-Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is under
-position control, natively, and holds where it is; with a velocity actuator it is under velocity control at 0; with a
-torque motor or none its motor is off until a target drives it.
+Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is a spring and
+damper with that actuator's gains, and holds where it is; with a velocity actuator it is under velocity control at 0;
+with a torque motor or none its motor is off until a target drives it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
 import mujoco
 
+from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.objects import SceneObject
 from simx_server.scene.tree import drives_tendon
 
@@ -86,6 +88,24 @@ class Binding:
     """The file's limit at the joint, UNLIMITED for none."""
     gravcomp: float
     armature: float
+    equality: int
+    """What couples a joint of dependent mode to its master."""
+
+    @property
+    def qpos_count(self) -> int:
+        """Position numbers: 4 of a spherical joint, else 1."""
+        return 4 if self.kind == "ball" else 1
+
+    @property
+    def dof_count(self) -> int:
+        """Degrees of freedom: 3 of a spherical joint, else 1."""
+        return 3 if self.kind == "ball" else 1
+
+    @property
+    def file_spring(self) -> tuple[float, float]:
+        """K and C, at the joint, of the file's position actuator."""
+        gear = self.gear * self.gear
+        return self.gain[0] * gear, -self.bias[2] * gear
 
 
 @dataclass(slots=True)
@@ -96,20 +116,33 @@ class JointState:
     mode: JointMode
     motor: bool
     control_loop: bool
+    spring: bool
+    """The control loop is a spring and damper instead of V-REP's position controller."""
     lock: bool
     p: float
     i: float
     d: float
+    k: float
+    c: float
     upper_velocity: float
     max_force: float
     target_position: float
     target_velocity: float
     cyclic: bool
+    hybrid: bool = False
+    """Outside force mode: a motor drives the joint to where it is set."""
+    master: int = -1
+    """Handle of the joint a dependent one follows."""
+    factor: float = 1.0
+    shift: float = 0.0
+    """Position = shift + factor * master's position."""
+    spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """x, y, z of a spherical joint's next quaternion, which is applied when w is written."""
     motor_was_set: bool = False
     """By an annotation or a caller; only then does switching it off take the gravity compensation away."""
     offset: float = 0.0
     held: float = 0.0
-    """Where a locked or kinematic joint stays."""
+    """Where a joint stays that is locked in velocity control."""
 
 
 def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
@@ -149,35 +182,51 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         force_limit=UNLIMITED,
         gravcomp=float(model.body_gravcomp[item.body]),
         armature=float(model.dof_armature[dof]) if dof >= 0 else 0.0,
+        equality=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, EQUALITY + item.element_name),
     )
     binding.force_limit = _force_limit(binding, model)
     return binding
 
 
-def initial_state(item: SceneObject, binding: Binding, model: mujoco.MjModel, position: float) -> JointState:
-    """The settings a joint starts with; `position` is where it is now."""
+def initial_state(
+    item: SceneObject, binding: Binding, model: mujoco.MjModel, position: float, joints: Mapping[str, int]
+) -> JointState:
+    """The settings a joint starts with; `position` is where it is now. `joints`: handles by MuJoCo's names."""
     note = item.annotations.get("joint")
     annotated = note is not None
     note = note or {}
     native = binding.native
-    loop = note["control"] == "position" if "control" in note else native == Native.POSITION
+    control = note.get("control", "spring" if native == Native.POSITION and not annotated else None)
+    loop = control in ("position", "spring") if control is not None else native == Native.POSITION
+    k, c = binding.file_spring if native == Native.POSITION else (0.1, 0.0)
     cyclic_by_file = binding.kind == "hinge" and not model.jnt_limited[binding.id]
+    # The one key means a shift of what is read for a tendon, the constant of the dependency for a joint.
     offset = float(note.get("offset", 0.0))
+    shift = 0.0
+    if binding.element != "tendon":
+        offset, shift = shift, offset
     position += offset
     return JointState(
         annotated=annotated,
         mode=MODE_WORDS[str(note.get("mode", "force"))],
         motor=bool(note.get("motor", native in (Native.POSITION, Native.VELOCITY))),
         control_loop=loop,
+        spring=control == "spring",
         lock=bool(note.get("lock", False)),
         p=float(note.get("P", 0.1)),
         i=float(note.get("I", 0.0)),
         d=float(note.get("D", 0.0)),
+        k=float(note.get("K", k)),
+        c=float(note.get("C", c)),
         upper_velocity=float(note.get("upper_velocity", UPPER_VELOCITY.get(binding.kind, 0.0))),
         max_force=float(note.get("max_force", binding.force_limit)),
         target_position=float(note.get("target_position", position)),
         target_velocity=float(note.get("target_velocity", 0.0)),
         cyclic=bool(note.get("cyclic", cyclic_by_file)),
+        hybrid=bool(note.get("hybrid", False)),
+        master=joints.get(str(note["master"]), -1) if "master" in note else -1,
+        factor=float(note.get("multiplication", 1.0)),
+        shift=shift,
         motor_was_set="motor" in note,
         offset=offset,
         held=position,

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from simx_server.joints.servo import Rule
-from simx_server.joints.state import VREP_DYNAMICS_STEP, Binding, JointState
-
-Entry = tuple[Binding, JointState, Rule]
+from simx_server.joints.dependency import Followers
+from simx_server.joints.kinematic import Kinematic
+from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
 
 class Stepper:
@@ -24,7 +24,6 @@ class Stepper:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
         self._model = model
         self._data = data
-        self._entries = list(entries)
         loops = [e for e in entries if e[2] in (Rule.POSITION, Rule.HOLD)]
         # Tendons last: their positions come from another array.
         loops.sort(key=lambda e: e[0].element == "tendon")
@@ -55,18 +54,16 @@ class Stepper:
         self._last = np.full(count, np.nan)
         self._error = np.zeros(count)
         self._command = np.zeros(count)
-        kinematic = [(b, s) for b, s, r in entries if r == Rule.KINEMATIC]
-        self._kinematic_qpos = np.array([b.qpos for b, _ in kinematic], dtype=np.intp)
-        self._kinematic_dof = np.array([b.dof for b, _ in kinematic], dtype=np.intp)
-        self._kinematic_value = np.array([s.held - s.offset for _, s in kinematic])
-        self._has_kinematic = bool(kinematic)
-        self._has_loops = count > 0
+        self._led = Followers(model, entries, Rule.POSITION)
+        self._led_index = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
+        self._springs = _CyclicSprings(entries)
+        self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
 
     @property
     def is_constant(self) -> bool:
         """True when no controller has to run between the steps of a pass."""
-        return not (self._has_loops or self._has_kinematic)
+        return not (self._index or self._springs or self._kinematic)
 
     @property
     def mean_force(self) -> np.ndarray:
@@ -74,10 +71,10 @@ class Stepper:
         return self._force
 
     def retarget(self, handle: int, value: float) -> bool:
-        """Give a running position controller a new target; False when the joint has none."""
+        """Give a running position controller or spring a new target; False when the joint has none here."""
         index = self._index.get(handle)
         if index is None:
-            return False
+            return self._springs.retarget(handle, value)
         self._target[index] = value
         return True
 
@@ -88,16 +85,18 @@ class Stepper:
             mujoco.mj_step(model, data, count)
             self._force[:] = data.actuator_force
             return
-        step, control, hold = mujoco.mj_step, self._control, self._hold
-        loops, kinematic = self._has_loops, self._has_kinematic
+        step, control, springs, kinematic = mujoco.mj_step, self._control, self._springs, self._kinematic
+        has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
         total, now, accumulate = self._force, data.actuator_force, np.add
         total[:] = 0.0
         for _ in range(count):
-            if loops:
+            if has_loops:
                 control()
+            if has_springs:
+                springs.control(data)
             step(model, data)
-            if kinematic:
-                hold()
+            if has_kinematic:
+                kinematic.hold(data)
             accumulate(total, now, out=total)
         total /= count
 
@@ -113,6 +112,8 @@ class Stepper:
 
     def _control(self) -> None:
         data, error, command = self._data, self._error, self._command
+        if self._led_index.size:
+            self._target[self._led_index] = self._led.wanted(data)
         if self._joints:
             data.qpos.take(self._qpos, out=error[: self._joints], mode="clip")
         if self._joints < len(error):
@@ -132,9 +133,32 @@ class Stepper:
             np.multiply(command, self._gear, out=command)
         data.ctrl[self._ctrl] = command
 
-    def _hold(self) -> None:
-        self._data.qpos[self._kinematic_qpos] = self._kinematic_value
-        self._data.qvel[self._kinematic_dof] = 0.0
+
+class _CyclicSprings:
+    """Springs that pull the short way round; those of other joints need no control between the steps."""
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        chosen = [(b, s) for b, s, r in entries if r == Rule.SPRING and s.cyclic]
+        self._index = {binding.handle: i for i, (binding, _) in enumerate(chosen)}
+        self._qpos = np.array([b.qpos for b, _ in chosen], dtype=np.intp)
+        self._ctrl = np.array([b.ctrl for b, _ in chosen], dtype=np.intp)
+        self._gear = np.array([b.gear for b, _ in chosen])
+        self._target = np.array([s.target_position for _, s in chosen])
+
+    def __bool__(self) -> bool:
+        return bool(self._index)
+
+    def retarget(self, handle: int, value: float) -> bool:
+        index = self._index.get(handle)
+        if index is None:
+            return False
+        self._target[index] = value
+        return True
+
+    def control(self, data: mujoco.MjData) -> None:
+        position = data.qpos[self._qpos]
+        error = np.remainder(self._target - position + math.pi, 2 * math.pi) - math.pi
+        data.ctrl[self._ctrl] = (position + error) * self._gear
 
 
 def _goal(state: JointState, rule: Rule) -> float:

@@ -6,6 +6,7 @@ so that it looks along +z with +x to the left; a light shines along +z (MuJoCo k
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -80,10 +81,22 @@ def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
     (else turned by the smallest rotation that takes z to the axis). Moving = fixed, turned about or shifted along z by
     the joint value. Several joints of one body act one after the other, as in `mj_kinematics`.
     """
+    body = int(sim.model.jnt_bodyid[joint])
+    return _joint_chain(sim, body, joint)[0]
+
+
+def joint_separation(sim: Simulation, body: int) -> Pose:
+    """Where a body is, in the frame where its joints' values put it: the identity, unless something tore them apart."""
+    last = int(sim.model.body_jntadr[body] + sim.model.body_jntnum[body]) - 1
+    return compose(inverse(_joint_chain(sim, body, last)[1]), body_pose(sim, body))
+
+
+def _joint_chain(sim: Simulation, body: int, last: int) -> tuple[tuple[Pose, Pose], Pose]:
+    """(fixed and moving frame of the joint `last`, the body's pose after it), from the joint values alone."""
     model, data = sim.model, sim.data
-    body = int(model.jnt_bodyid[joint])
     position, quat = compose(body_pose(sim, int(model.body_parentid[body])), _body_local(sim, body))
-    for index in range(int(model.body_jntadr[body]), joint + 1):
+    fixed = moving = IDENTITY
+    for index in range(int(model.body_jntadr[body]), last + 1):
         address = int(model.jnt_qposadr[index])
         offset = model.jnt_pos[index].tolist()
         axis = model.jnt_axis[index].tolist()
@@ -109,7 +122,7 @@ def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
             moving = anchor, multiply(after, align)
             quat = after
             position = subtract(anchor, rotate(quat, offset))
-    return fixed, moving
+    return (fixed, moving), (position, quat)
 
 
 def place(sim: Simulation, item: SceneObject, pose: Pose) -> None:
@@ -121,14 +134,23 @@ def place(sim: Simulation, item: SceneObject, pose: Pose) -> None:
     """
     sim.refresh()
     before = object_pose(sim, item)
+    carry_followers(sim, item, lambda: _place_element(sim, item, before, pose))
+
+
+def carry_followers(sim: Simulation, item: SceneObject, move: Callable[[], None]) -> None:
+    """Do what moves an object or its joint's value, and move by the same amount what the model does not carry along."""
+    sim.refresh()
+    before = moving_pose(sim, item)
     followers = [(sim.scene.get(h), object_pose(sim, sim.scene.get(h))) for h in _followers(sim, item)]
-    _place_element(sim, item, before, pose)
+    move()
     sim.changed()
-    delta = compose(pose, inverse(before))
+    if not followers:
+        return
+    sim.refresh()
+    delta = compose(moving_pose(sim, item), inverse(before))
     for follower, follower_pose in followers:
         sim.refresh()
         place_without_followers(sim, follower, compose(delta, follower_pose))
-    sim.changed()
 
 
 def place_without_followers(sim: Simulation, item: SceneObject, pose: Pose) -> None:

@@ -1,0 +1,55 @@
+"""Joints that physics does not move: held, moving at a given speed, or following their master."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from simx_server.joints.dependency import Followers
+from simx_server.joints.servo import Entry, Rule
+
+
+class Kinematic:
+    """Puts the joints where they belong after every physics step, in arrays.
+
+    Their inertia is huge (`servo.KINEMATIC_ARMATURE`), so a step moves them hardly at all against their velocity.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
+        still = [b for b, _, r in entries if r == Rule.KINEMATIC]
+        self._still_qpos = np.array([b.qpos + i for b in still for i in range(b.qpos_count)], dtype=np.intp)
+        self._still_dof = np.array([b.dof + i for b in still for i in range(b.dof_count)], dtype=np.intp)
+        self._still = data.qpos[self._still_qpos]
+        moving = [(b, s) for b, s, r in entries if r == Rule.MOTION]
+        self._moving_qpos = np.array([b.qpos for b, _ in moving], dtype=np.intp)
+        self._moving_dof = np.array([b.dof for b, _ in moving], dtype=np.intp)
+        self._moving = data.qpos[self._moving_qpos]
+        self._rate = np.array([s.target_velocity for _, s in moving])
+        self._step = model.opt.timestep
+        limits = [
+            model.jnt_range[b.id] if model.jnt_limited[b.id] else (-math.inf, math.inf) for b, _ in moving
+        ]
+        self._low, self._high = np.array(limits, dtype=float).reshape(-1, 2).T.copy()
+        self._followers = Followers(model, entries, Rule.DEPENDENT)
+        self._exists = bool(still or moving or self._followers)
+        if moving:
+            # Contacts of the first step must feel the velocity too.
+            data.qvel[self._moving_dof] = self._rate
+
+    def __bool__(self) -> bool:
+        return self._exists
+
+    def hold(self, data: mujoco.MjData) -> None:
+        """Undo what the step did to them."""
+        data.qpos[self._still_qpos] = self._still
+        data.qvel[self._still_dof] = 0.0
+        if self._moving.size:
+            before = self._moving
+            self._moving = np.clip(before + self._rate * self._step, self._low, self._high)
+            data.qpos[self._moving_qpos] = self._moving
+            data.qvel[self._moving_dof] = (self._moving - before) / self._step
+        if self._followers:
+            self._followers.follow(data)

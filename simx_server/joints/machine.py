@@ -1,0 +1,195 @@
+"""The joints of one scene as a machine: bound to the model, moved pass by pass, remembered and brought back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.joints.dependency import Followers, write_equality
+from simx_server.joints.measured import Measured
+from simx_server.joints.servo import Entry, Rule, rule_of, spring_control, write_actuator
+from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
+from simx_server.joints.stepping import Stepper
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.placing import carry_followers
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What `Machine.remember` keeps."""
+
+    bindings: dict[int, Binding]
+    states: dict[int, JointState]
+
+
+class Machine:
+    """Settings of all joints by handle, and what acts on them. `Joints` is what callers use of it."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._bindings: dict[int, Binding] = {}
+        self._states: dict[int, JointState] = {}
+        self._average_force = False
+        self._stepper: Stepper | None = None
+        self._measured = Measured(sim)
+        self.bind_all()
+
+    def bind_all(self) -> None:
+        """Find all joints in a freshly compiled model; those known by handle keep their settings."""
+        scene, model, data = self._sim.scene, self._sim.model, self._sim.data
+        known = self._states
+        self._bindings, self._states = {}, {}
+        items = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.JOINT)]
+        handles = {item.element_name: item.handle for item in items if item.element == "joint"}
+        for item in items:
+            binding = self._bindings[item.handle] = bind(item, model)
+            self._states[item.handle] = known.get(item.handle) or initial_state(
+                item, binding, model, self._raw_position(binding), handles
+            )
+        for state in self._states.values():
+            if state.master not in self._bindings:
+                state.master = -1
+        for binding, state, rule in self._entries():
+            write_actuator(binding, state, rule, model, data)
+            write_equality(binding, state, rule, self._bindings.get(state.master), model, data)
+        self._follow()
+        for body in {binding.body for binding in self._bindings.values() if binding.element == "joint"}:
+            self._write_gravcomp(body)
+
+    def rebind(self) -> None:
+        """An edit replaced the model: the same, and the controllers keep their memory."""
+        earlier = self._stepper
+        self._measured.keep(self._bindings.values())
+        self.bind_all()
+        self._stepper = None
+        if earlier is not None:
+            self._current_stepper().adopt(earlier)
+
+    def remember(self) -> Settings:
+        """A copy of all settings, for `recall`."""
+        return Settings(
+            dict(self._bindings), {handle: replace(state) for handle, state in self._states.items()}
+        )
+
+    def recall(self, settings: Settings) -> None:
+        """Bring remembered settings back; model and data were restored already."""
+        self._bindings = dict(settings.bindings)
+        self._states = {handle: replace(state) for handle, state in settings.states.items()}
+        self.forget_run()
+
+    def forget_run(self) -> None:
+        """A run begins: no force or velocity was measured, no controller has a memory."""
+        self._average_force = False
+        self._stepper = None
+        self._measured.forget()
+
+    def step(self, count: int) -> None:
+        """`count` physics steps under the controllers."""
+        self._measured.begin()
+        self._current_stepper().step(count, average_force=self._average_force)
+
+    def measure(self) -> None:
+        """The sensing of a pass, with fresh kinematics: what velocities are measured from."""
+        self._measured.end()
+
+    def _any(self, handle: int) -> tuple[Binding, JointState]:
+        try:
+            return self._bindings[handle], self._states[handle]
+        except KeyError:
+            self._sim.scene.get_kind(handle, ObjectKind.JOINT)
+            raise
+
+    def _single(self, handle: int) -> tuple[Binding, JointState]:
+        pair = self._any(handle)
+        if pair[0].kind == "ball":
+            raise CommandError(
+                f"'{pair[0].name}' is a spherical joint, which has no single value; use its matrix"
+            )
+        return pair
+
+    def _spherical(self, handle: int) -> tuple[Binding, JointState]:
+        pair = self._any(handle)
+        if pair[0].kind != "ball":
+            raise CommandError(f"'{pair[0].name}' is not spherical; set its position instead")
+        return pair
+
+    def _raw_position(self, binding: Binding) -> float:
+        if binding.element == "tendon":
+            self._sim.refresh()
+            return float(self._sim.data.ten_length[binding.id])
+        return float(self._sim.data.qpos[binding.qpos])
+
+    def _apply(self, handle: int, *, rebuild: bool = True) -> None:
+        """Act on changed settings."""
+        binding, state = self._bindings[handle], self._states[handle]
+        rule = rule_of(binding, state)
+        if rule == Rule.HOLD and rebuild:
+            state.held = self._raw_position(binding) + state.offset
+        write_actuator(binding, state, rule, self._sim.model, self._sim.data)
+        master = self._bindings.get(state.master)
+        write_equality(binding, state, rule, master, self._sim.model, self._sim.data)
+        if binding.element == "joint":
+            self._write_gravcomp(binding.body)
+        if rebuild:
+            self._rebuild()
+
+    def _retarget(self, binding: Binding, state: JointState, value: float) -> None:
+        state.target_position = value
+        if rule_of(binding, state) == Rule.SPRING:
+            self._sim.data.ctrl[binding.ctrl] = spring_control(binding, state)
+        if self._stepper is not None:
+            self._stepper.retarget(binding.handle, value)
+
+    def _place(self, handle: int, move: Callable[[], None]) -> None:
+        """Move a joint, with all below it in the tree; a running simulation's free bodies are physics' own."""
+
+        def all_of_it() -> None:
+            move()
+            self._follow()
+            self._sim.changed()
+
+        if self._sim.is_running:
+            all_of_it()
+        else:
+            carry_followers(self._sim, self._sim.scene.get(handle), all_of_it)
+
+    def _write_position(self, binding: Binding, value: float) -> None:
+        self._sim.data.qpos[binding.qpos] = value
+        self._sim.data.qvel[binding.dof] = 0.0
+
+    def _follow(self) -> None:
+        """Put dependent joints where their masters want them."""
+        if any(state.master >= 0 for state in self._states.values()):
+            followers = Followers(self._sim.model, self._entries(), Rule.DEPENDENT)
+            if followers:
+                followers.follow(self._sim.data)
+
+    def _write_gravcomp(self, body: int) -> None:
+        """No compensation for a body with a joint whose motor was switched off: it would float."""
+        here = [b for b in self._bindings.values() if b.body == body and b.element == "joint"]
+        states = [self._states[b.handle] for b in here]
+        falls = any(s.motor_was_set and s.mode == JointMode.FORCE and not s.motor for s in states)
+        self._sim.model.body_gravcomp[body] = 0.0 if falls else here[0].gravcomp
+
+    def _rebuild(self) -> None:
+        """Targets of the arrays are stale: make a new stepper before the next step, with the old one's memory."""
+        if self._stepper is not None:
+            earlier, self._stepper = self._stepper, self._make_stepper()
+            self._stepper.adopt(earlier)
+
+    def _current_stepper(self) -> Stepper:
+        if self._stepper is None:
+            self._stepper = self._make_stepper()
+        return self._stepper
+
+    def _make_stepper(self) -> Stepper:
+        return Stepper(self._sim.model, self._sim.data, self._entries())
+
+    def _entries(self) -> list[Entry]:
+        pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())
+        return [(binding, state, rule_of(binding, state)) for binding, state in pairs]

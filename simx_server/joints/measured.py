@@ -1,0 +1,56 @@
+"""Joint velocities as V-REP measures them: the difference of the positions at the ends of the last two passes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simx_server.joints.state import Binding
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+
+class Measured:
+    """Remembers positions from pass to pass. What was set between two passes counts as moved, as in V-REP."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._before: tuple[np.ndarray, np.ndarray] | None = None
+        self._after: tuple[np.ndarray, np.ndarray] | None = None
+        self._kept: dict[int, float] = {}
+
+    def forget(self) -> None:
+        """A run begins: everything is still."""
+        self._before = self._after = None
+        self._kept = {}
+
+    def keep(self, bindings: Iterable[Binding]) -> None:
+        """The model is about to be replaced: what was measured holds until the next pass."""
+        self._kept = {b.handle: self.velocity(b) for b in bindings if b.kind != "ball"}
+        self._before = self._after = None
+
+    def begin(self) -> None:
+        """A pass begins."""
+        self._before = self._after if self._after is not None else self._positions()
+
+    def end(self) -> None:
+        """A pass has ended, and the kinematics are fresh."""
+        self._after = self._positions()
+        self._kept = {}
+
+    def velocity(self, binding: Binding) -> float:
+        """rad/s or m/s; a hinge's difference is the short way round."""
+        if self._before is None or self._after is None:
+            return self._kept.get(binding.handle, 0.0)
+        which, index = (1, binding.id) if binding.element == "tendon" else (0, binding.qpos)
+        change = float(self._after[which][index] - self._before[which][index])
+        if binding.kind == "hinge":
+            change = math.remainder(change, 2 * math.pi)
+        return change / self._sim.time_step
+
+    def _positions(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._sim.data.qpos.copy(), self._sim.data.ten_length.copy()
