@@ -35,7 +35,7 @@ class Dispatch:
     def execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         """Execute a command; a Future when its result comes later. Never raises."""
         try:
-            command, checked = self._check(name, arguments)
+            command, checked = self.check(name, arguments)
             handler = self._handlers.get(command.name)
             if handler is None:
                 raise CommandError(
@@ -53,7 +53,8 @@ class Dispatch:
         command = BY_NAME.get(name)
         return None if command is None or command.place is Place.LOCAL else command
 
-    def _check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
+    def check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
+        """The command and its arguments as the handler gets them. Raises CommandError."""
         command = self.command(name)
         if command is None:
             raise CommandError(f"there is no command {name[:64]!r}; 'simx-server --commands' lists all")

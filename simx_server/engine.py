@@ -19,6 +19,7 @@ from simx_client.protocol.messages import STATUS_OK, Batch, Call, Delivery, Oper
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
+from .errors import CommandError
 from .handlers.registry import Handler
 from .sessions import ClientSession, Link
 from .simulation import Simulation, SimulationState
@@ -157,7 +158,11 @@ class Engine:
     def _pass(self) -> None:
         """One pass when the simulation advances; in any case the streams."""
         if self._is_advancing():
-            self.simulation.advance()
+            try:
+                self.simulation.advance()
+            except Exception:
+                logger.exception("the pass failed, so the simulation is stopped")
+                self.simulation.stop()
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
             self._publish_streams()
@@ -255,15 +260,16 @@ class Engine:
     # --- streams ---------------------------------------------------------------------------------
 
     def _arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
-        command = self._dispatch.command(call.command)
-        if command is None:
-            return
+        try:
+            command, arguments = self._dispatch.check(call.command, call.arguments)
+        except CommandError:
+            return  # the answer has said so, and it would be the same after each pass
         if len(session.streams.by_id) >= MAX_STREAMS:
             session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
             return
         if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
             return
-        stream = Stream(call.call_id, command, call.arguments, max(0, call.delay_ms) / 1000)
+        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000)
         if isinstance(answer, Future):
             stream.pending = answer
         else:
@@ -274,7 +280,11 @@ class Engine:
         answers = PassAnswers()
         for session in self.sessions.values():
             if session.streams.by_id:
-                self._publish_client(session, answers)
+                try:
+                    self._publish_client(session, answers)
+                except Exception:
+                    logger.exception("the streams of client %s failed and are ended", session.name)
+                    session.streams.by_id.clear()
 
     def _publish_client(self, session: ClientSession, answers: PassAnswers) -> None:
         now, time_ms = time.monotonic(), self._time_ms()

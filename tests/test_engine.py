@@ -7,7 +7,7 @@ from plain_world import World
 
 import simx_client as v
 from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.messages import Batch, Call
+from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.clock import Pacer
 from simx_server.simulation import SimulationState
 
@@ -220,6 +220,50 @@ def test_a_wrong_call_is_answered_with_what_would_be_right(world, command, argum
     delivery = decode_delivery(transport.receive(1.0))
     assert delivery.replies[0].status == 8
     assert text in delivery.replies[0].values[0]
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments"),
+    [("simxGetJointPosition", [[1]]), ("simxGetJointPosition", [{"a": 1}]), ("simxNoSuchThing", [[]])],
+)
+def test_a_stream_with_wrong_arguments_is_an_error_once_and_never_a_crash(world, command, arguments):
+    cid = world.client()
+    transport = world.transports[cid]
+    transport.send(encode(Batch(0, 0, [Call(1, Operation.STREAM, 0, command, arguments)])))
+    world.simulation.start()
+    for _ in range(3):
+        world.settle()
+    assert [reply.status for reply in decode_delivery(transport.receive(0)).replies] == [8]
+    assert _passes(world) == 3
+    assert transport.newest() is None
+
+
+def test_a_stream_that_cannot_be_sent_ends_alone(world, caplog):
+    one, two = world.client(), world.client()
+    for cid in (one, two):
+        v.simxGetJointPosition(cid, cid, v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.joints[one], world.simulation.joints[two] = object(), 2.0
+    world.simulation.start()
+    world.settle()
+    world.settle()
+    assert v.simxGetJointPosition(two, two, v.simx_opmode_buffer) == (0, 2.0)
+    assert caplog.text.count("failed and are ended") == 1
+
+
+def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkeypatch, caplog):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+
+    def fail():
+        raise FloatingPointError("no number")
+
+    monkeypatch.setattr(world.simulation, "advance", fail)
+    assert v.simxSynchronousTrigger(cid) == 0
+    assert world.simulation.state is SimulationState.STOPPED
+    assert v.simxGetPingTime(cid)[0] == 0
+    assert "no number" in caplog.text
 
 
 def test_calls_of_a_client_that_never_said_hello_are_ignored(world):
