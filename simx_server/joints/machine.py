@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -81,6 +81,14 @@ class Machine:
         self._bindings = dict(settings.bindings)
         self._states = {handle: replace(state) for handle, state in settings.states.items()}
         self.forget_run()
+
+    def copy_settings(self, copies: Mapping[int, int]) -> None:
+        """Make copies of joints (handle of the original to that of the copy) act as their originals do now."""
+        for original, copy in copies.items():
+            if original in self._states and copy in self._states:
+                state = self._states[copy] = replace(self._states[original])
+                state.master = copies.get(state.master, state.master)
+                self._apply(copy)
 
     def forget_run(self) -> None:
         """A run begins: no force or velocity was measured, no controller has a memory."""

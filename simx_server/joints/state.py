@@ -182,7 +182,7 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         force_limit=UNLIMITED,
         gravcomp=float(model.body_gravcomp[item.body]),
         armature=float(model.dof_armature[dof]) if dof >= 0 else 0.0,
-        equality=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, EQUALITY + item.element_name),
+        equality=_find_equality(item, model),
     )
     binding.force_limit = _force_limit(binding, model)
     return binding
@@ -253,6 +253,22 @@ def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:
         ):
             return actuator
     return -1
+
+
+def _find_equality(item: SceneObject, model: mujoco.MjModel) -> int:
+    """The equality that loading added for the joint, or -1; of a copy its name has a prefix."""
+    if item.element != "joint":
+        return -1
+    return next(
+        (
+            equality
+            for equality in range(model.neq)
+            if model.eq_type[equality] == mujoco.mjtEq.mjEQ_JOINT
+            and model.eq_obj1id[equality] == item.id
+            and EQUALITY in model.equality(equality).name
+        ),
+        -1,
+    )
 
 
 def _native(model: mujoco.MjModel, actuator: int) -> Native:
