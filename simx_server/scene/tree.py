@@ -144,7 +144,7 @@ class _Builder:
             if _force_torque(self.site_sensors.get(site, [])):
                 sensors = _force_torque(self.site_sensors[site])
                 self._add("site", site, name, ObjectKind.FORCE_SENSOR, parent, body, sensors)
-            elif rays or self._annotation(name, "proximity"):
+            elif rays or self._annotation("site", name, "proximity"):
                 self._add("site", site, name, ObjectKind.PROXIMITY_SENSOR, parent, body, rays)
             else:
                 self._add("site", site, name, ObjectKind.DUMMY, parent, body)
