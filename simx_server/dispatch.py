@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
+from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME, Command, Place
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
@@ -76,8 +77,11 @@ class Dispatch:
         else:
             text = f"{name}: internal error, see the server's log: {type(error).__name__}: {error}"
             logger.error("%s of %s failed", name, client.name, exc_info=error)
-        if not getattr(error, "silent", False):
+        mode = self._simulation.parameters.error_report_mode
+        if mode & c.sim_api_errormessage_report and not getattr(error, "silent", False):
             client.errors.append(text)
+        if mode & c.sim_api_errormessage_output:
+            self._simulation.status_bar.add(text)
         return Answer(STATUS_REMOTE_ERROR, [text])
 
     def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:

@@ -104,6 +104,8 @@ class Parameters:
         self._sim = sim
         self._random = random.Random(0)  # the same numbers in every run of the server
         self._speed_index = 0
+        self.error_report_mode = c.sim_api_errormessage_report
+        """Integer parameter 0, bits: errors reach simxGetLastErrors (1), the status bar (2); the log in any case."""
         self.arguments: tuple[str, ...] = ()
         """What the server was started with for the programs that ask; set by the composition."""
         self.end: Callable[[], None] | None = None
@@ -148,8 +150,8 @@ class Parameters:
 
     def _integers(self) -> dict[int, Parameter[int]]:
         return {
-            c.sim_intparam_error_report_mode: only(
-                c.sim_api_errormessage_report, "errors always reach simxGetLastErrors and the server's log"
+            c.sim_intparam_error_report_mode: Parameter(
+                lambda: self.error_report_mode, self._set_error_report_mode
             ),
             c.sim_intparam_program_version: Parameter(lambda: PROGRAM_VERSION),
             c.sim_intparam_instance_count: Parameter(lambda: 1),
@@ -211,6 +213,12 @@ class Parameters:
         """While running nothing happens and it counts as success, as in V-REP."""
         if not self._sim.is_running and self.pace is not None and value != self._is_real_time():
             self.pace.speed = 1.0 if value else math.inf
+
+    def _set_error_report_mode(self, value: int) -> None:
+        known = c.sim_api_errormessage_report | c.sim_api_errormessage_output
+        if value & ~known:
+            raise CommandError(f"the error report mode is 0 to {known}, not {value}")
+        self.error_report_mode = value
 
     def _set_speed_index(self, value: int) -> None:
         """Each step doubles the pace, each one below 0 halves it, until the run ends.

@@ -1,11 +1,20 @@
 """Signals: named integers, floats and strings through which clients and scripts tell each other things.
 
-A signal set by a client outlives stop and start (as in V-REP); one set by a child script is cleared with that script.
+A signal set by a client outlives stop and start, and another scene, until somebody clears it; one set by a child
+script is cleared with that script, when the run ends. So does V-REP 4.2; by the manual of 3.x a start clears all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
+
+from .errors import CommandError
+
+MAX_SIGNALS = 10_000
+"""Signals of one kind."""
+
+MAX_STRING_BYTES = 512 << 20
+"""Bytes of all string signals together."""
 
 
 class Signals:
@@ -18,6 +27,8 @@ class Signals:
         self._owned: dict[Hashable, set[tuple[str, str]]] = {}
 
     def set_integer(self, name: str, value: int, owner: Hashable | None = None) -> None:
+        """Raises CommandError when there are too many; the same for all kinds."""
+        _check_room(self.integers, name)
         self.integers[name] = int(value)
         self._remember("integers", name, owner)
 
@@ -29,6 +40,7 @@ class Signals:
         _clear(self.integers, name)
 
     def set_float(self, name: str, value: float, owner: Hashable | None = None) -> None:
+        _check_room(self.floats, name)
         self.floats[name] = float(value)
         self._remember("floats", name, owner)
 
@@ -39,6 +51,12 @@ class Signals:
         _clear(self.floats, name)
 
     def set_string(self, name: str, value: bytes, owner: Hashable | None = None) -> None:
+        _check_room(self.strings, name)
+        others = sum(map(len, self.strings.values())) - len(self.strings.get(name, b""))
+        if others + len(value) > MAX_STRING_BYTES:
+            raise CommandError(
+                f"all string signals together may have {MAX_STRING_BYTES >> 20} MiB; clear some, or read them"
+            )
         self.strings[name] = bytes(value)
         self._remember("strings", name, owner)
 
@@ -66,6 +84,11 @@ class Signals:
             names.discard((table, name))
         if owner is not None:
             self._owned.setdefault(owner, set()).add((table, name))
+
+
+def _check_room(table: Mapping[str, object], name: str) -> None:
+    if len(table) >= MAX_SIGNALS and name not in table:
+        raise CommandError(f"at most {MAX_SIGNALS} signals of a kind can be set; clear some")
 
 
 def _clear(table: dict[str, int] | dict[str, float] | dict[str, bytes], name: str) -> None:

@@ -25,6 +25,7 @@ class PlainSimulation:
         self.time_step = 0.05
         self.passes = 0
         self.scene_id = 1
+        self.parameters = SimpleNamespace(error_report_mode=1)
         self.on_start, self.on_stop, self.on_pause = [], [], []
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}

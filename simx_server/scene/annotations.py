@@ -29,10 +29,8 @@ class Annotations:
     """All annotations of a scene: per object name, per kind, checked values; and those of the scene itself."""
 
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
-    uis: dict[str, Annotation] = field(default_factory=dict)
-    """Custom UIs by their name, which is no object's."""
     registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
-    """Per kind (collection, collision, distance) what is registered under which name; these are no objects' either."""
+    """Per kind (collection, collision, distance, ui) what is registered under which name; these are no objects' either."""
     time_step: float | None = None
 
 
@@ -169,7 +167,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
 }
 
 
-REGISTERED = ("collection", "collision", "distance")
+REGISTERED = ("collection", "collision", "distance", "ui")
 """Kinds whose NAME is not that of an object but a name of its own."""
 
 _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -190,9 +188,7 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
         if text.name.startswith(PREFIX):
             kind, name = _split_name(text.name)
             note = parse(kind, text.data, text.name)
-            if kind == "ui":
-                found.uis[name] = note
-            elif kind in REGISTERED:
+            if kind in REGISTERED:
                 found.registered.setdefault(kind, {}).setdefault(name, {}).update(note)
             else:
                 found.objects.setdefault(name, {}).setdefault(kind, {}).update(note)

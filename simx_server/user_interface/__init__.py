@@ -55,7 +55,7 @@ class UserInterface:
 
     def _load_annotated(self) -> None:
         """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
-        for name, note in self._sim.scene.annotations.uis.items():
+        for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
                 ui = _choose(name, read_ui_file(find_ui_file(self._sim, str(note.get("file", "")))))
                 self.custom_uis.add(ui)
