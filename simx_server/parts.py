@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .object_settings import ObjectSettings
 from .parameters import Parameters
 from .scripting import Scripts
 from .scene.collection import Collections
@@ -32,6 +33,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.workspace = (workspace or Path.cwd()).resolve()
     sim.selection = []
     sim.status_bar = StatusBar()
+    sim.object_settings = ObjectSettings(sim)
     sim.parameters = Parameters(sim)
     sim.collections = Collections(sim)
     sim.instants = Instants(sim)

@@ -27,6 +27,7 @@ from simx_server.signals import Signals
 from simx_server.snapshot import Snapshot
 
 if TYPE_CHECKING:
+    from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
     from simx_server.scripting import Scripts
     from simx_server.scene.collection import Collections
@@ -62,6 +63,7 @@ class Simulation:
     """One world: scene, model, state, joints, signals, and who listens to its life."""
 
     # Given by `parts.attach_parts` (a bare simulation works without them).
+    object_settings: ObjectSettings
     parameters: Parameters
     scripts: Scripts
     collections: Collections

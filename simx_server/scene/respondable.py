@@ -1,0 +1,81 @@
+"""Which shapes collide: V-REP's respondable masks, as pairs of bodies that MuJoCo is told to leave out.
+
+Two shapes collide when their masks have a bit in common: of the low bytes when both belong to one tree (the same object
+stands at its top), else of the high bytes. The masks only take away: what the scene file excludes stays excluded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.recompile import edit
+from simx_server.scene.tree import INTERNAL
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+ALL_MASKS = 0xFFFF
+"""Meets every other mask that is not 0."""
+
+_LOCAL, _GLOBAL = 0x00FF, 0xFF00
+
+_EXCLUSION = INTERNAL + "mask:"
+
+
+def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:
+    """Make these masks act, by handle; every shape that is not named has all bits.
+
+    Raises CommandError for a part of the world: MuJoCo leaves out pairs of bodies, and the world is one.
+    """
+    for handle in masks:
+        item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+        if item.element != "body":
+            raise CommandError(
+                f"'{item.name}' is a part of the world itself; make it a body to give it a mask"
+            )
+    wanted = _excluded_pairs(sim, masks)
+    present = {_pair(e) for e in sim.scene.spec.excludes if e.name.startswith(_EXCLUSION)}
+    if wanted == present:
+        return
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        for exclude in list(spec.excludes):
+            if exclude.name.startswith(_EXCLUSION):
+                spec.delete(exclude)
+        in_file = {_pair(exclude) for exclude in spec.excludes}
+        for index, (first, second) in enumerate(sorted(wanted - in_file)):
+            spec.add_exclude(name=f"{_EXCLUSION}{index}", bodyname1=first, bodyname2=second)
+
+    edit(sim, surgery, set())
+
+
+def _excluded_pairs(sim: Simulation, masks: Mapping[int, int]) -> set[tuple[str, str]]:
+    scene = sim.scene
+    shapes = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.SHAPE)]
+    found: set[tuple[str, str]] = set()
+    for a, b in combinations(shapes, 2):
+        if a.handle not in masks and b.handle not in masks:
+            continue
+        common = masks.get(a.handle, ALL_MASKS) & masks.get(b.handle, ALL_MASKS)
+        in_one_tree = _top(sim, a.handle) == _top(sim, b.handle)
+        if not common & (_LOCAL if in_one_tree else _GLOBAL):
+            first, second = sorted(o.element_name if o.element == "body" else "world" for o in (a, b))
+            found.add((first, second))
+    return found
+
+
+def _pair(exclude: Any) -> tuple[str, str]:
+    first, second = sorted((exclude.bodyname1, exclude.bodyname2))
+    return first, second
+
+
+def _top(sim: Simulation, handle: int) -> int:
+    while (parent := sim.scene.objects[handle].parent) != -1:
+        handle = parent
+    return handle
