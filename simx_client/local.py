@@ -23,6 +23,7 @@ from .connection import (
     client_time,
 )
 from .errors import ConnectionFailed
+from .files import simxTransferFile as simxTransferFile
 from .protocol import constants as c
 from .protocol.commands import BY_NAME
 from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints, to_text
@@ -232,19 +233,6 @@ def simxQuery(
             connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
             return c.simx_return_timeout_flag, bytearray()
         time.sleep(0.001)
-
-
-def simxTransferFile(
-    clientID: int, filePathAndName: str, fileName_serverSide: str, timeOut: int, operationMode: int
-) -> int:
-    """Copy a local file into the server's workspace. Not available yet: answers the remote-error code."""
-    connection = CLIENTS.get(clientID)
-    if connection is None:
-        return c.simx_return_initialize_error_flag
-    logger.warning(
-        "simxTransferFile is not available in this version; put the file on the server's side yourself"
-    )
-    return c.simx_return_remote_error_flag
 
 
 _VERSION = Shape(BY_NAME["simxGetIntegerParameter"])

@@ -11,6 +11,7 @@ from typing import Any
 
 from . import local
 from .connection import invoke
+from .files import invoke_loading
 from .protocol import constants as c
 from .protocol.commands import TABLE, Command, Place
 from .shape import Shape
@@ -25,7 +26,10 @@ def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
         arguments="".join(f"{argument.name}, " for argument in command.arguments),
         mode="operationMode" if command.place is Place.REMOTE else c.simx_opmode_blocking,
     )
-    namespace: dict[str, Any] = {"_invoke": invoke, "_shape": shape}
+    namespace: dict[str, Any] = {
+        "_invoke": invoke_loading if command.may_be_here else invoke,
+        "_shape": shape,
+    }
     exec(compile(source, f"<simx_client {name}>", "exec"), namespace)  # the table is ours, no input
     function = namespace[name]
     function.__doc__ = docstring(command)

@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from typing import Any, NamedTuple
 
 from simx_client.protocol import constants as c
-from simx_client.protocol.commands import BY_NAME, Command, Place
+from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
 from .errors import CommandError
@@ -51,8 +51,7 @@ class Dispatch:
 
     def command(self, name: str) -> Command | None:
         """The table's entry, if this is a remote command."""
-        command = BY_NAME.get(name)
-        return None if command is None or command.place is Place.LOCAL else command
+        return ANSWERED.get(name)
 
     def check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
         """The command and its arguments as the handler gets them. Raises CommandError."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
+from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
 from simx_server.errors import CommandError
 
 logger = logging.getLogger(__name__)
-
-SUFFIXES = (".xml", ".mjcf", ".urdf", ".mjb", ".zip")
-VREP_SUFFIXES = (".ttt", ".ttm", ".simscene.xml", ".simmodel.xml")
 
 
 def shipped_scenes() -> Path:
@@ -22,25 +20,29 @@ def shipped_scenes() -> Path:
 
 def list_scenes() -> list[str]:
     """Stems of the shipped scenes, sorted; files in sub-folders are parts, not scenes."""
-    return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SUFFIXES})
+    return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
-def find_scene(text: str | Path, folder: Path | None = None) -> Path:
+def find_scene(text: str | Path, folder: Path | None = None, *, meshes: bool = False) -> Path:
     """The file meant by `text`: an existing path; a shipped scene by name; for a V-REP file, the same stem as MJCF.
+
+    `meshes`: a mesh file will do as well.
 
     A relative path is looked for in `folder` (default: the working directory) before it may name a shipped scene.
 
     Raises CommandError when there is no such file; the text lists the shipped scenes.
     """
     given = Path(text) if folder is None else folder / text
-    stem = _vrep_stem(given)
+    stem = vrep_stem(given.name)
+    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if meshes else ())
     if stem is None:
         if given.is_file():
             return given
-        candidates = [shipped_scenes() / given.name, *_with_suffixes(shipped_scenes() / given.name)]
-        candidates += _with_suffixes(given)
+        shipped = shipped_scenes() / given.name
+        candidates = [shipped, *_with_suffixes(shipped, suffixes), *_with_suffixes(given, suffixes)]
     else:
-        candidates = _with_suffixes(given.with_name(stem)) + _with_suffixes(shipped_scenes() / stem)
+        candidates = _with_suffixes(given.with_name(stem), suffixes)
+        candidates += _with_suffixes(shipped_scenes() / stem, suffixes)
     for candidate in candidates:
         if candidate.is_file():
             if stem is not None:
@@ -51,13 +53,5 @@ def find_scene(text: str | Path, folder: Path | None = None) -> Path:
     raise CommandError(f"no scene '{text}'; shipped scenes: {names}; {advice}")
 
 
-def _vrep_stem(path: Path) -> str | None:
-    """The name without a V-REP ending, or None when the path has none."""
-    for suffix in VREP_SUFFIXES:
-        if path.name.lower().endswith(suffix):
-            return path.name[: -len(suffix)]
-    return None
-
-
-def _with_suffixes(path: Path) -> list[Path]:
-    return [path.with_name(path.name + suffix) for suffix in SUFFIXES]
+def _with_suffixes(path: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    return [path.with_name(path.name + suffix) for suffix in suffixes]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from .errors import CommandError
 from .streams import Streams
@@ -45,6 +46,8 @@ class ClientSession:
     errors: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_ERRORS))
     streams: Streams = field(default_factory=Streams)
     is_stepping: bool = False
+    lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict)
+    """Files of the client's side that a loading call will ask for: given path to name and content."""
     message_id: int = 0
     client_time: int = 0
     _triggers: list[Future[None]] = field(default_factory=list)
@@ -74,8 +77,15 @@ class ClientSession:
         """Whether the simulation must wait for a trigger of this client."""
         return self.is_stepping and not self._triggers
 
-    def release_triggers(self) -> None:
-        """The pass was made (or will never be): answer the triggers."""
+    def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
+        """The pass was made (or will never be): answer the triggers, as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
-        for future in triggers:
-            future.set_result(None)
+        _answer(triggers, list(after))
+
+
+def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:
+    if after:
+        after[0].add_done_callback(lambda _: _answer(triggers, after[1:]))
+        return
+    for future in triggers:
+        future.set_result(None)

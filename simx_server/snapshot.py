@@ -73,6 +73,8 @@ class Snapshot:
     options: dict[str, Any]
     parents: dict[int, int]
     overrides: dict[int, int]
+    model_properties: dict[int, int]
+    muted_geoms: dict[str, tuple[int, int]]
     joints: Settings
 
     @classmethod
@@ -87,12 +89,15 @@ class Snapshot:
             options=option_values(sim.model),
             parents={handle: item.parent for handle, item in sim.scene.objects.items()},
             overrides=dict(sim.scene.parent_overrides),
+            model_properties=dict(sim.scene.model_properties),
+            muted_geoms=dict(sim.scene.muted_geoms),
             joints=sim.joints.remember(),
         )
 
     def restore(self, sim: Simulation) -> bool:
         """Bring it back; True when scene, model and data are other objects than before."""
         replaced = sim.model is not self.model
+        self.scene.next_handle = sim.scene.next_handle  # handles of what the run added are not given again
         sim.scene, sim.model, sim.data = self.scene, self.model, self.data
         for name, value in editable_arrays(self.model):
             saved = self.arrays[name]
@@ -102,6 +107,8 @@ class Snapshot:
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self.state, STATE)
         self.scene.parent_overrides = dict(self.overrides)
+        self.scene.model_properties = dict(self.model_properties)
+        self.scene.muted_geoms = dict(self.muted_geoms)
         for handle, parent in self.parents.items():
             self.scene.objects[handle].parent = parent
         self.scene.reindex()

@@ -53,7 +53,7 @@ class World:
         self.painter = PaintingThread()
         self.sim.rendering = self.painter  # type: ignore[assignment]
         attach_parts(self.sim, workspace)
-        self.client = SimpleNamespace(errors=deque(maxlen=50), name="test")
+        self.client = SimpleNamespace(errors=deque(maxlen=50), name="test", lent_files={})
         if file is None:
             self.sim.use(*load_text(xml))
         else:

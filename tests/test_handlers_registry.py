@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from simx_client.protocol.commands import BY_NAME, Place
+from simx_client.protocol.commands import ANSWERED, Place
 from simx_server.handlers import HANDLERS, handler
 
 
 def test_every_handler_is_a_remote_command_of_the_table() -> None:
     for name, entry in HANDLERS.items():
-        assert BY_NAME[name] is entry.command
+        assert ANSWERED[name] is entry.command
         assert entry.command.name == name
         assert entry.command.place is not Place.LOCAL
 

@@ -32,6 +32,9 @@ class Place(Enum):
     LOCAL = "local"
     """In the client, written by hand in ``simx_client/local.py``, perhaps out of remote ones."""
 
+    CARRIED = "carried"
+    """In the server, for a function of the client's: no public name, and no line in the listing."""
+
 
 @dataclass(frozen=True, slots=True)
 class Value:
@@ -79,6 +82,9 @@ class Command:
     parameters: tuple[str, ...] = field(default=())
     """Python parameter names in order, as the original binding spells them."""
 
+    may_be_here: bool = False
+    """Bit 0 of its second argument says that the file named by the first lies on the client's side."""
+
     def is_hit(self, values: Sequence[Any]) -> bool:
         """Whether a success with these results ends a stream of this command."""
         return self.stream_ends_with_hit and (self.no_hit is None or values[:1] != [self.no_hit])
@@ -109,6 +115,7 @@ def _command(
     never_blocking: bool = False,
     stream_ends_with_hit: bool = False,
     no_hit: int | None = None,
+    may_be_here: bool = False,
 ) -> Command:
     arguments, results = _values(takes), _values(gives)
     names = tuple(argument.name for argument in arguments)
@@ -133,6 +140,7 @@ def _command(
         no_hit,
         any(result.kind.name in ("pixels", "depths") for result in results),
         names,
+        may_be_here,
     )
 
 
@@ -184,7 +192,9 @@ def _connection() -> Iterator[Command]:
         "result:int info:int",
         "A field of the next outgoing message's header; 1 and the value, or -1 and 0.",
     )
-    yield local("simxCreateBuffer", "bufferSize:int", "buffer:bytes", "A ctypes pointer to so many unsigned bytes.")
+    yield local(
+        "simxCreateBuffer", "bufferSize:int", "buffer:bytes", "A ctypes pointer to so many unsigned bytes."
+    )
     yield local("simxReleaseBuffer", "buffer:bytes", "", "Let go of a buffer of simxCreateBuffer.")
     yield local("simxPackInts", "intList:ints", "packed:bytes", "Little-endian int32 each.")
     yield local("simxUnpackInts", "intsPackedInString:bytes", "values:ints", "The inverse of simxPackInts.")
@@ -242,6 +252,7 @@ def _simulation() -> Iterator[Command]:
         key="scenePathAndName",
         id=0x3002,
         twin="sim.loadScene",
+        may_be_here=True,
     )
     yield _command("simxCloseScene", doc="Close the scene while stopped.", id=0x0005, twin="sim.closeScene")
 
@@ -351,16 +362,17 @@ def _objects() -> Iterator[Command]:
         "simxLoadModel",
         "modelPathAndName:text options:int",
         "baseHandle:int",
-        "Add a model to the scene.",
+        "Add a model to the scene, the handle of its base; option bit 0 takes the file from the client's side.",
         key="modelPathAndName",
         id=0x3003,
         twin="sim.loadModel",
+        may_be_here=True,
     )
     yield _command(
         "simxCopyPasteObjects",
         "objectHandles:ints",
         "newObjectHandles:ints",
-        "Copy objects.",
+        "Copy objects, models whole: the handles of the copies, of a model its base's.",
         id=0x102E,
         twin="sim.copyPasteObjects",
         keeps_every_call=True,
@@ -856,6 +868,7 @@ def _user_interface() -> Iterator[Command]:
         "Load a UI.",
         key="uiPathAndName",
         id=0x3005,
+        may_be_here=True,
     )
     yield _command("simxRemoveUI", "uiHandle:int", doc="Remove a custom UI.", key="uiHandle", id=0x1029)
 
@@ -875,3 +888,31 @@ TABLE: tuple[Command, ...] = (
 
 BY_NAME: dict[str, Command] = {name: command for command in TABLE for name in command.names}
 """Every public name, aliases included, to its command."""
+
+CARRIED: tuple[Command, ...] = (
+    _command(
+        "storeFile",
+        "fileName_serverSide:text data:bytes",
+        doc="Write a file into the server's workspace.",
+        key="fileName_serverSide",
+        id=0x3004,
+        place=Place.CARRIED,
+    ),
+    _command(
+        "lendFile",
+        "path:text fileName:text data:bytes",
+        doc="Keep a file for the call that follows and loads this path from the client's side.",
+        key="path",
+        id=0x3004,
+        place=Place.CARRIED,
+    ),
+)
+"""What travels for the sake of a function in the client."""
+
+ANSWERED: dict[str, Command] = {
+    name: command
+    for command in (*TABLE, *CARRIED)
+    if command.place is not Place.LOCAL
+    for name in command.names
+}
+"""Every name that a server may be sent to its command."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..user_interface.custom_ui_files import find_ui_file
+from .files import FILE_IS_ON_CLIENT, file_to_load
 from .registry import handler
 
 if TYPE_CHECKING:
+    from ..sessions import ClientSession
     from ..simulation import Simulation
 
 _NO_EVENT = -1
@@ -55,13 +58,16 @@ def set_ui_button_label(sim: Simulation, ui: int, button: int, up: str, down: st
     sim.user_interface.custom_uis.set_label(ui, button, up, down)
 
 
-@handler("simxLoadUI")
-def load_ui(sim: Simulation, path: str, options: int) -> list[int]:
-    """The handles of the UIs in the file; a file of the client's side was transferred before (options bit 0).
+@handler("simxLoadUI", with_client=True)
+def load_ui(sim: Simulation, client: ClientSession, path: str, options: int) -> list[int]:
+    """The handles of the UIs in the file, one of the server's side or, with options bit 0, of the client's.
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """
-    return sim.user_interface.load(path)
+    if not options & FILE_IS_ON_CLIENT:
+        return sim.user_interface.load(path)
+    with file_to_load(sim, client, path, options, lambda text: find_ui_file(sim, text)) as (found, _):
+        return sim.user_interface.load(str(found))
 
 
 @handler("simxRemoveUI")

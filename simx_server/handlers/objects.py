@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import CommandError, UnknownHandle
-from ..scene import editing
+from ..scene import editing, properties
+from ..scene.copying import copy_objects
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
 
 HANDLE_ALL = -2
 _ASSEMBLY_FLAG = 0x400000
-_NOT_A_MODEL = 0xF000
-"""`sim_modelproperty_not_model`: what an object that is no model base answers."""
 
 
 @handler("simxGetObjectHandle")
@@ -66,7 +65,10 @@ def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: 
 
 @handler("simxRemoveObject")
 def remove_object(sim: Simulation, handle: int) -> None:
-    """`sim_handle_all` empties the scene."""
+    """`sim_handle_all` empties the scene.
+
+    Differs: what was removed while running is there again after the stop, as everything else is.
+    """
     if handle == HANDLE_ALL:
         editing.remove_all(sim)
     else:
@@ -79,17 +81,28 @@ def remove_model(sim: Simulation, handle: int) -> None:
     editing.remove_model(sim, handle)
 
 
+@handler("simxCopyPasteObjects")
+def copy_paste_objects(sim: Simulation, handles: list[int]) -> list[int]:
+    """Unknown handles are skipped, the selection stays. What a run copied is gone after its stop."""
+    return copy_objects(sim, handles)
+
+
 @handler("simxCreateDummy")
-def create_dummy(sim: Simulation, size: float, _color: list[int] | None) -> int:
-    """A dummy at the origin; pictures do not show dummies, so its colour says nothing."""
-    return editing.create_dummy(sim, size)
+def create_dummy(sim: Simulation, size: float, color: list[int] | None) -> int:
+    """A dummy at the origin, gone after the stop when a run created it; pictures do not show dummies."""
+    return editing.create_dummy(sim, size, color)
 
 
 @handler("simxGetModelProperty")
 def get_model_property(sim: Simulation, handle: int) -> int:
-    """0 for a model base (none of the restricting bits is supported), 0xF000 for any other object."""
-    item = sim.scene.get(handle)
-    return 0 if item.annotations.get("model", {}).get("base") else _NOT_A_MODEL
+    """The bits of a model base; 0xF000 for any other object."""
+    return sim.scene.model_property(handle)
+
+
+@handler("simxSetModelProperty")
+def set_model_property(sim: Simulation, handle: int, bits: int) -> None:
+    """Any bit of 0xF000 makes the object a model base no more."""
+    properties.set_model_property(sim, handle, bits)
 
 
 @handler("simxGetObjectSelection")

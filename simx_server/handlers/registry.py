@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from simx_client.protocol.commands import BY_NAME, Command, Place
+from simx_client.protocol.commands import ANSWERED, Command
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -41,8 +41,8 @@ class Handler:
 
 def handler(name: str, *, with_client: bool = False) -> Callable[[_F], _F]:
     """Mark a function as the handler of the command with this name in the table; it stays a plain function."""
-    command = BY_NAME.get(name)
-    if command is None or command.name != name or command.place is Place.LOCAL:
+    command = ANSWERED.get(name)
+    if command is None or command.name != name:
         raise LookupError(f"{name} is not the name of a remote command in the table")
 
     def mark(function: _F) -> _F:

@@ -46,6 +46,7 @@ class Machine:
         self._bindings, self._states = {}, {}
         items = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.JOINT)]
         handles = {item.element_name: item.handle for item in items if item.element == "joint"}
+        handles |= {item.name: item.handle for item in items}
         for item in items:
             binding = self._bindings[item.handle] = bind(item, model)
             self._states[item.handle] = known.get(item.handle) or initial_state(

@@ -15,12 +15,14 @@ What a new parent means physically:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.placing import (
     body_pose,
@@ -33,6 +35,7 @@ from simx_server.scene.placing import (
 from simx_server.scene.poses import IDENTITY, Pose, compose, inverse, rotate
 from simx_server.scene.recompile import edit
 from simx_server.scene.transplant import delete, move_leaf
+from simx_server.scene.tree import Addition
 from simx_server.scene.welding import body_name, body_under, is_link, move_body_object, set_static
 
 if TYPE_CHECKING:
@@ -47,6 +50,9 @@ __all__ = [
     "set_parent",
     "set_static",
 ]
+
+DUMMY_COLOR = (255, 255, 255, 0, 0, 0, 64, 64, 64, 0, 0, 0)
+"""Of a dummy that is created without a colour: white, with a faint highlight."""
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
@@ -109,16 +115,16 @@ def remove_object(sim: Simulation, handle: int) -> None:
 def remove_model(sim: Simulation, handle: int) -> None:
     """Remove a whole tree. Raises UnknownHandle, CommandError when the object is no model base."""
     item = sim.scene.get(handle)
-    if not item.annotations.get("model", {}).get("base", False):
+    if not sim.scene.is_model_base(handle):
         raise CommandError(
-            f"'{item.name}' is no model base; remove it as an object, or annotate it simx:model base=yes"
+            f"'{item.name}' is no model base; remove it as an object, or make it one with simxSetModelProperty"
         )
     remove_tree(sim, handle)
 
 
-def remove_tree(sim: Simulation, handle: int) -> None:
-    """Remove an object and all below it. Raises UnknownHandle."""
-    removed = [handle, *sim.scene.descendants(handle)]
+def remove_tree(sim: Simulation, *handles: int) -> None:
+    """Remove objects and all below them. Raises UnknownHandle."""
+    removed = [each for handle in handles for each in (handle, *sim.scene.descendants(handle))]
     items = [sim.scene.get(h) for h in removed]
 
     def surgery(spec: mujoco.MjSpec) -> None:
@@ -142,13 +148,14 @@ def remove_tree(sim: Simulation, handle: int) -> None:
 
 def remove_all(sim: Simulation) -> None:
     """Remove every object (`sim_handle_all`)."""
-    for handle in sim.scene.children(-1):
-        if handle in sim.scene.objects:
-            remove_tree(sim, handle)
+    remove_tree(sim, *sim.scene.children(-1))
 
 
-def create_dummy(sim: Simulation, size: float) -> int:
-    """Add a dummy of this diameter (m) at the world's origin; returns its handle."""
+def create_dummy(sim: Simulation, size: float, color: Sequence[int] | None = None) -> int:
+    """Add a dummy of this diameter (m) at the world's origin; returns its handle.
+
+    `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
+    """
     if not 0 < size < 1e3:
         raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
     names = {item.name for item in sim.scene.objects.values()} | {site.name for site in sim.scene.spec.sites}
@@ -156,10 +163,14 @@ def create_dummy(sim: Simulation, size: float) -> int:
     while name in names:
         name, count = f"Dummy{count}", count + 1
 
-    def surgery(spec: mujoco.MjSpec) -> None:
-        spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4)
+    numbers = [min(max(number, 0), 255) for number in color or DUMMY_COLOR]
+    rgba = [number / 255 for number in numbers[:3]] + [1.0]
 
-    edit(sim, surgery, set())
+    def surgery(spec: mujoco.MjSpec) -> None:
+        spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4, rgba=rgba)
+
+    note: dict[str, Annotation] = {"dummy": {"color": " ".join(map(str, numbers))}}
+    edit(sim, surgery, set(), added=Addition("", {("site", name): name}, {name: note}))
     found = sim.scene.by_name(name)
     if found is None:
         raise CommandError(f"the dummy '{name}' was not added")

@@ -19,6 +19,9 @@ from simx_server.scene.tree import GRAFT_END, Addition
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
 
+_REFERENCES = ("parent", "master", "entity")
+"""Keys of annotations that name another object."""
+
 Element = tuple[str, str]
 """What carries an object: the MuJoCo kind and the element's name."""
 
@@ -96,8 +99,9 @@ def _strip(spec: mujoco.MjSpec) -> None:
 
 def _renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
     """Annotations of one object whose references to other objects mean the added ones."""
-    joint = notes.get("joint", {})
-    parent = joint.get("parent")
-    if isinstance(parent, str) and parent in names:
-        return {**notes, "joint": {**joint, "parent": names[parent]}}
-    return dict(notes)
+    return {
+        kind: {
+            key: names.get(str(value), value) if key in _REFERENCES else value for key, value in note.items()
+        }
+        for kind, note in notes.items()
+    }

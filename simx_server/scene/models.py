@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.annotations import SceneError
 from simx_server.scene.grafting import Graft, graft
 from simx_server.scene.loader import build, read_spec
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from simx_server.simulation import Simulation
 
 logger = logging.getLogger(__name__)
-
-MESH_SUFFIXES = (".stl", ".obj")
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,9 @@ from simx_server.errors import UnknownHandle, WrongKind
 from simx_server.scene.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
 
+NOT_A_MODEL = 0xF000
+"""`sim_modelproperty_not_model`."""
+
 
 class ObjectKind(IntEnum):
     """Kinds of objects; the values are the legacy `sim_object_*_type` numbers."""
@@ -85,6 +88,8 @@ class Scene:
         """Names of bodies whose object was removed while others hang on them."""
         self.model_properties: dict[int, int] = {}
         """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base."""
+        self.muted_geoms: dict[str, tuple[int, int]] = {}
+        """Geoms that a model's property keeps from colliding: name to the contype and conaffinity they get back."""
         self._children: dict[int, list[int]] = {-1: []}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}
@@ -150,6 +155,24 @@ class Scene:
         """The shape a geom belongs to; -1 for an unnamed geom of the world."""
         handle = self._by_element.get(("geom", geom))
         return handle if handle is not None else self.owner_of_body(int(model.geom_bodyid[geom]), model)
+
+    def model_property(self, handle: int) -> int:
+        """`sim_modelproperty_*` bits of a model base; NOT_A_MODEL for any other object. Raises UnknownHandle."""
+        base = self.get(handle).annotations.get("model", {}).get("base", False)
+        return self.model_properties.get(handle, 0 if base else NOT_A_MODEL)
+
+    def is_model_base(self, handle: int) -> bool:
+        """True for the object that stands for a model. Raises UnknownHandle."""
+        return not self.model_property(handle) & NOT_A_MODEL
+
+    def overridden(self, handle: int) -> int:
+        """`sim_modelproperty_*` bits that the models an object belongs to put on it."""
+        bits = 0
+        while handle in self.objects:
+            own = self.model_property(handle)
+            bits |= 0 if own & NOT_A_MODEL else own
+            handle = self.objects[handle].parent
+        return bits
 
     def children(self, handle: int) -> list[int]:
         """Handles of the direct children in hierarchy order; -1 gives the top level."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.scene.annotations import Annotations
 from simx_server.scene.loader import SceneError
 from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition, build_scene
@@ -58,10 +58,11 @@ def edit(
     annotations, names = old.annotations, None
     if added is not None:
         hidden_bodies |= added.hidden
-        annotations = Annotations({**annotations.objects, **added.annotations}, annotations.time_step)
+        annotations = replace(annotations, objects={**annotations.objects, **added.annotations})
         names = added.names
     scene = build_scene(spec, model, annotations, old.path, old, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
+    scene.muted_geoms = dict(old.muted_geoms)
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
     scene.weightless_bodies = set(weights)
     for handle in removed or ():

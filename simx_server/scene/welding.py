@@ -77,7 +77,7 @@ def _weld(sim: Simulation, body: int, target: int, welded: set[str], *, weightle
     model = sim.model
     sim.refresh()
     name, target_name = model.body(body).name, body_name(sim, target)
-    local = compose(inverse(body_pose(sim, target)), _start_pose(sim, body))
+    local = compose(inverse(body_pose(sim, target)), start_pose(sim, body))
     free = False if free_joint(model, body) >= 0 else None
     whole = _rigid_bodies(sim, body)
     weights = sim.scene.weightless_bodies - whole | (whole if weightless else set())
@@ -120,7 +120,7 @@ def _rigid_bodies(sim: Simulation, body: int) -> set[str]:
     }
 
 
-def _start_pose(sim: Simulation, body: int) -> Pose:
+def start_pose(sim: Simulation, body: int) -> Pose:
     """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
     if not is_link(sim, body):
         return body_pose(sim, body)

@@ -58,6 +58,9 @@ class Script:
     problem: str = ""
     """What ended it in this run."""
 
+    folder: Path | None = None
+    """Where the file is, for the script of a model that was loaded into the scene; None: the scene's folder."""
+
 
 class AddOn(Protocol):
     """Functions of the server itself that a client calls as it would those of an add-on's script."""
@@ -96,6 +99,7 @@ class Scripts:
         """Processor seconds for one call into a script; taken over at the next start."""
         sim.on_load.append(self._find)
         sim.on_close.append(self._find)
+        sim.on_model_changed.append(self._find_more)
         sim.on_start.append(self._start)
         sim.on_pass_begin.append(lambda: self._call_all("sysCall_actuation"))
         sim.on_sensing.append(lambda: self._call_all("sysCall_sensing"))
@@ -158,24 +162,43 @@ class Scripts:
         return f"child script of '{item.name if item else 'a removed object'}' ({script.file})"
 
     def _find(self) -> None:
-        """The scene has changed: see which scripts it has."""
+        """Another scene: see which scripts it has."""
         self._scripts = []
-        for handle, item in self._sim.scene.objects.items():
-            file = item.annotations.get("script", {}).get("file")
-            if file is not None:
-                script = Script(handle, str(file))
-                self._scripts.append(script)
-                try:
-                    self._path(script)
-                except ScriptError as problem:
-                    logger.warning("%s", problem)
+        self._find_more()
+
+    def _find_more(self) -> None:
+        """The scene was edited, or an edit was taken back: scripts of new objects begin.
+
+        While running, the script of an object that is no more ends with its next call: this may be within one.
+        """
+        objects = self._sim.scene.objects
+        if not self._sim.is_running:
+            self._scripts = [script for script in self._scripts if script.owner in objects]
+        known = {script.owner for script in self._scripts}
+        for handle, item in objects.items():
+            note = item.annotations.get("script", {})
+            if "file" not in note or handle in known:
+                continue
+            folder = Path(str(note["folder"])) if "folder" in note else None
+            script = Script(handle, str(note["file"]), folder=folder)
+            self._scripts.append(script)
+            try:
+                self._path(script)
+            except ScriptError as problem:
+                logger.warning("%s", problem)
+            if self._sim.is_running:
+                self._begin(script)
+                self._call(script, "sysCall_init")
 
     def _path(self, script: Script) -> Path:
         """The script's file, which must lie in the scene's folder. Raises ScriptError."""
         scene = self._sim.scene.path
-        if scene is None:
+        if script.folder is not None:
+            folder = script.folder
+        elif scene is not None:
+            folder = scene.resolve().parent
+        else:
             raise ScriptError(f"{script.file} cannot be found: the scene was not loaded from a file")
-        folder = scene.resolve().parent
         path = (folder / script.file).resolve()
         if not path.is_relative_to(folder):
             raise ScriptError(f"{script.file} is outside the scene's folder {folder}; put it there")
@@ -185,28 +208,34 @@ class Scripts:
 
     def _start(self) -> None:
         for script in self._scripts:
-            script.problem = ""
-            try:
-                source = self._path(script).read_bytes()
-                side = _LuaSide(self._sim, script, self._signal_owner(script))
-                script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
-                script.interpreter.run(source)
-            except (ScriptError, OSError) as problem:
-                self._end(script, str(problem))
+            self._begin(script)
         self._call_all("sysCall_init")
 
+    def _begin(self, script: Script) -> None:
+        script.problem = ""
+        try:
+            source = self._path(script).read_bytes()
+            side = _LuaSide(self._sim, script, self._signal_owner(script))
+            script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
+            script.interpreter.run(source)
+        except (ScriptError, OSError) as problem:
+            self._end(script, str(problem))
+
     def _call_all(self, function: str) -> None:
-        for script in self._scripts:
-            if script.interpreter is None:
-                continue
-            if script.owner not in self._sim.scene.objects:
-                self._end(script, "its object was removed")
-                continue
-            if script.interpreter.has(function):
-                try:
-                    script.interpreter.call(function)
-                except ScriptError as problem:
-                    self._end(script, str(problem))
+        for script in tuple(self._scripts):
+            self._call(script, function)
+
+    def _call(self, script: Script, function: str) -> None:
+        if script.interpreter is None:
+            return
+        if script.owner not in self._sim.scene.objects:
+            self._end(script, "its object was removed")
+            return
+        if script.interpreter.has(function):
+            try:
+                script.interpreter.call(function)
+            except ScriptError as problem:
+                self._end(script, str(problem))
 
     def _stop(self) -> None:
         self._call_all("sysCall_cleanup")

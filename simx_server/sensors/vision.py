@@ -9,9 +9,9 @@ The conversion to wire bytes runs on the render thread.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import mujoco
@@ -100,6 +100,12 @@ class VisionSensors:
                 setattr(settings, name, value)
             raise
         settings.picture = None
+
+    def copy_settings(self, copies: Mapping[int, int]) -> None:
+        """Give sensors the settings of those they are copies of: handle of the original to that of the copy."""
+        for handle, copy in copies.items():
+            if handle in self._settings:
+                self._settings[copy] = replace(self._settings[handle], picture=None)
 
     def image(self, handle: int, *, as_grey: bool) -> Future[tuple[list[int], bytes]]:
         """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""

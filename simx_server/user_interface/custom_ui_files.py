@@ -26,6 +26,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.files import UI_SUFFIXES as SUFFIXES
+from simx_client.protocol.files import VREP_UI_SUFFIX as VREP_SUFFIX
 
 from ..errors import CommandError
 from ..library import shipped_scenes
@@ -36,8 +38,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-SUFFIXES = (".toml", ".json")
-VREP_SUFFIX = ".ttb"
 
 MAX_FILE = 1 << 20
 """Largest file that is read, bytes."""

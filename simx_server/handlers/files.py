@@ -1,0 +1,137 @@
+"""Files: those of the workspace, and loading scenes and models from there or from the client's side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.files import twins
+
+from .. import workspace
+from ..errors import CommandError
+from ..library import find_scene, shipped_scenes
+from ..scene.annotations import SceneError
+from ..scene.models import load_model as add_model
+from .registry import handler
+
+if TYPE_CHECKING:
+    from ..sessions import ClientSession
+    from ..simulation import Simulation
+
+FILE_IS_ON_CLIENT = 1
+"""Option bit 0 of the loading functions; the other bits mean nothing."""
+
+_MOST_LENT = 4
+"""Files a client may have sent ahead without loading them; the oldest go first."""
+
+
+@handler("storeFile")
+def store_file(sim: Simulation, name: str, data: bytes) -> None:
+    """What simxTransferFile sends."""
+    workspace.store(sim.workspace, name, data)
+
+
+@handler("simxEraseFile")
+def erase_file(sim: Simulation, name: str) -> None:
+    """Only files of the workspace.
+
+    Differs: the original kept transferred files in a folder for temporary files, here it is the workspace.
+    """
+    workspace.erase(sim.workspace, name)
+
+
+@handler("lendFile", with_client=True)
+def lend_file(_sim: Simulation, client: ClientSession, path: str, name: str, data: bytes) -> None:
+    """What a loading function sends ahead when the file is on the client's side."""
+    files = client.lent_files
+    files.pop(path, None)
+    files[path] = workspace.check_name(name), data
+    while len(files) > _MOST_LENT:
+        del files[next(iter(files))]
+
+
+@handler("simxLoadScene", with_client=True)
+def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> None:
+    """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
+
+    Differs: scenes are MJCF or URDF; for a `.ttt` file the same name with such an ending is taken.
+
+    Raises:
+        CommandError: not stopped, no such file, a file elsewhere.
+        SceneError: the file is no good; the old scene stays.
+    """
+    if sim.is_running:
+        client.lent_files.pop(path, None)
+        raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
+    with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
+        sim.load(found)
+        if sim.scene.path is not None and name != found.name:
+            sim.scene.path = sim.scene.path.with_name(name)
+
+
+@handler("simxLoadModel", with_client=True)
+def load_model(sim: Simulation, client: ClientSession, path: str, options: int) -> int:
+    """The base's handle, which is the selection then; stopped or running. What a run loaded is gone after its stop.
+
+    Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
+    """
+    sim.selection = []
+    with file_to_load(sim, client, path, options, lambda text: _find(sim, text, meshes=True)) as (
+        found,
+        name,
+    ):
+        handle = add_model(sim, found, PurePosixPath(name).stem)
+    sim.selection = [handle]
+    return handle
+
+
+@contextmanager
+def file_to_load(
+    sim: Simulation, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
+) -> Iterator[tuple[Path, str]]:
+    """A file that may be loaded, and its own name; one of the client's side is there only while this lasts.
+
+    `find` says which file of the server's side a text means. A V-REP file of the client's side cannot be read: one of
+    the server's that may stand for it is taken.
+
+    Raises CommandError; SceneError tells what such a file names and what is not found.
+    """
+    lent = client.lent_files.pop(path, None) if options & FILE_IS_ON_CLIENT else None
+    if options & FILE_IS_ON_CLIENT and lent is None:
+        raise CommandError(f"the client has not sent '{path}', which options bit 0 says is on its side")
+    if lent is None:
+        found = find(workspace.check_name(path))
+        yield found, found.name
+        return
+    name, data = lent
+    if twins(name):
+        found = find(PurePosixPath(name).name)
+        yield found, found.name
+        return
+    with workspace.lent(sim.workspace, name, data) as file:
+        try:
+            yield file, name
+        except SceneError as problem:
+            text = str(problem).replace(file.name, name)
+            if "opening file" in text:
+                text += (
+                    f"; the client sent '{name}' alone, and what it names is looked for in the server's "
+                    f"workspace {sim.workspace}: bring it there, for example with simxTransferFile"
+                )
+            raise SceneError(text) from problem
+
+
+def _find(sim: Simulation, text: str, *, meshes: bool = False) -> Path:
+    """The scene or model file of the server's side that a text means. Raises CommandError."""
+    found = find_scene(text, sim.workspace, meshes=meshes).resolve()
+    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
+    if sim.scene.path is not None:
+        folders.append(sim.scene.path.resolve().parent)
+    if not any(found.is_relative_to(folder) for folder in folders):
+        raise CommandError(
+            f"{text!r} lies outside the server's workspace {sim.workspace}; "
+            "move it there, or start the server with --workspace"
+        )
+    return found

@@ -1,0 +1,183 @@
+"""Copying objects as V-REP's copy and paste does: models whole, other objects by themselves.
+
+The spec is copied, everything that is not to be copied is deleted from it together with what refers to that, and the
+rest is added to the scene. So joints, motors, sensors, tendons and equalities between copied things work in the copy,
+and those that reach outside are left out. A copy lies where its original is now and has its state; what was carried by
+something that is not copied stands at the top of the tree.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from simx_server.scene.grafting import Element, Graft, graft
+from simx_server.scene.placing import body_pose, element_pose, free_joint
+from simx_server.scene.poses import compose, inverse
+from simx_server.scene.transplant import delete, move_body, move_leaf
+from simx_server.scene.welding import start_pose
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+_PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
+_CARRIER_MASS = 1e-3
+"""Kilograms of the body that stands for a copied joint's missing child, and its inertia in kg m^2."""
+
+
+def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
+    """Copy objects, stopped or running; the handle of each copy, of a model only its base's.
+
+    Unknown handles are skipped. Raises CommandError when MuJoCo cannot have the result.
+    """
+    scene = sim.scene
+    wanted = [handle for handle in dict.fromkeys(handles) if handle in scene.objects]
+    models = [handle for handle in wanted if scene.is_model_base(handle)]
+    inside = {below for base in models for below in scene.descendants(base)}
+    shown = [handle for handle in wanted if handle not in inside]
+    chosen = set(shown).union(inside)
+    if not chosen:
+        return []
+    sim.refresh()
+    pruned = _Pruned(sim, chosen)
+    added = graft(sim, pruned.graft())
+    items = {handle: scene.objects[handle] for handle in sorted(chosen)}
+    copies = {
+        handle: added[item.element, item.element_name]
+        for handle, item in items.items()
+        if (item.element, item.element_name) in added
+    }
+    for handle, copy in copies.items():
+        sim.scene.override_parent(copy, copies.get(items[handle].parent, -1))
+        if handle in scene.model_properties:
+            sim.scene.model_properties[copy] = scene.model_properties[handle]
+    sim.joints.copy_settings(copies)
+    sim.vision.copy_settings(copies)
+    sim.changed()
+    return [copies[handle] for handle in shown if handle in copies]
+
+
+class _Pruned:
+    """A copy of the scene's spec with nothing but the chosen objects, those without a carrier at the top."""
+
+    def __init__(self, sim: Simulation, chosen: set[int]) -> None:
+        self.sim = sim
+        self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
+        self.chosen = {(item.element, item.element_name) for item in self.items}
+        self.spec = sim.scene.spec.copy()
+        self.moved: set[Element] = set()
+        self.carriers: set[str] = set()
+        self.kept = self._kept_bodies()
+        self._move_to_the_top()
+        self._delete_the_rest()
+
+    def graft(self) -> Graft:
+        """What is left, ready to be added."""
+        scene = self.sim.scene
+        bodies = {body.name for body in self.spec.bodies}
+        placed = {name for array, name in self.moved if array == "body_"}
+        return Graft(
+            spec=self.spec,
+            names={(item.element, item.element_name): item.name for item in self.items},
+            annotations={item.name: dict(item.annotations) for item in self.items if item.annotations},
+            copies=True,
+            moved=self.moved,
+            hidden=(bodies & scene.hidden_bodies) | self.carriers,
+            welded=(bodies & scene.welded_bodies) - placed,
+            weightless=bodies & scene.weightless_bodies,
+        )
+
+    def _kept_bodies(self) -> dict[int, bool]:
+        """Body id to whether its object is copied; False: the body is only there for its joint or force sensor."""
+        model, scene = self.sim.model, self.sim.scene
+        whole = {item.id for item in self.items if item.element == "body"}
+        kept = dict.fromkeys(whole, True)
+        for body in range(1, model.nbody):
+            is_part = scene.by_element("body", body) is None and int(model.body_parentid[body]) in kept
+            if is_part and not self._lost_joints(body):
+                kept[body] = True
+        for item in self.items:
+            if item.element == "joint":
+                kept.setdefault(item.body, False)
+        return kept
+
+    def _lost_joints(self, body: int) -> list[str]:
+        """The joints of a body that are not copied."""
+        return [joint for joint in _joints(self.sim, body) if ("joint", joint) not in self.chosen]
+
+    def _move_to_the_top(self) -> None:
+        sim, model = self.sim, self.sim.model
+        for body, whole in self.kept.items():
+            name, lost = model.body(body).name, self._lost_joints(body)
+            above = int(model.body_parentid[body])
+            welded = name in sim.scene.welded_bodies
+            if (above in self.kept and not lost) or (above == 0 and not lost and not welded):
+                continue
+            pose = body_pose(sim, body) if lost else start_pose(sim, body)
+            stays = above in self.kept
+            if stays:
+                pose = compose(inverse(body_pose(sim, above)), pose)
+            was_dynamic = welded or (bool(lost) and len(lost) == len(_joints(sim, body)))
+            for joint in lost:
+                delete(self.spec, "joint", joint)
+            # V-REP's shape without its joint or sensor is a dynamic one that nothing holds.
+            free = True if was_dynamic and whole and not stays else None
+            move_body(self.spec, name, model.body(above).name if stays else "world", pose, free=free)
+            self.moved.add(("body_", name))
+        for item in self.items:
+            if item.element in _PREFIX and item.body not in self.kept and item.body != 0:
+                size = model.site_size[item.id] if item.element == "site" else None
+                pose = element_pose(sim, item)
+                move_leaf(self.spec, item.element, item.element_name, "world", pose, size)
+                self.moved.add((_PREFIX[item.element], item.element_name))
+
+    def _delete_the_rest(self) -> None:
+        model, scene = self.sim.model, self.sim.scene
+        names = {model.body(body).name: whole for body, whole in self.kept.items()}
+        for many in (self.spec.skins, self.spec.flexes):
+            for element in list(many):
+                self.spec.delete(element)
+        for name, whole in names.items():
+            if not whole:
+                self._hollow_out(name)
+        for body in list(self.spec.worldbody.bodies):
+            self._delete_bodies(body, names)
+        world = self.spec.worldbody
+        of_the_world = {
+            (element, leaf.name)
+            for element in ("geom", "site", "camera", "light")
+            for leaf in getattr(world, f"{element}s")
+        }
+        objects = {(item.element, item.element_name) for item in scene.objects.values()}
+        for element, name in (of_the_world | objects) - self.chosen:
+            if element not in ("body", "joint") and getattr(self.spec, element)(name) is not None:
+                delete(self.spec, element, name)
+
+    def _delete_bodies(self, body: Any, names: dict[str, bool]) -> None:
+        if body.name not in names:
+            delete(self.spec, "body", body.name)
+            return
+        for child in list(body.bodies):
+            self._delete_bodies(child, names)
+
+    def _hollow_out(self, name: str) -> None:
+        """Leave a light carrier without shapes: what a copied joint moves when its child is not copied."""
+        body = self.spec.body(name)
+        for geom in list(body.geoms):
+            delete(self.spec, "geom", geom.name)
+        body.explicitinertial = True
+        body.mass = _CARRIER_MASS
+        body.inertia[:] = _CARRIER_MASS
+        body.ipos[:], body.iquat[:] = 0.0, (1.0, 0.0, 0.0, 0.0)
+        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+        body.fullinertia[:] = float("nan")
+        self.carriers.add(name)
+
+
+def _joints(sim: Simulation, body: int) -> list[str]:
+    """Names of a body's hinges, slides and balls."""
+    if free_joint(sim.model, body) >= 0:
+        return []
+    first = int(sim.model.body_jntadr[body])
+    return [sim.model.joint(joint).name for joint in range(first, first + int(sim.model.body_jntnum[body]))]
