@@ -157,6 +157,9 @@ class Parameters:
             c.sim_intparam_instance_count: Parameter(lambda: 1),
             c.sim_intparam_dynamic_step_divider: Parameter(lambda: self._sim.substeps),
             c.sim_intparam_dynamic_engine: only(MUJOCO_ENGINE, "the dynamics engine here is MuJoCo"),
+            c.sim_intparam_visible_layers: Parameter(
+                lambda: self._sim.object_settings.visible_layers, self._set_visible_layers
+            ),
             c.sim_intparam_edit_mode_type: Parameter(lambda: 0),
             c.sim_intparam_platform: Parameter(lambda: _PLATFORMS.get(sys.platform, 2)),
             c.sim_intparam_scene_unique_id: Parameter(lambda: self._sim.scene_id),
@@ -247,6 +250,9 @@ class Parameters:
     def _argument(self, index: int) -> str:
         """'' for those that were not given, as in V-REP."""
         return self.arguments[index] if index < len(self.arguments) else ""
+
+    def _set_visible_layers(self, layers: int) -> None:
+        self._sim.object_settings.visible_layers = layers & 0xFFFF
 
     def _set_time_step(self, seconds: float) -> None:
         """While running nothing happens and it counts as success, as in V-REP."""

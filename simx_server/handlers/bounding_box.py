@@ -31,12 +31,14 @@ def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tup
         CommandError: nothing there has an extent.
     """
     item = sim.scene.get(handle)
+    if item.element == "site" and not whole_model and item.kind == ObjectKind.DUMMY:
+        return _of_site(sim.model, item.id)
     handles = {handle, *sim.scene.descendants(handle)} if whole_model else {handle}
     wanted = {h for h in handles if sim.scene.objects[h].kind == ObjectKind.SHAPE}
     geoms = [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) in wanted]
     if not geoms:
         raise CommandError(
-            f"'{item.name}', a {item.kind.text}, has no extent: only shapes have a bounding box here"
+            f"'{item.name}', a {item.kind.text}, has no extent; shapes have, and dummies that are sites"
         )
     position, quat = frames.get_pose(sim, handle)
     axes = np.array(matrix(quat)).T
@@ -47,6 +49,21 @@ def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tup
         low, high = _reach(sim.model, geom, rotation)
         least, greatest = np.minimum(least, centre + low), np.maximum(greatest, centre + high)
     return least.tolist(), greatest.tolist()
+
+
+def _of_site(model: mujoco.MjModel, site: int) -> tuple[list[float], list[float]]:
+    """The box about the mark that stands for a dummy; its sizes mean what a geom's mean."""
+    radius, half_length, _ = size = model.site_size[site].tolist()
+    match mujoco.mjtGeom(int(model.site_type[site])):
+        case mujoco.mjtGeom.mjGEOM_SPHERE:
+            half = [radius, radius, radius]
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:
+            half = [radius, radius, radius + half_length]
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            half = [radius, radius, half_length]
+        case _:
+            half = size
+    return [-side for side in half], half
 
 
 def _reach(model: mujoco.MjModel, geom: int, rotation: Vector) -> tuple[Vector, Vector]:

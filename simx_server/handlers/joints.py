@@ -12,44 +12,59 @@ if TYPE_CHECKING:
 
 @handler("simxGetJointPosition")
 def get_joint_position(sim: Simulation, joint: int) -> float:
+    """Code 8 for spherical joints."""
     return sim.joints.position(joint)
 
 
 @handler("simxSetJointPosition")
 def set_joint_position(sim: Simulation, joint: int, position: float) -> None:
+    """At once, within the limits; a controller drives it back. A dependent joint goes where its master wants it.
+
+    Differs: a joint on a tendon in force mode cannot be set (code 8); give it a target.
+    """
     sim.joints.set_position(joint, position)
 
 
 @handler("simxGetJointMatrix")
 def get_joint_matrix(sim: Simulation, joint: int) -> list[float]:
+    """12 numbers of the turn or shift that the joint value is; of spherical joints too."""
     return sim.joints.matrix(joint)
 
 
 @handler("simxSetSphericalJointMatrix")
 def set_spherical_joint_matrix(sim: Simulation, joint: int, matrix: list[float]) -> None:
+    """The translation is ignored; code 8 for other joints."""
     sim.joints.set_spherical_matrix(joint, matrix)
 
 
 @handler("simxSetJointTargetVelocity")
 def set_joint_target_velocity(sim: Simulation, joint: int, velocity: float) -> None:
+    """Accepted in every mode; moves the joint in force mode with the control loop off, and in motion mode."""
     sim.joints.set_target_velocity(joint, velocity)
 
 
 @handler("simxSetJointTargetPosition")
 def set_joint_target_position(sim: Simulation, joint: int, position: float) -> None:
+    """Code 8 outside force mode."""
     sim.joints.set_target_position(joint, position)
 
 
 @handler("simxGetJointForce")
 def get_joint_force(sim: Simulation, joint: int) -> float:
+    """N m or N of the motor along +z on the child: positive pushes towards greater positions; mean of the last pass.
+
+    0 while stopped, and when no motor or spring acts.
+    """
     return sim.joints.force(joint)
 
 
 @handler("simxGetJointMaxForce")
 def get_joint_max_force(sim: Simulation, joint: int) -> float:
+    """1e9 for a joint without a limit."""
     return sim.joints.max_force(joint)
 
 
 @handler("simxSetJointForce")
 def set_joint_force(sim: Simulation, joint: int, force: float) -> None:
+    """The magnitude; the direction is that of the target velocity. A negative number counts as its magnitude."""
     sim.joints.set_max_force(joint, force)

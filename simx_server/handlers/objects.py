@@ -61,6 +61,7 @@ def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: 
             "predefined assembly (handle + 0x400000) is not available; place the object, then set its parent"
         )
     editing.set_parent(sim, handle, parent, keep_in_place)
+    sim.object_settings.apply_masks()
 
 
 @handler("simxRemoveObject")

@@ -21,7 +21,12 @@ def get_object_position(sim: Simulation, handle: int, relative_to: int) -> list[
 
 @handler("simxSetObjectPosition")
 def set_object_position(sim: Simulation, handle: int, relative_to: int, position: list[float]) -> None:
+    """What is below moves along; dynamic shapes lose their velocity, or get the first one they were given since.
+
+    Differs: a link is placed together with its joint, which V-REP leaves where it is.
+    """
     frames.set_position(sim, handle, relative_to, position)
+    _launch(sim, handle)
 
 
 @handler("simxGetObjectOrientation")
@@ -31,7 +36,9 @@ def get_object_orientation(sim: Simulation, handle: int, relative_to: int) -> li
 
 @handler("simxSetObjectOrientation")
 def set_object_orientation(sim: Simulation, handle: int, relative_to: int, euler: list[float]) -> None:
+    """As simxSetObjectPosition, about the object's own origin."""
     frames.set_orientation(sim, handle, relative_to, euler)
+    _launch(sim, handle)
 
 
 @handler("simxGetObjectQuaternion")
@@ -41,12 +48,23 @@ def get_object_quaternion(sim: Simulation, handle: int, relative_to: int) -> lis
 
 @handler("simxSetObjectQuaternion")
 def set_object_quaternion(sim: Simulation, handle: int, relative_to: int, quaternion: list[float]) -> None:
+    """As simxSetObjectPosition, about the object's own origin."""
     frames.set_quaternion(sim, handle, relative_to, quaternion)
+    _launch(sim, handle)
+
+
+def _launch(sim: Simulation, handle: int) -> None:
+    if sim.is_running:
+        placed = handle & ~frames.JOINT_BASE_FLAG
+        sim.object_settings.launch([placed, *sim.scene.descendants(placed)])
 
 
 @handler("simxGetObjectVelocity")
 def get_object_velocity(sim: Simulation, handle: int) -> tuple[list[float], list[float]]:
-    """Linear m/s and angular rad/s, world axes, over the last pass; Euler rates unless the flag is set."""
+    """Linear m/s and angular rad/s, world axes, over the last pass; Euler rates unless the flag is set.
+
+    Differs: zero when stopped, where V-REP goes on giving the last values of the run.
+    """
     flagged = handle > 0 and bool(handle & AXIS_FLAG)
     linear, euler_rates, angular = sim.measured_velocity(handle & ~AXIS_FLAG if flagged else handle)
     return linear, angular if flagged else euler_rates

@@ -49,6 +49,11 @@ def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
     sim.changed()
 
 
+def is_compound(sim: Simulation, handle: int) -> bool:
+    """True when the shape is made of several geoms."""
+    return len(_geoms(sim, handle)) > 1
+
+
 def get_mass(sim: Simulation, handle: int) -> float:
     """Kilograms."""
     return float(sim.model.body_mass[_body(sim, handle)])

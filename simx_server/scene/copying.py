@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
+from simx_server.scene import properties
 from simx_server.scene.grafting import Element, Graft, graft
 from simx_server.scene.placing import body_pose, element_pose, free_joint
 from simx_server.scene.poses import compose, inverse
@@ -52,8 +53,10 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
         sim.scene.override_parent(copy, copies.get(items[handle].parent, -1))
         if handle in scene.model_properties:
             sim.scene.model_properties[copy] = scene.model_properties[handle]
+    properties.apply(sim)
     sim.joints.copy_settings(copies)
     sim.vision.copy_settings(copies)
+    sim.object_settings.copy_settings(copies)
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
 
