@@ -10,18 +10,26 @@ import json
 import os
 from typing import Any
 
-RUNTIME = "(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:1))"
-"""Merge Zenoh's thread pools, but leave transmission its own thread: with one thread for all, a large or
+WORKERS = 8
+"""Threads of Zenoh's pool. Closing the link of a peer that stopped reading with its queue full keeps one of them
+for ten seconds, and with none left nobody is served; idle ones cost nothing that could be measured."""
+
+RUNTIME = f"(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:{WORKERS}))"
+"""Merge Zenoh's thread pools, but leave transmission its own thread: with one pool for all, a large or
 express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
 
 SERVER_RUNTIME = (
-    "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
+    "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),"
+    f"app:(worker_threads:{WORKERS}))"
 )
-"""One thread for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
+"""One pool for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
 and never answers from a callback; but not with scouting or a configuration of the user's own."""
 
 LEASE_MS = 1_900
 """A peer that says nothing for so long is gone."""
+
+FULL_QUEUE_US = 1_000_000
+"""A peer that takes nothing out of a full queue for so long is cut off; until then whoever sends to it waits."""
 
 OPEN_TIMEOUT_MS = 1_500
 """A port that accepts but does not speak Zenoh is given up after this time."""
@@ -31,6 +39,7 @@ COMMON: dict[str, Any] = {
     "scouting/gossip/enabled": False,
     "transport/link/tx/lease": LEASE_MS,
     "transport/link/tx/queue/size/data": 16,
+    "transport/link/tx/queue/congestion_control/block/wait_before_close": FULL_QUEUE_US,
     "transport/unicast/open_timeout": OPEN_TIMEOUT_MS,
     "transport/unicast/accept_timeout": OPEN_TIMEOUT_MS,
 }
