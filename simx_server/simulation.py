@@ -13,24 +13,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.joints import Joints
-from simx_server.scene import poses
-from simx_server.scene.frames import euler_from_quat
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
-from simx_server.scene.placing import carrier_body, object_pose
-from simx_server.scene.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 from simx_server.signals import Signals
 from simx_server.snapshot import Snapshot
+from simx_server.velocities import Velocities
 
 if TYPE_CHECKING:
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
-    from simx_server.scripting import Scripts
     from simx_server.scene.collection import Collections
+    from simx_server.scripting import Scripts
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.instant import Instants
     from simx_server.sensors.proximity import ProximitySensors
@@ -109,6 +105,7 @@ class Simulation:
         self.model: mujoco.MjModel
         self.data: mujoco.MjData
         self.joints: Joints
+        self._velocities = Velocities(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
         self._wanted_timestep = 0.002
@@ -188,7 +185,8 @@ class Simulation:
         self.joints.forget_run()
         self.pass_count = 0
         self.state = SimulationState.RUNNING
-        self._remember_poses(first=True)
+        self.refresh()
+        self._velocities.restart()
         _call(self.on_start)
 
     def pause(self) -> None:
@@ -208,7 +206,8 @@ class Simulation:
         replaced = snapshot.restore(self)
         self.model_edited()
         self.changed()
-        self._remember_poses(first=True)
+        self.refresh()
+        self._velocities.restart()
         _call(self.on_stop)
         if replaced:
             _call(self.on_model_changed)
@@ -229,7 +228,7 @@ class Simulation:
             return
         self.changed()
         self.refresh()
-        self._remember_poses()
+        self._velocities.remember()
         self.joints.measure()
         _call(self.on_sensing)
         self.pass_count += 1
@@ -258,55 +257,19 @@ class Simulation:
         self._stale = False
 
     def measured_velocity(self, handle: int) -> tuple[list[float], list[float], list[float]]:
-        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s) in the world frame.
-
-        As V-REP measures: the difference of the poses at the ends of the last two passes, over the pass; zero at start.
-        The Euler rates are the angles of the turn between them, over the pass.
-        """
-        item = self.scene.get(handle)
-        self.refresh()
-        body = carrier_body(self, item)
-        if body == 0:
-            zero = [0.0, 0.0, 0.0]
-            return zero, zero.copy(), zero.copy()
-        carrier: Pose = tuple(self.data.xpos[body].tolist()), tuple(self.data.xquat[body].tolist())  # type: ignore[assignment]
-        local = compose(inverse(carrier), object_pose(self, item))
-        old, new = (
-            compose((tuple(pos[body].tolist()), tuple(quat[body].tolist())), local)  # type: ignore[arg-type]
-            for pos, quat in (self._previous, self._latest)
-        )
-        rate = 1.0 / self._time_step
-        turn = multiply(new[1], conjugate(old[1]))
-        linear = scale(subtract(new[0], old[0]), rate)
-        euler = [angle * rate for angle in euler_from_quat(turn)]
-        return list(linear), euler, list(scale(poses.rotation_vector(turn), rate))
+        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s) in the world frame, see `velocities.py`."""
+        return self._velocities.measure(self.scene.get(handle))
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
-        old = self.scene, self.model, self._previous, self._latest
+        old = self.model
         self.scene, self.model, self.data = scene, model, data
         self.joints.rebind()
         self.model_edited()
         self.changed()
-        self._remember_poses(first=True)
-        self._carry_poses(*old)
+        self.refresh()
+        self._velocities.carry(old, model)
         _call(self.on_model_changed)
-
-    def _carry_poses(
-        self,
-        scene: Scene,
-        model: mujoco.MjModel,
-        previous: tuple[np.ndarray, np.ndarray],
-        latest: tuple[np.ndarray, np.ndarray],
-    ) -> None:
-        """Keep what velocities are measured from, for the bodies that stayed."""
-        ids = {model.body(i).name: i for i in range(model.nbody)}
-        for body in range(self.model.nbody):
-            earlier = ids.get(self.model.body(body).name)
-            if earlier is not None:
-                for target, source in ((self._previous, previous), (self._latest, latest)):
-                    target[0][body] = source[0][earlier]
-                    target[1][body] = source[1][earlier]
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
         self.scene, self.model = scene, model
@@ -318,20 +281,10 @@ class Simulation:
         self.joints = Joints(self)
         self.pass_count = 0
         self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
-        self._remember_poses(first=True)
+        self.refresh()
+        self._velocities.restart()
         self.model_edited()
         self.changed()
-
-    def _remember_poses(self, *, first: bool = False) -> None:
-        """The poses at the end of this pass and the one before: what velocities are measured from."""
-        if first:
-            self.refresh()
-            self._previous = self.data.xpos.copy(), self.data.xquat.copy()
-            self._latest = self.data.xpos.copy(), self.data.xquat.copy()
-        else:
-            self._previous, self._latest = self._latest, self._previous
-            self._latest[0][:] = self.data.xpos
-            self._latest[1][:] = self.data.xquat
 
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:
