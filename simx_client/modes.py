@@ -57,6 +57,9 @@ class Modes:
         """Every call whose reply is not here yet, and every stream: id to key."""
 
         self._cancels: dict[int, Key] = {}
+        self._ended: dict[int, int] = {}
+        """Cancelled streams whose data must not be lost: id of the cancelling call to id of the stream."""
+
         self._outbox: dict[Any, Call] = {}
         self._awaited: int | None = None
         self._awaited_key: Key = ()
@@ -75,8 +78,7 @@ class Modes:
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
         behind the others if it carries a value, in its old place if it is a question."""
-        call_id = self._next_call_id
-        self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
+        call_id = self._new_call_id()
         slot: Any = call_id if shape.command.keeps_every_call else key
         if slot in self._outbox:
             if shape.is_set:
@@ -87,14 +89,25 @@ class Modes:
         self._asked[call_id] = (key, shape)
         return call_id
 
+    def _new_call_id(self) -> int:
+        call_id = self._next_call_id
+        self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
+        return call_id
+
     def _end_stream(self, key: Key) -> None:
         """Forget a stream and tell the server, ahead of whatever replaces it."""
         stream = self._streams.pop(key, None)
         if stream is not None:
-            self._asked.pop(stream.call_id, None)
+            cancel_id = 0  # without an answer
+            _, shape = self._asked[stream.call_id]
+            if shape.command.takes_what_it_reads:
+                cancel_id = self._new_call_id()
+                self._ended[cancel_id] = stream.call_id
+            else:
+                del self._asked[stream.call_id]
             self._outbox.pop(key, None)
             self._outbox["cancel", stream.call_id] = Call(
-                0, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
+                cancel_id, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
             )
 
     def ask(self, shape: Shape, arguments: list[Any]) -> None:
@@ -115,6 +128,8 @@ class Modes:
         if reply is None:
             flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
             return shape.failure(flags)
+        if older is not None and shape.command.takes_what_it_reads and not older.status and not reply.status:
+            reply = reply._replace(values=[_together(older.values[0], reply.values[0])])
         return self._result(shape, reply)
 
     @property
@@ -175,12 +190,17 @@ class Modes:
                 if cancelled not in self._streams:
                     self.inbox.pop(cancelled, None)
                 continue
+            ended = self._ended.pop(reply.call_id, None)
+            if ended is not None:
+                self._asked.pop(ended, None)
+                continue
             asked = self._asked.get(reply.call_id)
             if asked is None:
                 continue
             key, shape = asked
             stream = self._streams.get(key)
-            if stream is None or stream.call_id != reply.call_id:
+            is_over = stream is None or stream.call_id != reply.call_id
+            if is_over and reply.call_id not in self._ended.values():
                 del self._asked[reply.call_id]
             self._store(shape, key, reply)
 
@@ -220,6 +240,7 @@ class Modes:
         self._streams.clear()
         self._asked.clear()
         self._cancels.clear()
+        self._ended.clear()
         self._outbox.clear()
         self._answer = None
 

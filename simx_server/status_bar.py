@@ -10,6 +10,7 @@ logger = logging.getLogger(__name__)
 KEPT = 200
 """Messages remembered; older ones are in the log only."""
 
+_LONGEST_KEPT = 10_000
 _LONGEST_LOGGED = 500
 
 
@@ -23,7 +24,7 @@ class StatusBar:
 
     def add(self, message: str) -> None:
         """Add a message; it may have several lines."""
-        self._messages.append(message)
+        self._messages.append(message[:_LONGEST_KEPT])
         self.count += 1
         logger.info("%s", as_log_line(message))
 

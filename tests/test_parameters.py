@@ -259,6 +259,12 @@ def test_streamed_errors_are_each_told_once_however_late_they_are_read(real: Rea
         103,
     ]
     assert v.simxGetLastErrors(client, v.simx_opmode_buffer) == (0, [])
+    v.simxGetObjectPosition(client, 104, -1, BLOCKING)
+    real.engine.turn()
+    v.simxGetObjectPosition(client, 105, -1, BLOCKING)
+    errors = v.simxGetLastErrors(client, BLOCKING)[1]
+    assert len(errors) == 2, "what the stream had brought, and the newest"
+    v.simxGetLastErrors(client, v.simx_opmode_streaming)
     for number in range(200, 260):
         v.simxGetObjectPosition(client, number, -1, BLOCKING)
         real.engine.turn()

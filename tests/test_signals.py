@@ -140,6 +140,22 @@ def test_string_stream_in_the_other_modes(world: RealWorld, cid: int) -> None:
     assert v.simxGetStringSignal(cid, "s", BLOCKING) == (0, bytearray(b"three")), "nobody takes it any more"
 
 
+def test_data_on_its_way_survives_another_rate_of_the_stream(world: RealWorld, cid: int) -> None:
+    writer = world.client()
+    v.simxStartSimulation(cid, BLOCKING)
+    got = bytearray()
+    for number in range(30):
+        v.simxAppendStringSignal(writer, "s", bytes([number]), BLOCKING)
+        world.engine.turn()
+        got += v.simxReadStringStream(cid, "s", STREAMING + number % 2)[1]
+    for _ in range(2):
+        v.simxGetPingTime(cid)
+        world.engine.turn()
+        got += v.simxReadStringStream(cid, "s", BUFFER)[1]
+    assert got == bytes(range(30))
+    v.simxFinish(writer)
+
+
 def test_two_readers_of_a_stream_share_its_data_and_none_is_doubled(world: RealWorld, cid: int) -> None:
     other = world.client()
     v.simxStartSimulation(cid, BLOCKING)
@@ -183,6 +199,10 @@ def test_query_clears_an_old_answer_and_says_why_it_failed(world: RealWorld, cid
         "nothing can be set while paused"
     )
     v.simxPauseCommunication(cid, False)
+    v.simxStartSimulation(cid, BLOCKING)
+    v.simxSetStringSignal(cid, "answer", b"late", BLOCKING)
+    world.engine.turn()
+    assert v.simxGetStringSignal(cid, "answer", BLOCKING) == (0, bytearray(b"late")), "nobody waits any more"
 
 
 def test_query_after_a_query_gets_its_own_answer(world: RealWorld, cid: int) -> None:

@@ -10,7 +10,7 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
-from simx_server.user_interface.consoles import MAX_CONSOLES, MAX_LINE
+from simx_server.user_interface.consoles import MAX_CHARACTERS, MAX_CONSOLES
 
 PLAIN = (None, None, None, None)
 
@@ -47,8 +47,9 @@ def test_only_the_newest_lines_are_kept(world: World) -> None:
     console = open_console(world, lines=3)
     world.call("simxAuxiliaryConsolePrint", console, "1\n2\n3\n4\n")
     world.call("simxAuxiliaryConsolePrint", console, "5")
-    world.call("simxAuxiliaryConsolePrint", console, "x" * (2 * MAX_LINE))
-    assert text_of(world, console) == ["3", "4", "5" + "x" * (MAX_LINE - 1)]
+    assert text_of(world, console) == ["3", "4", "5"]
+    world.call("simxAuxiliaryConsolePrint", console, "x" * (2 * MAX_CHARACTERS))
+    assert text_of(world, console) == ["x" * MAX_CHARACTERS]
     with pytest.raises(CommandError, match="at least 1 line, not 0"):
         open_console(world, lines=0)
 

@@ -30,7 +30,7 @@ class Annotations:
 
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
     registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
-    """Per kind (collection, collision, distance, ui) what is registered under which name; these are no objects' either."""
+    """Per kind of REGISTERED what is registered under which name; these are no objects' names."""
     time_step: float | None = None
 
 

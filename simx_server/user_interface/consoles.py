@@ -7,7 +7,6 @@ printing to one that is gone is no error (as in V-REP); a handle that no console
 from __future__ import annotations
 
 import logging
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntFlag
@@ -28,8 +27,10 @@ MAX_CONSOLES = 64
 MAX_LINES = 10_000
 """Lines one console keeps, whatever it was opened with."""
 
-MAX_LINE = 10_000
-"""Characters of one line that are kept."""
+MAX_CHARACTERS = 1 << 18
+"""Characters one console keeps."""
+
+MAX_TITLE = 1000
 
 
 class ConsoleMode(IntFlag):
@@ -54,8 +55,7 @@ class Console:
     handle: int
     title: str
     mode: ConsoleMode
-    lines: deque[str]
-    """The newest lines, the last of which may still grow."""
+    max_lines: int
     position: list[int] | None = None
     """[x, y] in pixels; None: wherever it fits."""
     size: list[int] | None = None
@@ -65,23 +65,21 @@ class Console:
     background_color: list[float] | None = None
     is_shown: bool = True
     """What was asked for last; a pause may hide it all the same."""
-    _is_line_open: bool = field(default=False, repr=False)
+    _text: str = field(default="", repr=False)
 
     def print(self, text: str) -> None:
         """Append text; a line ends where it has a line break."""
-        first, *others = text.split("\n")
-        if self._is_line_open:
-            self.lines[-1] = (self.lines[-1] + first)[:MAX_LINE]
-        else:
-            self.lines.append(first[:MAX_LINE])
-        self.lines.extend(line[:MAX_LINE] for line in others)
-        self._is_line_open = bool(self.lines[-1])
-        if not self._is_line_open:
-            self.lines.pop()  # what follows a line break begins a line when something comes
+        newest = (self._text + text)[-MAX_CHARACTERS:]
+        ended = newest.endswith("\n")
+        self._text = "\n".join(newest.split("\n")[-self.max_lines - ended :])
 
     def clear(self) -> None:
-        self.lines.clear()
-        self._is_line_open = False
+        self._text = ""
+
+    @property
+    def lines(self) -> list[str]:
+        """The newest lines, the last of which may still grow."""
+        return self._text.removesuffix("\n").split("\n") if self._text else []
 
 
 class Consoles:
@@ -124,9 +122,9 @@ class Consoles:
             raise CommandError(f"a console keeps at least 1 line, not {max_lines}")
         console = Console(
             self._next_handle,
-            title,
+            title[:MAX_TITLE],
             ConsoleMode(mode & _ALL_MODES),
-            deque(maxlen=min(max_lines, MAX_LINES)),
+            min(max_lines, MAX_LINES),
             position,
             size,
             _colour(text_color),
@@ -194,7 +192,7 @@ class Consoles:
             {
                 "handle": console.handle,
                 "title": console.title,
-                "lines": list(console.lines),
+                "lines": console.lines,
                 "visible": self.is_visible(console),
                 "wrap_lines": ConsoleMode.WRAP_LINES in console.mode,
                 "user_may_close": ConsoleMode.USER_MAY_CLOSE in console.mode,

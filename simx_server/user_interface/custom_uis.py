@@ -29,6 +29,9 @@ MAX_EVENTS = 64
 
 MAX_SLIDER = 1000
 
+MAX_LABEL = 10_000
+"""Characters of a label or of what was typed; what is longer is cut."""
+
 KINDS = {
     "button": c.sim_buttonproperty_button,
     "label": c.sim_buttonproperty_label,
@@ -184,7 +187,7 @@ class CustomUIs:
     def set_label(self, handle: int, element_id: int, up: str, down: str) -> None:
         """Raises CommandError."""
         element = self.get(handle).element(element_id)
-        element.label, element.down_label = up, down
+        element.label, element.down_label = up[:MAX_LABEL], down[:MAX_LABEL]
 
     def take_event(self, handle: int) -> Event | None:
         """The oldest event that nobody has read yet; None when there is none, or no such UI (as V-REP)."""
@@ -223,7 +226,7 @@ class CustomUIs:
     def type_text(self, handle: int, element_id: int, text: str) -> None:
         """Replace the text of an edit box. Raises CommandError: no such box, or it cannot be used now."""
         ui, box = self._operated(handle, element_id, "editbox")
-        box.label = text
+        box.label = text[:MAX_LABEL]
         ui.events.append(Event(box.id, box.prop, 0))
 
     def describe(self) -> list[dict[str, Any]]:

@@ -17,7 +17,7 @@ from simx_client.protocol import constants as c
 
 from ..errors import CommandError
 from ..status_bar import as_log_line
-from .custom_uis import CustomUI, CustomUIs, Element
+from .custom_uis import MAX_LABEL, CustomUI, CustomUIs, Element
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -116,6 +116,7 @@ class Dialogs:
             )
         if len(self._dialogs) >= MAX_DIALOGS:
             raise CommandError(f"at most {MAX_DIALOGS} dialogs can be there; end some with simxEndDialog")
+        title, text, initial_text = title[:MAX_LABEL], text[:MAX_LABEL], initial_text[:MAX_LABEL]
         dialog = Dialog(
             self._next_handle,
             title,
