@@ -224,6 +224,7 @@ def simxQuery(
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
     code = connection.invoke(_SET_STRING, (signalName, signalValue), c.simx_opmode_blocking)
     if code:
+        connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
         return code, bytearray()
     while True:
         code, answer = connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_buffer)
