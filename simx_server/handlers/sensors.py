@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 NOTHING = -1
 """Handle given when nothing is detected; in V-REP it was undefined."""
 
+_HAS_VALUES = 1
+_BROKEN = 2
+
 
 @handler("simxReadProximitySensor")
 def read_proximity_sensor(sim: Simulation, sensor: int) -> tuple[bool, list[float], int, list[float]]:
@@ -25,11 +28,22 @@ def read_proximity_sensor(sim: Simulation, sensor: int) -> tuple[bool, list[floa
 
 @handler("simxReadForceSensor")
 def read_force_sensor(sim: Simulation, sensor: int) -> tuple[int, list[float], list[float]]:
-    """State bit 0: values are there. Zeros when stopped."""
+    """State bit 0: values are there, bit 1: broken. Zeros without values, as when stopped."""
     reading = sim.force.read(sensor)
+    broken = _BROKEN if sim.force.is_broken(sensor) else 0
     if reading is None:
-        return 0, [0.0] * 3, [0.0] * 3
-    return 1, list(reading.force), list(reading.torque)
+        return broken, [0.0] * 3, [0.0] * 3
+    return _HAS_VALUES | broken, list(reading.force), list(reading.torque)
+
+
+@handler("simxBreakForceSensor")
+def break_force_sensor(sim: Simulation, sensor: int) -> None:
+    """What the sensor holds comes apart until the simulation stops.
+
+    Raises:
+        CommandError: the simulation is stopped.
+    """
+    sim.force.break_apart(sensor)
 
 
 @handler("simxReadVisionSensor")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.joints.dependency import Followers, write_equality
@@ -91,6 +93,18 @@ class Machine:
                 state.master = copies.get(state.master, state.master)
                 self._apply(copy)
 
+    @property
+    def has_inert(self) -> bool:
+        """Whether any joint is held so."""
+        return any(state.inert for state in self._states.values())
+
+    def hold_inert(self, handles: Collection[int]) -> None:
+        """Hold these joints where they are, whatever their mode; let all others go that were held so."""
+        for handle, state in self._states.items():
+            if state.inert != (handle in handles):
+                state.inert = handle in handles
+                self._apply(handle)
+
     def forget_run(self) -> None:
         """A run begins: no force or velocity was measured, no controller has a memory."""
         self._average_force = False
@@ -101,6 +115,11 @@ class Machine:
         """`count` physics steps under the controllers."""
         self._measured.begin()
         self._current_stepper().step(count, average_force=self._average_force)
+
+    @property
+    def mean_sensed(self) -> np.ndarray:
+        """Values of all sensors (as `sensordata`), mean over the last pass; given in scenes with force sensors."""
+        return self._current_stepper().mean_sensed
 
     def measure(self) -> None:
         """The sensing of a pass, with fresh kinematics: what velocities are measured from."""

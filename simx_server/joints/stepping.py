@@ -59,6 +59,8 @@ class Stepper:
         self._springs = _CyclicSprings(entries)
         self._kinematic = Kinematic(model, data, entries)
         self._force = np.zeros(data.actuator_force.shape)
+        self._has_cells = bool(np.any(model.sensor_type == mujoco.mjtSensor.mjSENS_FORCE))
+        self._sensed = np.zeros(data.sensordata.shape)
 
     @property
     def is_constant(self) -> bool:
@@ -69,6 +71,11 @@ class Stepper:
     def mean_force(self) -> np.ndarray:
         """Actuator forces (N, N m; at the actuator), mean over the last pass."""
         return self._force
+
+    @property
+    def mean_sensed(self) -> np.ndarray:
+        """Values of all sensors, mean over the last pass, in a model with force sensors."""
+        return self._sensed
 
     def retarget(self, handle: int, value: float) -> bool:
         """Give a running position controller or spring a new target; False when the joint has none here."""
@@ -81,7 +88,7 @@ class Stepper:
     def step(self, count: int, *, average_force: bool) -> None:
         """`count` physics steps. Without `average_force` and without controllers, forces are those of the last step."""
         model, data = self._model, self._data
-        if self.is_constant and not average_force:
+        if self.is_constant and not average_force and not self._has_cells:
             mujoco.mj_step(model, data, count)
             self._force[:] = data.actuator_force
             return
@@ -89,6 +96,8 @@ class Stepper:
         has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
         total, now, accumulate = self._force, data.actuator_force, np.add
         total[:] = 0.0
+        has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
+        sensed[:] = 0.0
         for _ in range(count):
             if has_loops:
                 control()
@@ -98,7 +107,10 @@ class Stepper:
             if has_kinematic:
                 kinematic.hold(data)
             accumulate(total, now, out=total)
+            if has_cells:
+                accumulate(sensed, sensor_values, out=sensed)
         total /= count
+        sensed /= count
 
     def adopt(self, earlier: Stepper) -> None:
         """Take over the controllers' memory (integral, last error, forces) of the stepper this one replaces."""

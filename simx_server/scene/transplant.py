@@ -81,6 +81,14 @@ def move_leaf(
     spec.delete(old)
 
 
+def move_joint(spec: mujoco.MjSpec, name: str, new_body: str) -> None:
+    """Move a joint to another body, with the same place and axis in that body's frame."""
+    old = spec.joint(name)
+    old.name = _OLD + name
+    _copy(old, find_body(spec, new_body).add_joint())
+    spec.delete(old)
+
+
 def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
     """Delete an element and every actuator, sensor, tendon, equality and so on that cannot exist without it."""
     if element == "tendon":

@@ -32,7 +32,7 @@ def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
         if links:
             _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False)
     elif name in sim.scene.welded_bodies and not links:
-        _release(sim, body)
+        release(sim, body)
     elif target != int(sim.model.body_parentid[body]):
         weightless = sim.model.body_weldid[body] == 0 and sim.model.body_weldid[target] != 0
         _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless)
@@ -55,7 +55,7 @@ def set_static(sim: Simulation, handle: int, static: bool) -> None:
             sim, item.id, target, sim.scene.welded_bodies, weightless=bool(sim.model.body_weldid[target] != 0)
         )
     elif not static and free_joint(sim.model, item.id) < 0:
-        _release(sim, item.id)
+        release(sim, item.id)
     sim.scene.override_parent(handle, parent)
 
 
@@ -79,7 +79,7 @@ def _weld(sim: Simulation, body: int, target: int, welded: set[str], *, weightle
     name, target_name = model.body(body).name, body_name(sim, target)
     local = compose(inverse(body_pose(sim, target)), start_pose(sim, body))
     free = False if free_joint(model, body) >= 0 else None
-    whole = _rigid_bodies(sim, body)
+    whole = rigid_bodies(sim, body)
     weights = sim.scene.weightless_bodies - whole | (whole if weightless else set())
     edit(
         sim,
@@ -90,26 +90,31 @@ def _weld(sim: Simulation, body: int, target: int, welded: set[str], *, weightle
     )
 
 
-def _release(sim: Simulation, body: int) -> None:
+def release(sim: Simulation, body: int) -> None:
     """Give a body a free joint, the velocity it has, and its weight."""
     name = sim.model.body(body).name
     sim.refresh()
-    pose, velocity = body_pose(sim, body), _velocity(sim, body)
+    pose, motion = body_pose(sim, body), velocity(sim, body)
     edit(
         sim,
         lambda spec: move_body(spec, name, "world", pose, free=True),
         {("body_", name)},
         welded=sim.scene.welded_bodies - {name},
-        weightless=sim.scene.weightless_bodies - _rigid_bodies(sim, body),
+        weightless=sim.scene.weightless_bodies - rigid_bodies(sim, body),
     )
+    set_free(sim, name, pose, motion)
+
+
+def set_free(sim: Simulation, name: str, pose: Pose, motion: list[float]) -> None:
+    """Place and velocity (as `velocity` gives it) of a body that has got a free joint."""
     joint = int(sim.model.body_jntadr[sim.model.body(name).id])
     position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
     sim.data.qpos[position : position + 7] = (*pose[0], *pose[1])
-    sim.data.qvel[dof : dof + 6] = velocity
+    sim.data.qvel[dof : dof + 6] = motion
     sim.changed()
 
 
-def _rigid_bodies(sim: Simulation, body: int) -> set[str]:
+def rigid_bodies(sim: Simulation, body: int) -> set[str]:
     """Names of a body and of those below that are fixed to it."""
     model = sim.model
     weld = model.body_weldid[body]
@@ -129,7 +134,7 @@ def start_pose(sim: Simulation, body: int) -> Pose:
     return compose(body_pose(sim, int(model.body_parentid[body])), local)
 
 
-def _velocity(sim: Simulation, body: int) -> list[float]:
+def velocity(sim: Simulation, body: int) -> list[float]:
     """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
     mujoco.mj_comVel(sim.model, sim.data)
     motion = np.empty(6)

@@ -14,7 +14,7 @@ from ..scene.poses import Vector
 from . import volume as volumes
 from .instant import Instant
 from .nearest import Triangles, nearest_point
-from .triangles import CURVED, true_surface
+from .triangles import CURVED, plane_triangles, true_surface, with_balls
 from .volume import Array, Volume
 
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
@@ -108,12 +108,21 @@ class _View:
         self._centre = origin + rotation @ looks.volume.centre
 
     def geoms_in_reach(self, wanted: NDArray[np.bool_]) -> list[int]:
-        """Geoms whose bounding ball meets that of the volume; planes have none."""
-        model, instant = self._instant.model, self._instant
-        away = instant.geom_xpos - self._centre
+        """Geoms whose bounding ball may meet the volume; planes have none."""
+        model = self._instant.model
+        local = (self._instant.geom_xpos - self._origin) @ self._rotation
         radius = model.geom_rbound
-        near = np.einsum("ni,ni->n", away, away) <= (radius + self._looks.volume.reach) ** 2
+        near = self._touches(local, radius)
+        if self._looks.kind == "ray":
+            near &= np.hypot(local[:, 0], local[:, 1]) <= radius
         return np.flatnonzero(wanted & (near | (radius <= 0.0))).tolist()
+
+    def _touches(self, centres: Array, radii: Array) -> NDArray[np.bool_]:
+        """(n,) whether balls in the sensor's frame may meet the volume."""
+        volume = self._looks.volume
+        away = centres - volume.centre
+        near = np.einsum("ni,ni->n", away, away) <= (radii + volume.reach) ** 2
+        return near & volume.may_touch(centres, radii)
 
     def in_volume(self, geoms: list[int]) -> Detection | None:
         volume, looks = self._looks.volume, self._looks
@@ -176,19 +185,25 @@ class _View:
         with np.errstate(divide="ignore", invalid="ignore"):
             heights = triangles.heights / slope
         heights = np.where(np.isfinite(heights), heights, np.nan)
-        points = np.zeros((len(heights), 1, 3))
-        points[:, 0, 2] = heights
-        held = np.flatnonzero(triangles.hold(points)[:, 0] & (heights >= self._looks.offset))
+        points = np.zeros((len(heights), 3))
+        points[:, 2] = heights
+        held = np.flatnonzero(
+            triangles.hold(points, np.arange(len(points))) & (heights >= self._looks.offset)
+        )
         return [(heights[i] - self._looks.offset, self._rotation @ triangles.normals[i]) for i in held]
 
     def _corners(self, geom: int) -> Array:
-        """(n, 3, 3) the geom's triangles near the volume, in the sensor's frame."""
-        instant = self._instant
+        """(n, 3, 3) those of the geom's triangles that may meet the volume, in the sensor's frame."""
+        instant, reach = self._instant, self._looks.volume.reach
         turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
-        corners = instant.surroundings.triangles.near(
-            geom, (self._centre - place) @ turn, self._looks.volume.reach
-        )
-        return (corners @ turn.T + (place - self._origin)) @ self._rotation
+        if int(instant.model.geom_type[geom]) == _PLANE:
+            corners = plane_triangles(instant.model.geom_size[geom], (self._centre - place) @ turn, reach)
+            corners, centres, radii = with_balls(corners)
+        else:
+            corners, centres, radii = instant.surroundings.triangles.of(geom)
+        turn, place = turn.T @ self._rotation, (place - self._origin) @ self._rotation
+        chosen = self._touches(centres @ turn + place, radii)
+        return (corners[chosen].reshape(-1, 3) @ turn + place).reshape(-1, 3, 3)
 
     def _free_nearest(self, geom: int) -> tuple[float, Vector, Vector] | None:
         """(distance, point, normal) of a sphere's or capsule's surface, whatever the volume; None for other geoms."""

@@ -2,19 +2,34 @@
 
 Axes are the site's. The sign is V-REP's: what the far side (the child) exerts on the near side, so a weight that hangs
 on a sensor whose z points up reads -m g. MuJoCo's sensors give the opposite; V-REP's own MuJoCo engine negates them.
-The values are those of the last physics step, not filtered.
+
+As in V-REP a value is the mean over the physics steps of a pass, and what is read is filtered over the last `samples`
+passes (1 unless annotated). `max_force` or `max_torque`, exceeded in `violations` passes running, break a sensor.
 """
 
 from __future__ import annotations
 
+import logging
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..scene.objects import ObjectKind
-from ..scene.poses import Vector, scale
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import CommandError
+from ..scene.annotations import Annotation
+from ..scene.breaking import break_sensor
+from ..scene.objects import ObjectKind, SceneObject
+from ..scene.poses import Vector
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+DEFAULT_VIOLATIONS = 10
+"""Passes for which a threshold must be exceeded, when the annotation does not say: V-REP's own default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,23 +40,110 @@ class ForceReading:
     torque: Vector
 
 
+@dataclass
+class _Record:
+    """What one sensor measured in the last passes: (6,) force and torque each."""
+
+    samples: deque[NDArray[np.float64]]
+    violations: int = 0
+
+
 class ForceSensors:
     """All force sensors of the scene."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
+        self._records: dict[int, _Record] = {}
+        self._broken: set[int] = set()
+        sim.on_sensing.append(self._sense)
+        for listeners in (sim.on_start, sim.on_stop, sim.on_load, sim.on_close):
+            listeners.append(self._forget)
 
     def read(self, handle: int) -> ForceReading | None:
-        """What the last pass measured; None before the first pass and while stopped.
+        """What was measured last, filtered.
 
+        None before there are enough samples for the filter, when broken, without dynamics and while stopped.
         Raises UnknownHandle, WrongKind.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
-        if self._sim.pass_count == 0:
+        record = self._records.get(handle)
+        if record is None or handle in self._broken or len(record.samples) < _samples(item):
             return None
-        force, torque = (self._vector(sensor) for sensor in item.sensors)
-        return ForceReading(scale(force, -1.0), scale(torque, -1.0))
+        x, y, z, a, b, c = _filtered(item, record).tolist()
+        return ForceReading((x, y, z), (a, b, c))
 
-    def _vector(self, sensor: int) -> list[float]:
-        start = int(self._sim.model.sensor_adr[sensor])
-        return self._sim.data.sensordata[start : start + 3].tolist()
+    def is_broken(self, handle: int) -> bool:
+        """Broken in this run. Raises UnknownHandle, WrongKind."""
+        self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
+        return handle in self._broken
+
+    def break_apart(self, handle: int) -> None:
+        """Let go what the sensor holds; nothing if that was done already.
+
+        Raises UnknownHandle, WrongKind, CommandError while stopped.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
+        if not self._sim.is_running:
+            raise CommandError(
+                f"force sensor '{item.name}' can be broken only while the simulation runs; start it"
+            )
+        if handle not in self._broken:
+            break_sensor(self._sim, item)
+            self._broken.add(handle)
+
+    def _sense(self) -> None:
+        handles = self._sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
+        if not handles:
+            return
+        if not self._sim.dynamics_enabled:
+            self._records.clear()
+            return
+        values, addresses = self._sim.joints.mean_sensed, self._sim.model.sensor_adr
+        failing: list[int] = []
+        for handle in handles:
+            item = self._sim.scene.objects[handle]
+            force, torque = (int(addresses[sensor]) for sensor in item.sensors)
+            record = self._records.get(handle)
+            if record is None:
+                record = self._records[handle] = _Record(deque(maxlen=_samples(item)))
+            record.samples.append(-np.concatenate([values[force : force + 3], values[torque : torque + 3]]))
+            if self._is_overloaded(item, record):
+                failing.append(handle)
+        for handle in failing:
+            logger.info("force sensor '%s' breaks under its load", self._sim.scene.get(handle).name)
+            self.break_apart(handle)
+
+    def _is_overloaded(self, item: SceneObject, record: _Record) -> bool:
+        """Count the passes in which a threshold is reached; true when it breaks the sensor."""
+        note = _note(item)
+        if not note.keys() & {"max_force", "max_torque"} or item.handle in self._broken:
+            return False
+        if len(record.samples) < _samples(item):
+            return False
+        filtered = _filtered(item, record)
+        too_much = any(
+            key in note and float(np.linalg.norm(part)) >= float(note[key])
+            for key, part in (("max_force", filtered[:3]), ("max_torque", filtered[3:]))
+        )
+        record.violations = record.violations + 1 if too_much else 0
+        return record.violations >= int(note.get("violations", DEFAULT_VIOLATIONS))
+
+    def _forget(self) -> None:
+        self._records.clear()
+        self._broken.clear()
+
+
+def _note(item: SceneObject) -> Annotation:
+    return item.annotations.get("force", {})
+
+
+def _samples(item: SceneObject) -> int:
+    return int(_note(item).get("samples", 1))
+
+
+def _filtered(item: SceneObject, record: _Record) -> NDArray[np.float64]:
+    """(6,): mean, or per component the middle one (of an even number the greater of the two, as in V-REP)."""
+    samples = np.array(record.samples)
+    if _note(item).get("filter", "average") == "median":
+        return np.sort(samples, axis=0)[len(samples) // 2]
+    return samples.mean(axis=0)

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.objects import NOT_A_MODEL, Scene
+from ..scene.objects import Scene
 from .triangles import GeomTriangles
 from .visibility import VISIBLE_GROUPS
 
@@ -77,7 +77,11 @@ class Instant:
         if model.nmat:
             # As MuJoCo's rays: a geom with a material hides only when both are transparent.
             alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)
-        seen = np.isin(model.geom_group, VISIBLE_GROUPS) & (alpha > 0.0)
+        groups = model.geom_group.copy()
+        for (name, array), group in self.scene.withheld.items():
+            if array == "geom_group":  # what no camera is to see may still be detected
+                groups[model.geom(name).id] = group
+        seen = np.isin(groups, VISIBLE_GROUPS) & (alpha > 0.0)
         hidden = [
             handle for handle in set(self.surroundings.owners.tolist()) - {-1} if self._is_hidden(handle)
         ]
@@ -88,12 +92,7 @@ class Instant:
         item = scene.objects.get(handle)
         if item is None or not item.annotations.get("shape", {}).get("detectable", True):
             return True
-        while handle in scene.objects:
-            bits = scene.model_property(handle)
-            if not bits & NOT_A_MODEL and bits & _NOT_DETECTABLE:
-                return True
-            handle = scene.objects[handle].parent
-        return False
+        return bool(scene.overridden(handle) & _NOT_DETECTABLE)
 
 
 class Instants:

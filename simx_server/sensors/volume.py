@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Lines = Callable[[Array], tuple[Array, Array]]
-"""Angles (m,) to starts and ends (m, 3) of lines that lie in a surface."""
+"""Angles (...) to starts and ends (..., 3) of lines that lie in a surface."""
 
 TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34}
 """Volume type to `sim_proximitysensor_*_subtype`."""
@@ -38,6 +38,11 @@ class Sweep:
     lines: Lines
     least: float
     greatest: float
+    axes: tuple[int, int]
+    """The angle turns from the first of these axes to the second."""
+    centred: bool
+    """The origin lies on the surface's axis: then a plane meets the surface closest to it where the plane's normal
+    points along the line's own angle, or against it, unless an edge or another surface comes before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,8 @@ class Volume:
     sweeps: tuple[Sweep, ...]
     spheres: tuple[tuple[float, float], ...]
     """Centres (on the z axis) and radii of the spherical surfaces that may hold a nearest point."""
+    hull: Array
+    """(h, 5): a x + b y + c z + e r <= d within the volume, r the distance from z, of unit slope: what to leave out."""
     centre: Array
     """(3,) of a ball that contains the volume."""
     reach: float
@@ -67,6 +74,12 @@ class Volume:
     def contains(self, points: Array) -> NDArray[np.bool_]:
         """(n,) for points (n, 3); the surfaces belong to the volume."""
         return np.all(self.values(points) <= _TOLERANCE, axis=1)
+
+    def may_touch(self, centres: Array, radii: Array) -> NDArray[np.bool_]:
+        """(n,) whether balls may reach into the volume: false only where they surely do not."""
+        distances = np.hypot(centres[:, 0], centres[:, 1])
+        away = centres @ self.hull[:, :3].T + distances[:, np.newaxis] * self.hull[:, 3] - self.hull[:, 4]
+        return np.all(away <= radii[:, np.newaxis], axis=1)
 
     def crossings(self, origins: Array, directions: Array) -> Array:
         """(n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
@@ -118,10 +131,12 @@ def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float
     build.plane((0.0, 0.0, 1.0), offset + reach)
 
     def lines(angles: Array) -> tuple[Array, Array]:
-        ring = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+        ring = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
         return ring * radius + (0.0, 0.0, offset), ring * far + (0.0, 0.0, offset + reach)
 
-    build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi))
+    length = math.hypot(1.0, slope)
+    build.hull.append((0.0, 0.0, -slope / length, 1.0 / length, at_origin / length))
+    build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True))
     return build.volume(offset + reach / 2, math.hypot(reach / 2, max(radius, far)))
 
 
@@ -190,6 +205,7 @@ class _Builder:
         self.faces: list[tuple[float, float, float, float]] = []
         self.sweeps: list[Sweep] = []
         self.spheres: list[tuple[float, float]] = []
+        self.hull: list[tuple[float, float, float, float, float]] = []
 
     def add(self, squares: tuple[float, ...], linear: tuple[float, ...], constant: float) -> None:
         self.functions.append((squares, linear, constant))
@@ -201,6 +217,7 @@ class _Builder:
         unit = (x / length, y / length, z / length)
         self.add((0.0, 0.0, 0.0), unit, -distance / length)
         self.faces.append((*unit, distance / length))
+        self.hull.append((*unit, 0.0, distance / length))
 
     def sphere(self, height: float, radius: float, *, outside: bool = False) -> None:
         sign = -1.0 if outside else 1.0
@@ -215,34 +232,37 @@ class _Builder:
         sign = -1.0 if outside else 1.0
         sine, cosine = sign * math.sin(half) ** 2, sign * math.cos(half) ** 2
         self.add((cosine, cosine, -sine), (0.0, 0.0, 2 * sine * height), -sine * height**2)
+        if not outside:
+            self.hull.append((0.0, 0.0, -math.sin(half), math.cos(half), -math.sin(half) * height))
 
     def volume(self, middle: float, reach: float) -> Volume:
         squares = np.array([f[0] for f in self.functions], np.float64).reshape(-1, 3)
         linear = np.array([f[1] for f in self.functions], np.float64).reshape(-1, 3)
         constant = np.array([f[2] for f in self.functions], np.float64)
         faces = np.array(self.faces, np.float64).reshape(-1, 4)
+        hull = np.array(self.hull, np.float64).reshape(-1, 5)
         centre = np.array([0.0, 0.0, middle])
         return Volume(
-            squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), centre, reach
+            squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), hull, centre, reach
         )
 
 
 def _cone_lines(offset: float, half: float, radius: float, far: float) -> Sweep:
     def lines(angles: Array) -> tuple[Array, Array]:
         rim = np.full_like(angles, math.cos(half))
-        ring = np.stack([np.cos(angles) * math.sin(half), np.sin(angles) * math.sin(half), rim], axis=1)
+        ring = np.stack([np.cos(angles) * math.sin(half), np.sin(angles) * math.sin(half), rim], axis=-1)
         apex = np.array([0.0, 0.0, offset])
         return apex + radius * ring, apex + far * ring
 
-    return Sweep(lines, 0.0, 2 * math.pi)
+    return Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True)
 
 
 def _round_lines(offset: float, radius: float, height: float, half: float) -> Sweep:
     def lines(angles: Array) -> tuple[Array, Array]:
         points = np.stack(
-            [radius * np.sin(angles), np.zeros_like(angles), offset + radius * np.cos(angles)], axis=1
+            [radius * np.sin(angles), np.zeros_like(angles), offset + radius * np.cos(angles)], axis=-1
         )
         up = np.array([0.0, height / 2, 0.0])
         return points - up, points + up
 
-    return Sweep(lines, -half, half)
+    return Sweep(lines, -half, half, (2, 0), centred=offset == 0.0)

@@ -1,0 +1,81 @@
+"""Breaking a force sensor: what it holds comes apart from what holds it, for the rest of the run.
+
+The sensor stays where it is, on the near side, and the tree of objects stays as it was, as in V-REP; the far side
+becomes a free body with the velocity it has. The stop that takes edits back mends it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.objects import SceneObject
+from simx_server.scene.placing import body_pose, free_joint, is_linking_sensor
+from simx_server.scene.poses import Pose
+from simx_server.scene.recompile import edit
+from simx_server.scene.transplant import find_body, move_body, move_joint, move_leaf
+from simx_server.scene.tree import INTERNAL
+from simx_server.scene.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+_STUMP = INTERNAL + "broken:"
+"""Prefix of the name of the body that keeps a broken sensor in its place."""
+
+_STUMP_MASS = 1e-3
+_STUMP_INERTIA = 1e-6
+"""What is left at the end of a joint behind which a sensor broke: MuJoCo cannot move a body without mass."""
+
+
+def break_sensor(sim: Simulation, item: SceneObject) -> None:
+    """Let everything go that this force sensor holds. Raises CommandError when the scene cannot be cut there."""
+    if is_linking_sensor(sim, item):
+        _cut_off(sim, item)
+        return
+    for child in sim.scene.children(item.handle):
+        held = sim.scene.get(child)
+        if held.element == "body" and free_joint(sim.model, held.id) < 0 and not is_link(sim, held.id):
+            sim.scene.override_parent(child, item.handle)
+            release(sim, held.id)
+
+
+def _cut_off(sim: Simulation, item: SceneObject) -> None:
+    """Free the body the sensor stands in front of; its joints and the sensor stay behind, on a stump."""
+    model, body = sim.model, item.body
+    sim.refresh()
+    name = model.body(body).name
+    near = body_name(sim, int(model.body_parentid[body]))
+    pose, motion = body_pose(sim, body), velocity(sim, body)
+    start: Pose = tuple(model.body_pos[body].tolist()), tuple(model.body_quat[body].tolist())  # type: ignore[assignment]
+    local: Pose = tuple(model.site_pos[item.id].tolist()), tuple(model.site_quat[item.id].tolist())  # type: ignore[assignment]
+    size = model.site_size[item.id].copy()
+    joints = _joint_names(model, body)
+    stump_name = _STUMP + item.element_name
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        stump = find_body(spec, near).add_body(name=stump_name, pos=start[0], quat=start[1])
+        if joints:
+            stump.explicitinertial = True
+            stump.mass, stump.inertia = _STUMP_MASS, [_STUMP_INERTIA] * 3
+        for joint in joints:
+            move_joint(spec, joint, stump_name)
+        move_leaf(spec, "site", item.element_name, stump_name, local, size)
+        move_body(spec, name, "world", pose, free=True)
+
+    whole = rigid_bodies(sim, body)
+    edit(
+        sim,
+        surgery,
+        {("body_", name), ("site_", item.element_name)},
+        parents=dict.fromkeys(sim.scene.children(item.handle), item.handle),
+        welded=sim.scene.welded_bodies - {name},
+        weightless=sim.scene.weightless_bodies - whole,
+    )
+    set_free(sim, name, pose, motion)
+
+
+def _joint_names(model: mujoco.MjModel, body: int) -> list[str]:
+    first = int(model.body_jntadr[body])
+    return [model.joint(j).name for j in range(first, first + int(model.body_jntnum[body]))]
