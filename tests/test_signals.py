@@ -143,16 +143,18 @@ def test_string_stream_in_the_other_modes(world: RealWorld, cid: int) -> None:
 def test_data_on_its_way_survives_another_rate_of_the_stream(world: RealWorld, cid: int) -> None:
     writer = world.client()
     v.simxStartSimulation(cid, BLOCKING)
-    got = bytearray()
-    for number in range(30):
+    v.simxReadStringStream(cid, "s", STREAMING)
+    v.simxGetPingTime(cid)
+    v.simxPauseCommunication(cid, True)
+    v.simxReadStringStream(cid, "s", STREAMING + 1)
+    for number in range(3):
         v.simxAppendStringSignal(writer, "s", bytes([number]), BLOCKING)
         world.engine.turn()
-        got += v.simxReadStringStream(cid, "s", STREAMING + number % 2)[1]
-    for _ in range(2):
-        v.simxGetPingTime(cid)
-        world.engine.turn()
-        got += v.simxReadStringStream(cid, "s", BUFFER)[1]
-    assert got == bytes(range(30))
+    v.simxPauseCommunication(cid, False)
+    v.simxAppendStringSignal(writer, "s", b"\3", BLOCKING)
+    got = v.simxReadStringStream(cid, "s", ONESHOT)[1]
+    v.simxGetPingTime(cid)
+    assert got + v.simxReadStringStream(cid, "s", BUFFER)[1] == bytes(range(4))
     v.simxFinish(writer)
 
 
