@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from .object_settings import ObjectSettings
 from .parameters import Parameters
-from .scripting import Scripts
 from .scene.collection import Collections
+from .scene.unreset import UnresetModels
+from .scripting import Scripts
 from .sensors.force import ForceSensors
 from .sensors.instant import Instants
 from .sensors.proximity import ProximitySensors
@@ -41,5 +42,6 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)
     sim.scripts = Scripts(sim)
+    UnresetModels(sim)
     sim.user_interface = UserInterface(sim)
     sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)

@@ -74,7 +74,7 @@ class Snapshot:
     parents: dict[int, int]
     overrides: dict[int, int]
     model_properties: dict[int, int]
-    muted_geoms: dict[str, tuple[int, int]]
+    withheld: dict[tuple[str, str], int]
     joints: Settings
 
     @classmethod
@@ -90,7 +90,7 @@ class Snapshot:
             parents={handle: item.parent for handle, item in sim.scene.objects.items()},
             overrides=dict(sim.scene.parent_overrides),
             model_properties=dict(sim.scene.model_properties),
-            muted_geoms=dict(sim.scene.muted_geoms),
+            withheld=dict(sim.scene.withheld),
             joints=sim.joints.remember(),
         )
 
@@ -108,7 +108,7 @@ class Snapshot:
         mujoco.mj_setState(self.model, self.data, self.state, STATE)
         self.scene.parent_overrides = dict(self.overrides)
         self.scene.model_properties = dict(self.model_properties)
-        self.scene.muted_geoms = dict(self.muted_geoms)
+        self.scene.withheld = dict(self.withheld)
         for handle, parent in self.parents.items():
             self.scene.objects[handle].parent = parent
         self.scene.reindex()

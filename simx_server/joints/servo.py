@@ -32,6 +32,8 @@ Entry = tuple[Binding, JointState, Rule]
 
 def rule_of(binding: Binding, state: JointState) -> Rule:
     """Which rule the settings ask for."""
+    if state.inert and binding.element == "joint":
+        return Rule.KINEMATIC
     if binding.kind == "ball":
         return Rule.FREE if state.mode == JointMode.FORCE else Rule.KINEMATIC
     if state.mode != JointMode.FORCE:

@@ -136,6 +136,8 @@ class JointState:
     factor: float = 1.0
     shift: float = 0.0
     """Position = shift + factor * master's position."""
+    inert: bool = False
+    """Held where it is, in any mode: the joint belongs to a model that is not dynamic."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """x, y, z of a spherical joint's next quaternion, which is applied when w is written."""
     motor_was_set: bool = False

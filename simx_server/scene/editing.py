@@ -22,6 +22,7 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene import properties
 from simx_server.scene.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.placing import (
@@ -82,6 +83,7 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
     sim.scene.override_parent(handle, parent)
+    properties.apply(sim)
     sim.changed()
     if not keep_in_place:
         sim.refresh()

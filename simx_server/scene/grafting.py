@@ -76,6 +76,11 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             hidden=frozenset(prefix + name for name in addition.hidden),
         ),
     )
+    if addition.copies:
+        model_names = {sim.model.geom(geom).name for geom in range(sim.model.ngeom)}
+        for (name, array), value in scene.withheld.items():
+            if prefix + name in model_names:
+                sim.scene.withheld[prefix + name, array] = value
     handles = {(item.element, item.element_name): handle for handle, item in sim.scene.objects.items()}
     return {
         (kind, name): handles[kind, prefix + name]

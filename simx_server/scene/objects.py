@@ -88,8 +88,10 @@ class Scene:
         """Names of bodies whose object was removed while others hang on them."""
         self.model_properties: dict[int, int] = {}
         """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base."""
-        self.muted_geoms: dict[str, tuple[int, int]] = {}
-        """Geoms that a model's property keeps from colliding: name to the contype and conaffinity they get back."""
+        self.made_static: set[str] = set()
+        """Names of bodies that are fixed because their model is not dynamic."""
+        self.withheld: dict[tuple[str, str], int] = {}
+        """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
         self._children: dict[int, list[int]] = {-1: []}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}

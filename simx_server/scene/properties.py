@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
+from simx_server.scene.placing import free_joint
+from simx_server.scene.welding import set_static
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -21,7 +23,17 @@ SCRIPTS_INACTIVE = 0x200
 _NOT_SHOWN_INSIDE = 0x400
 """`sim_modelproperty_not_showasinsidemodel`, another: a matter of the hierarchy's display."""
 
-_REFUSED = {c.sim_modelproperty_not_dynamic: "not_dynamic"}
+_UNSEEN_GROUP = 5
+"""A geom group that no camera sees."""
+
+_GEOM_VALUES = {
+    c.sim_modelproperty_not_respondable: {"geom_contype": 0, "geom_conaffinity": 0},
+    c.sim_modelproperty_not_renderable: {"geom_group": _UNSEEN_GROUP},
+}
+"""What a bit makes of the geoms of a model: model array to number."""
+
+_ON_GEOMS = sum(_GEOM_VALUES)
+
 _KNOWN = 0x1FF | SCRIPTS_INACTIVE | _NOT_SHOWN_INSIDE
 
 
@@ -34,31 +46,56 @@ def set_model_property(sim: Simulation, handle: int, bits: int) -> None:
     if bits & NOT_A_MODEL:
         sim.scene.model_properties[handle] = NOT_A_MODEL
     else:
-        refused = [name for bit, name in _REFUSED.items() if bits & bit]
-        if refused or bits & ~_KNOWN:
+        if bits & ~_KNOWN:
             raise CommandError(
                 f"'{item.name}' cannot be a model with property 0x{bits & 0xFFFFFFFF:x}; "
-                f"valid are the bits 0x{_KNOWN & ~sum(_REFUSED):x}, and 0x{NOT_A_MODEL:x} for no model"
+                f"valid are the bits 0x{_KNOWN:x}, and 0x{NOT_A_MODEL:x} for no model"
             )
         sim.scene.model_properties[handle] = bits
-    mute(sim)
+    apply(sim)
     sim.changed()
 
 
-def mute(sim: Simulation) -> None:
-    """Keep the geoms of models that are not respondable from colliding, and give the others their collisions back."""
+def apply(sim: Simulation) -> None:
+    """Act on the properties of all models: to be called when they, or what hangs on what, have changed."""
+    bits = 0
+    for handle in sim.scene.model_properties:
+        bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
+    if bits & _ON_GEOMS or sim.scene.withheld:
+        _restrict_geoms(sim)
+    if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
+        _restrict_motion(sim)
+
+
+def _restrict_geoms(sim: Simulation) -> None:
+    """Take from the geoms of restricted models what the bits forbid, and give the others back what was taken."""
     scene, model = sim.scene, sim.model
-    restricted = {
-        handle
-        for handle in scene.of_kind(ObjectKind.SHAPE)
-        if scene.overridden(handle) & c.sim_modelproperty_not_respondable
-    }
     for geom in range(model.ngeom):
-        name = model.geom(geom).name
-        wanted = scene.owner_of_geom(geom, model) in restricted
-        if wanted and name not in scene.muted_geoms:
-            scene.muted_geoms[name] = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
-            model.geom_contype[geom] = model.geom_conaffinity[geom] = 0
-        elif not wanted and name in scene.muted_geoms:
-            model.geom_contype[geom], model.geom_conaffinity[geom] = scene.muted_geoms.pop(name)
+        name, bits = model.geom(geom).name, scene.overridden(scene.owner_of_geom(geom, model))
+        for bit, values in _GEOM_VALUES.items():
+            for array, value in values.items():
+                numbers = getattr(model, array)
+                if bits & bit and (name, array) not in scene.withheld:
+                    scene.withheld[name, array] = int(numbers[geom])
+                    numbers[geom] = value
+                elif not bits & bit and (name, array) in scene.withheld:
+                    numbers[geom] = scene.withheld.pop((name, array))
     sim.model_edited()
+
+
+def _restrict_motion(sim: Simulation) -> None:
+    """Fix the free bodies of models that are not dynamic and hold their joints; let the others go again."""
+
+    def still(handle: int) -> bool:
+        return bool(sim.scene.overridden(handle) & c.sim_modelproperty_not_dynamic)
+
+    for handle, item in list(sim.scene.objects.items()):
+        if item.element == "body" and item.kind in (ObjectKind.SHAPE, ObjectKind.DUMMY):
+            body = sim.scene.objects[handle].id
+            if still(handle) and free_joint(sim.model, body) >= 0:
+                set_static(sim, handle, True)
+                sim.scene.made_static.add(item.element_name)
+            elif not still(handle) and item.element_name in sim.scene.made_static:
+                set_static(sim, handle, False)
+                sim.scene.made_static.discard(item.element_name)
+    sim.joints.hold_inert({handle for handle in sim.scene.of_kind(ObjectKind.JOINT) if still(handle)})

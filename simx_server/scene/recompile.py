@@ -62,7 +62,8 @@ def edit(
         names = added.names
     scene = build_scene(spec, model, annotations, old.path, old, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
-    scene.muted_geoms = dict(old.muted_geoms)
+    scene.made_static = set(old.made_static)
+    scene.withheld = dict(old.withheld)
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
     scene.weightless_bodies = set(weights)
     for handle in removed or ():

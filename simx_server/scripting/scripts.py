@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from simx_client.protocol import constants
 
 from ..errors import UnknownName
+from ..scene.properties import SCRIPTS_INACTIVE
 from . import sim_api
 from .exchange import check_results
 from .lua import TIME_LIMIT, LuaInterpreter, ScriptError
@@ -231,7 +232,8 @@ class Scripts:
         if script.owner not in self._sim.scene.objects:
             self._end(script, "its object was removed")
             return
-        if script.interpreter.has(function):
+        inactive = self._sim.scene.overridden(script.owner) & SCRIPTS_INACTIVE
+        if script.interpreter.has(function) and not inactive:
             try:
                 script.interpreter.call(function)
             except ScriptError as problem:
