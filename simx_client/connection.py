@@ -61,6 +61,9 @@ class Connection:
         self.message_id = 0
         self._open_transport = open_transport
         self._may_reconnect = may_reconnect
+        self._may_connect = True
+        """There may be a connection later, if there is none."""
+
         self._transport: Transport | None = None
         self._modes = Modes()
         self._lock = threading.RLock()
@@ -79,23 +82,30 @@ class Connection:
         Raises:
             ConnectionFailed: with the reason and what to do.
         """
-        transport = self._open_transport()
         try:
-            welcome = transport.greet(timeout)
+            transport = self._open_transport()
+            try:
+                welcome = transport.greet(timeout)
+            except BaseException:
+                transport.close()
+                raise
         except BaseException:
-            transport.close()
+            self._may_connect = self._may_reconnect
             raise
         with self._lock:
             if self._closed:
                 transport.close()
-                return
+                raise ConnectionFailed("simxFinish closed it before it was made")
             self._transport = transport
             self._count_connection()
         logger.info("connected to %s (realm %s, scene %s)", self.where, welcome.realm, welcome.scene)
 
     def _count_connection(self) -> None:
+        """There is a connection, the first or a new one: what was called before it came goes out."""
         self._connections += 1
         self._connection_id = self._connections
+        if not self._pauses:
+            self._flush()
 
     def close(self, flush_timeout: float = 0.5) -> None:
         """Let everything sent so far be executed, then leave. Idempotent."""
@@ -134,12 +144,11 @@ class Connection:
                 self.where,
                 "; waiting for it to come back" if self._may_reconnect else "",
             )
-            if not self._may_reconnect:
+            self._may_connect = self._may_reconnect
+            if not self._may_connect:
                 transport.close()
         if self._connection_id == -1:
-            if not (
-                self._may_reconnect and transport.is_connected and time.monotonic() >= self._next_greeting
-            ):
+            if not (self._may_connect and transport.is_connected and time.monotonic() >= self._next_greeting):
                 return False
             try:
                 transport.greet(RETRY_PAUSE)
@@ -158,11 +167,11 @@ class Connection:
         values = shape.coerce(arguments)
         if mode.__class__ is not int:
             mode = int(mode)
+        if mode & MODE_MASK == c.simx_opmode_blocking:
+            if shape.command.never_blocking and mode == c.simx_opmode_blocking:
+                return shape.failure(c.simx_return_illegal_opmode_flag)
+            return self.blocking(shape, values)
         with self._lock:
-            if mode & MODE_MASK == c.simx_opmode_blocking:
-                if shape.command.never_blocking and mode == c.simx_opmode_blocking:
-                    return shape.failure(c.simx_return_illegal_opmode_flag)
-                return self.blocking(shape, values)
             is_linked = self._check_link()
             if is_linked:
                 self._drain()
@@ -172,29 +181,32 @@ class Connection:
             return result
 
     def blocking(self, shape: Shape, values: list[Any], timeout: float | None = None) -> Any:
-        """Send and wait for the reply. Also waits, within the time-out, for a server that comes back."""
+        """Send and wait for the reply. Also waits, within the time-out, for a connection that may come."""
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
-        with self._lock:
-            if self._pauses:
-                logger.warning(
-                    "%s was called in blocking mode while communication is paused, so no reply can come; "
-                    "resume first with simxPauseCommunication(clientID, False)",
-                    shape.command.name,
-                )
-                deadline = 0.0
-            while not self._check_link() and time.monotonic() < deadline:
-                if not self._may_reconnect:
-                    break  # nothing will change
-                self._wait_for_server(deadline)
-            self._modes.ask(shape, values)
-            if self._connection_id != -1 and not self._pauses:
-                self._flush()
-                self._wait_for_answer(deadline)
-            return self._modes.answer(shape)
+        while True:
+            with self._lock:
+                if (
+                    self._check_link()
+                    or self._pauses
+                    or not self._may_connect
+                    or time.monotonic() >= deadline
+                ):
+                    return self._ask(shape, values, deadline)
+            # Without the lock: the first connection may be being made in the background.
+            time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
 
-    def _wait_for_server(self, deadline: float) -> None:
-        """For one that comes back, or for the first connection that is being made in the background."""
-        time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
+    def _ask(self, shape: Shape, values: list[Any], deadline: float) -> Any:
+        self._modes.ask(shape, values)
+        if self._pauses:
+            logger.warning(
+                "%s was called in blocking mode while communication is paused, so no reply can come; "
+                "resume first with simxPauseCommunication(clientID, False)",
+                shape.command.name,
+            )
+        elif self._connection_id != -1:
+            self._flush()
+            self._wait_for_answer(deadline)
+        return self._modes.answer(shape)
 
     def _wait_for_answer(self, deadline: float) -> None:
         transport, modes = self._transport, self._modes

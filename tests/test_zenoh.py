@@ -129,6 +129,26 @@ def test_without_waiting_the_id_comes_at_once_and_the_connection_in_the_backgrou
     assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] == 0
 
 
+@pytest.mark.parametrize("once", [True, False])
+def test_a_blocking_call_waits_for_the_connection_in_the_background(pendulum, once):
+    cid = _connect(pendulum.port, wait=False, doNotReconnectOnceDisconnected=once)
+    assert v.simxGetObjectHandle(cid, "hinge", BLOCKING)[0] == 0
+    assert v.simxGetConnectionId(cid) == 1
+
+
+def test_a_blocking_call_does_not_wait_for_an_only_attempt_that_failed(caplog):
+    cid = _connect(_free_port(), wait=False, doNotReconnectOnceDisconnected=True)
+    assert wait_until(lambda: "nothing listens" in caplog.text, 5.0)
+    assert v.simxGetObjectHandle(cid, "hinge", BLOCKING) == (3, 0)
+
+
+def test_what_was_called_before_the_connection_came_is_sent_by_itself(pendulum):
+    watcher = _connect(pendulum.port)
+    cid = _connect(pendulum.port, address="127.0.0.2", wait=False)
+    assert v.simxSetIntegerSignal(cid, "early", 5, v.simx_opmode_oneshot) == 1
+    assert wait_until(lambda: v.simxGetIntegerSignal(watcher, "early", BLOCKING) == (0, 5), 5.0)
+
+
 def test_streams_reach_the_client(pendulum):
     cid = _connect(pendulum.port)
     _, handle = v.simxGetObjectHandle(cid, "hinge", BLOCKING)
@@ -304,8 +324,8 @@ def test_ctrl_c_ends_a_blocking_call_and_the_connection_is_still_good(scene):
             "import sys; sys.path.insert(0, '.'); import simx_client as v;"
             f"c = v.simxStart('127.0.0.1', {process.port}, True, True, 20000, 5)\n"
             "v.simxSynchronous(c, True); v.simxStartSimulation(c, v.simx_opmode_blocking)\n"
-            "print('stepping', flush=True)\n"
             "try:\n"
+            "    print('stepping', flush=True)\n"
             "    while True: v.simxGetPingTime(c)\n"
             "except KeyboardInterrupt: pass\n"
             "print(v.simxGetPingTime(c)[0], v.simxSynchronousTrigger(c), flush=True)\n"
