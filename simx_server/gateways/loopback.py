@@ -50,6 +50,7 @@ class LoopbackTransport:
             raise ConnectionFailed("the engine has ended")
         self._engine.post(lambda: self._engine.join(self.client, self._name, self._port, self))
         self._connected, self._lost = True, False
+        self._deliveries = queue.SimpleQueue()  # what a lost link still had on its way is gone
         if self._turns:
             self._engine.turn()
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
