@@ -127,6 +127,8 @@ class _Pruned:
             # V-REP's shape without its joint or sensor is a dynamic one that nothing holds.
             free = True if was_dynamic and whole and not stays else None
             move_body(self.spec, name, model.body(above).name if stays else "world", pose, free=free)
+            if free:
+                _let_fall(self.spec.body(name))
             self.moved.add(("body_", name))
         for item in self.items:
             if item.element in _PREFIX and item.body not in self.kept and item.body != 0:
@@ -176,6 +178,14 @@ class _Pruned:
         body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
         body.fullinertia[:] = float("nan")
         self.carriers.add(name)
+
+
+def _let_fall(body: Any) -> None:
+    """Take the gravity compensation from a body and what is fixed to it: only its motors had made it weightless."""
+    body.gravcomp = 0.0
+    for child in body.bodies:
+        if not list(child.joints):
+            _let_fall(child)
 
 
 def _joints(sim: Simulation, body: int) -> list[str]:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 
 from simx_server.scene.annotations import PREFIX, Annotation
 from simx_server.scene.names import copy_names
@@ -59,6 +60,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     _strip(addition.spec)
 
     def surgery(spec: mujoco.MjSpec) -> None:
+        _agree(addition.spec, spec)
         spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
         spec.dedup_assets()
 
@@ -100,6 +102,25 @@ def _strip(spec: mujoco.MjSpec) -> None:
     for sensor in list(spec.sensors):
         if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
             spec.delete(sensor)
+
+
+def _agree(spec: mujoco.MjSpec, with_spec: mujoco.MjSpec) -> None:
+    """Give it the other's settings of physics, pictures and memory: the scene's count, and MuJoCo warns of others."""
+    pairs = [(spec.option, with_spec.option), (spec.stat, with_spec.stat)]
+    for part in ("global_", "headlight", "map", "quality", "rgba", "scale"):
+        pairs.append((getattr(spec.visual, part), getattr(with_spec.visual, part)))
+    for target, source in pairs:
+        _write(target, source, [name for name in dir(source) if not name.startswith("_")])
+    _write(spec, with_spec, [name for name in dir(spec) if name.startswith("n") or name == "memory"])
+
+
+def _write(target: Any, source: Any, names: list[str]) -> None:
+    for name in names:
+        value = getattr(source, name)
+        if isinstance(value, np.ndarray):
+            getattr(target, name)[:] = value
+        elif isinstance(value, int | float):
+            setattr(target, name, value)
 
 
 def _renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
