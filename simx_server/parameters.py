@@ -106,10 +106,6 @@ class Parameters:
         self._speed_index = 0
         self.error_report_mode = c.sim_api_errormessage_report
         """Integer parameter 0, bits: errors reach simxGetLastErrors (1), the status bar (2); the log in any case."""
-        self.collisions_enabled = True
-        """Boolean parameter 2: off, no collision is found."""
-        self.distances_enabled = True
-        """Boolean parameter 3: off, no distance is measured."""
         self.arguments: tuple[str, ...] = ()
         """What the server was started with for the programs that ask; set by the composition."""
         self.end: Callable[[], None] | None = None
@@ -131,17 +127,17 @@ class Parameters:
         entries = {number: only(False, reason) for reason, numbers in _OFF.items() for number in numbers}
         entries |= {number: only(True, reason) for reason, numbers in _ON.items() for number in numbers}
         entries |= {
-            c.sim_boolparam_collision_handling_enabled: Parameter(
-                lambda: self.collisions_enabled,
-                lambda value: setattr(self, "collisions_enabled", value),
-            ),
-            c.sim_boolparam_distance_handling_enabled: Parameter(
-                lambda: self.distances_enabled,
-                lambda value: setattr(self, "distances_enabled", value),
-            ),
             c.sim_boolparam_dynamics_handling_enabled: Parameter(
                 lambda: self._sim.dynamics_enabled,
                 lambda value: setattr(self._sim, "dynamics_enabled", value),
+            ),
+            c.sim_boolparam_collision_handling_enabled: Parameter(
+                lambda: self._sim.meters.collisions.enabled,
+                lambda value: setattr(self._sim.meters.collisions, "enabled", value),
+            ),
+            c.sim_boolparam_distance_handling_enabled: Parameter(
+                lambda: self._sim.meters.distances.enabled,
+                lambda value: setattr(self._sim.meters.distances, "enabled", value),
             ),
             c.sim_boolparam_proximity_sensor_handling_enabled: Parameter(
                 lambda: self._sim.proximity.enabled,

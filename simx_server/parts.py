@@ -16,6 +16,7 @@ from .scene.unreset import UnresetModels
 from .scripting import Scripts
 from .sensors.force import ForceSensors
 from .sensors.instant import Instants
+from .sensors.meters import Meters
 from .sensors.proximity import ProximitySensors
 from .sensors.vision import VisionSensors
 from .status_bar import StatusBar
@@ -38,6 +39,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.parameters = Parameters(sim)
     sim.collections = Collections(sim)
     sim.instants = Instants(sim)
+    sim.meters = Meters(sim)
     sim.proximity = ProximitySensors(sim)
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from simx_server.scripting import Scripts
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.instant import Instants
+    from simx_server.sensors.meters import Meters
     from simx_server.sensors.proximity import ProximitySensors
     from simx_server.sensors.render_thread import RenderThread
     from simx_server.sensors.vision import VisionSensors
@@ -64,6 +65,7 @@ class Simulation:
     scripts: Scripts
     collections: Collections
     instants: Instants
+    meters: Meters
     proximity: ProximitySensors
     force: ForceSensors
     vision: VisionSensors

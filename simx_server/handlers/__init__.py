@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from . import (
+    collisions,
     consoles,
     custom_uis,
     dialogs,
@@ -27,6 +28,7 @@ from .registry import Handler, handler, handlers_of
 
 HANDLERS: Mapping[str, Handler] = MappingProxyType(
     handlers_of(
+        collisions,
         consoles,
         custom_uis,
         dialogs,

@@ -14,15 +14,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol import constants as c
+
 from ..scene.objects import Scene
 from .triangles import GeomTriangles
 from .visibility import VISIBLE_GROUPS
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
-
-_NOT_DETECTABLE = 0x8
-"""`sim_modelproperty_not_detectable`."""
 
 
 class Surroundings:
@@ -50,13 +49,14 @@ class Surroundings:
 
 
 class Instant:
-    """Poses of all geoms and sites at one moment; never changed after it was made."""
+    """Poses of all geoms and sites, and places of all bodies, at one moment; never changed after it was made."""
 
     def __init__(self, sim: Simulation, surroundings: Surroundings) -> None:
         sim.refresh()
         self.surroundings = surroundings
         self.scene, self.model = surroundings.scene, surroundings.model
         self.geom_xpos, self.geom_xmat = sim.data.geom_xpos.copy(), sim.data.geom_xmat.copy()
+        self.xpos = sim.data.xpos.copy()
         self.site_xpos, self.site_xmat = sim.data.site_xpos.copy(), sim.data.site_xmat.copy()
 
     @property
@@ -88,11 +88,10 @@ class Instant:
         return seen & ~np.isin(self.surroundings.owners, hidden)
 
     def _is_hidden(self, handle: int) -> bool:
-        scene = self.scene
-        item = scene.objects.get(handle)
+        item = self.scene.objects.get(handle)
         if item is None or not item.annotations.get("shape", {}).get("detectable", True):
             return True
-        return bool(scene.overridden(handle) & _NOT_DETECTABLE)
+        return bool(self.scene.overridden(handle) & c.sim_modelproperty_not_detectable)
 
 
 class Instants:

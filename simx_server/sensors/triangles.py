@@ -20,6 +20,9 @@ _AROUND = 32
 """Corners around a curved primitive; a multiple of 4, so that the axes' extremes are exact."""
 _POLE_TO_POLE = 16
 
+_CONVEX_AT_MOST = 4000
+"""Triangles of a mesh up to which it is found out whether it is convex."""
+
 _GEOM = mujoco.mjtGeom
 CURVED = frozenset(int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_ELLIPSOID,
                                           _GEOM.mjGEOM_CYLINDER))  # fmt: skip
@@ -32,6 +35,7 @@ class GeomTriangles:
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._made: dict[int, tuple[Array, Array, Array]] = {}
+        self._convex: dict[int, bool] = {}
 
     def of(self, geom: int) -> tuple[Array, Array, Array]:
         """Corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
@@ -39,6 +43,18 @@ class GeomTriangles:
         if made is None:
             made = self._made[geom] = with_balls(_corners(self._model, geom))
         return made
+
+    def is_solid(self, geom: int) -> bool:
+        """True for a geom that is convex, which MuJoCo's own functions measure exactly."""
+        kind = int(self._model.geom_type[geom])
+        if kind == _GEOM.mjGEOM_HFIELD:
+            return False
+        if kind not in (_GEOM.mjGEOM_MESH, _GEOM.mjGEOM_SDF):
+            return True
+        mesh = int(self._model.geom_dataid[geom])
+        if mesh not in self._convex:
+            self._convex[mesh] = _is_convex(self.of(geom)[0])
+        return self._convex[mesh]
 
 
 def with_balls(corners: Array) -> tuple[Array, Array, Array]:
@@ -75,6 +91,18 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Array:
     vertices, faces = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
     chosen = model.mesh_face[faces : faces + int(model.mesh_facenum[mesh])]
     return model.mesh_vert[vertices + chosen].astype(np.float64)
+
+
+def _is_convex(corners: Array) -> bool:
+    """Whether all corners lie behind every triangle. A mesh too large for the question counts as not convex."""
+    if len(corners) > _CONVEX_AT_MOST:
+        return False
+    points = np.unique(corners.reshape(-1, 3), axis=0)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.sqrt((normals**2).sum(axis=1))
+    extent = float(np.ptp(points, axis=0).max(initial=0.0))
+    heights = normals @ points.T - np.einsum("ni,ni->n", normals, corners[:, 0])[:, np.newaxis]
+    return bool(np.all(heights <= 1e-5 * extent * lengths[:, np.newaxis]))
 
 
 def _box(size: Array) -> Array:
