@@ -20,8 +20,8 @@ STREAMING, BUFFER = v.simx_opmode_streaming, v.simx_opmode_buffer
 DISCONTINUE, REMOVE = v.simx_opmode_discontinue, v.simx_opmode_remove
 OK, NOVALUE, REMOTE_ERROR = 0, 1, 8
 
-NO_OBJECT = 777_777
-"""A handle that no object has."""
+NO_OBJECT = 777_776
+"""A handle that no object has; even, because as an option its bit 0 would mean a file of the client."""
 
 
 @dataclass(frozen=True)

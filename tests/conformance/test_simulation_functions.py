@@ -109,3 +109,11 @@ def test_start_pause_and_stop_are_different_commands(world: Any, cid: int) -> No
     v.simxPauseCommunication(cid, False)
     world.engine.turn()
     assert world.simulation.state is SimulationState.STOPPED, "the second start took the place of the first"
+
+
+def test_a_name_of_the_originals_format_means_the_same_stem_in_ours(tmp_path: Path, cid: int) -> None:
+    (tmp_path / "robot.xml").write_text(
+        "<mujoco><worldbody><body name='r'/></worldbody></mujoco>", encoding="utf-8"
+    )
+    assert v.simxLoadScene(cid, str(tmp_path / "robot.ttt"), 0, BLOCKING) == OK
+    assert v.simxGetObjectHandle(cid, "r", BLOCKING)[0] == OK

@@ -139,7 +139,7 @@ def test_10_pictures_are_bottom_row_first_signed_and_seen_along_plus_z(cid: int,
     assert rows[0, 0].tolist() == [-1, 0, 0], "below left there is red"
     seen = v.simxGetObjectPosition(cid, handle("wall"), sensor, BLOCKING)[1]
     assert seen[2] == pytest.approx(1.1, abs=1e-5), "the wall is ahead along +z"
-    v.simxSetObjectPosition(cid, handle("lid"), sensor, [0.3, 0, 1.0], BLOCKING)
+    v.simxSetObjectPosition(cid, handle("crate"), sensor, [0.3, 0, 1.0], BLOCKING)
     _, _, again = v.simxGetVisionSensorImage(cid, sensor, 0, BLOCKING)
     changed = np.any(np.array(again).reshape(rows.shape) != rows, axis=2)
     assert changed[:, :4].any(), "x in the sensor's frame goes to the left of the picture"
