@@ -123,16 +123,18 @@ def get_object_group_data(
     """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
 
     Raises:
-        CommandError: `object_type` is no object type.
+        CommandError: `object_type` is no object type and no collection.
     """
-    if object_type == ALL_OBJECTS:
+    if object_type in sim.collections:
+        handles = sim.collections.members(object_type)
+    elif object_type == ALL_OBJECTS:
         handles = list(sim.scene.objects)
     elif 0 <= object_type <= LAST_OBJECT_TYPE:
         handles = sim.scene.of_kind(object_type)
     else:
         raise CommandError(
-            f"{object_type} is no object type; give a sim_object_*_type value, or {ALL_OBJECTS} for all objects "
-            "(collections are not available)"
+            f"{object_type} is no object type; give a sim_object_*_type value, {ALL_OBJECTS} for all objects, "
+            "or the handle of a collection"
         )
     ints: list[int] = []
     floats: list[float] = []

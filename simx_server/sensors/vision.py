@@ -2,7 +2,8 @@
 
 V-REP renders in the sensing phase; here a picture is rendered when somebody wants it, of the last complete state, so
 equal requests share one and nobody pays for a camera that is not looked at. A sensor that is handled explicitly keeps
-its picture (at first the background) until a script handles it; an image that was set stays until the next pass.
+its picture (at first the background) until a script handles it; an image that was set stays until the next pass, or
+with external input until another one is set.
 The conversion to wire bytes runs on the render thread.
 """
 
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import CommandError
 from ..scene.annotations import Annotation
@@ -55,10 +57,14 @@ class VisionSettings:
     shows_depth: bool
     """The picture is the depth in grey (MJCF output="depth")."""
     explicit: bool
+    external: bool = False
+    """Nothing is rendered: the picture is what was set, until something else is."""
     picture: Future[Picture] | None = field(default=None)
-    """A picture that was set or handled explicitly; None: the scene is rendered."""
+    """A picture that was handled explicitly; None: the scene is rendered."""
+    drawn: NDArray[np.uint8] | None = None
+    """(height, width, 3): an image that was set, in place of the picture's; the depth stays the picture's."""
     picture_pass: int = -1
-    """The pass in which a picture was set; it holds until the next one."""
+    """The pass in which picture or image were set; they hold until the next one."""
 
 
 class VisionSensors:
@@ -99,7 +105,7 @@ class VisionSensors:
             for name, value in before.items():
                 setattr(settings, name, value)
             raise
-        settings.picture = None
+        settings.picture = settings.drawn = None
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Give sensors the settings of those they are copies of: handle of the original to that of the copy."""
@@ -111,6 +117,8 @@ class VisionSensors:
         """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
+        if settings.drawn is not None:
+            return _done((size, (grey(settings.drawn) if as_grey else settings.drawn).tobytes()))
         if settings.shows_depth:
             picture = self._picture(handle, depth=True)
         else:
@@ -143,24 +151,34 @@ class VisionSensors:
             CommandError: no pass was made yet, or the sensor is handled explicitly and was not.
         """
         settings = self._sensor(handle)
-        if settings.picture is None and (settings.explicit or self._sim.pass_count == 0):
+        drawn = settings.drawn
+        handled = settings.picture is not None or (self._sim.pass_count > 0 and not settings.explicit)
+        if drawn is None and not handled:
             name = self._sim.scene.get(handle).name
             raise CommandError(
                 f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
                 "or by its script when it is handled explicitly"
             )
-        shows_depth = settings.shows_depth
-        picture = self._picture(handle, rgb=True, depth=True)
-        return then(picture, lambda made: (False, [statistics(made, shows_depth)]))
+        shows_depth = settings.shows_depth and drawn is None
+        picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True)
+
+        def convert(made: Picture) -> tuple[bool, list[list[float]]]:
+            seen = made if drawn is None else Picture(drawn, made.depth)
+            return False, [statistics(seen, shows_depth)]
+
+        return then(picture, convert)
 
     def handle(self, handle: int) -> None:
         """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does."""
         settings = self._sensor(handle)
+        if settings.external:
+            return
         settings.picture = self._request(handle, rgb=True, depth=True)
+        settings.drawn = None
         settings.picture_pass = self._sim.pass_count
 
     def set_image(self, handle: int, image: bytes, *, as_grey: bool) -> None:
-        """Replace the picture by bytes, rows bottom first; depth becomes 1 everywhere.
+        """Replace the image by bytes, rows bottom first; the depth stays what it is.
 
         Raises:
             CommandError: the number of bytes does not fit the resolution.
@@ -174,7 +192,7 @@ class VisionSensors:
             )
         pixels = np.frombuffer(image, np.uint8).reshape(height, width, channels)
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
-        settings.picture = _done(Picture(rgb, np.ones((height, width), np.float32)))
+        settings.drawn = rgb
         settings.picture_pass = self._sim.pass_count
 
     def _sensor(self, handle: int) -> VisionSettings:
@@ -182,13 +200,15 @@ class VisionSensors:
         settings = self.settings(handle)
         if not settings.explicit and settings.picture_pass != self._sim.pass_count:
             settings.picture = None
+            if not settings.external:
+                settings.drawn = None
         return settings
 
     def _picture(self, handle: int, *, rgb: bool = False, depth: bool = False) -> Future[Picture]:
         settings = self.settings(handle)
         if settings.picture is not None:
             return settings.picture
-        if settings.explicit or not self.enabled:
+        if settings.explicit or settings.external or not self.enabled:
             return _done(self._background(settings))
         return self._request(handle, rgb=rgb, depth=depth)
 
@@ -222,7 +242,7 @@ class VisionSensors:
 
     def _forget_pictures(self) -> None:
         for settings in self._settings.values():
-            settings.picture = None
+            settings.picture = settings.drawn = None
 
 
 def then(future: Future[_A], convert: Callable[[_A], _B]) -> Future[_B]:
@@ -252,10 +272,15 @@ def statistics(picture: Picture, shows_depth: bool) -> list[float]:
     pixels = _shown(picture, shows_depth)
     channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
     found: list[float] = []
-    for measure in (np.min, np.max, np.mean):
+    for measure in (np.min, np.max, _mean):
         found += [int(measure(channel)) / 255 for channel in channels]
         found.append(float(measure(picture.depth)))
     return found
+
+
+def _mean(values: np.ndarray) -> float:
+    """In double precision: a large picture's sum would lose digits in single."""
+    return float(values.mean(dtype=np.float64))
 
 
 def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
@@ -267,9 +292,9 @@ def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
     return picture.rgb
 
 
-def _done(picture: Picture) -> Future[Picture]:
-    future: Future[Picture] = Future()
-    future.set_result(picture)
+def _done(result: _A) -> Future[_A]:
+    future: Future[_A] = Future()
+    future.set_result(result)
     return future
 
 
@@ -299,4 +324,5 @@ def _from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
         orthographic_size=fovy * max(1.0, width / height) if orthographic else None,
         shows_depth=wants_depth and not wants_rgb,
         explicit=bool(note.get("explicit", False)),
+        external=bool(note.get("external", False)),
     )
