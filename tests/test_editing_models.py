@@ -37,7 +37,6 @@ GRIPPER = """
       </body>
     </body>
   </worldbody>
-  
   <actuator><position name="close" joint="finger" kp="100" kv="5"/></actuator>
   <sensor><rangefinder site="pad" cutoff="2"/></sensor>
   <custom>
