@@ -15,7 +15,7 @@ from simx_server.joints.servo import Entry, Rule
 class Kinematic:
     """Puts the joints where they belong after every physics step, in arrays.
 
-    Their inertia is huge (`servo.KINEMATIC_ARMATURE`), so a step moves them hardly at all against their velocity.
+    Their inertia is huge (`weights.py`), so a step moves them hardly at all against their velocity.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:

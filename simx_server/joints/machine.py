@@ -11,9 +11,10 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.joints.dependency import Followers, write_equality
 from simx_server.joints.measured import Measured
-from simx_server.joints.servo import Entry, Rule, rule_of, spring_control, write_actuator
+from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
 from simx_server.joints.stepping import Stepper
+from simx_server.joints.weights import Weights
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.placing import carry_followers
 
@@ -27,6 +28,7 @@ class Settings:
 
     bindings: dict[int, Binding]
     states: dict[int, JointState]
+    weights: Weights
 
 
 class Machine:
@@ -39,6 +41,7 @@ class Machine:
         self._average_force = False
         self._stepper: Stepper | None = None
         self._measured = Measured(sim)
+        self._kinematic: frozenset[int] = frozenset()
         self.bind_all()
 
     def bind_all(self) -> None:
@@ -63,6 +66,13 @@ class Machine:
         self._follow()
         for body in {binding.body for binding in self._bindings.values() if binding.element == "joint"}:
             self._write_gravcomp(body)
+        self._weights = Weights(model)
+        self._write_weights(always=True)
+
+    def masses_changed(self) -> None:
+        """The model's masses, and what follows from them, are new."""
+        self._weights = Weights(self._sim.model, self._weights.armature)
+        self._write_weights(always=True)
 
     def rebind(self) -> None:
         """An edit replaced the model: the same, and the controllers keep their memory."""
@@ -76,13 +86,17 @@ class Machine:
     def remember(self) -> Settings:
         """A copy of all settings, for `recall`."""
         return Settings(
-            dict(self._bindings), {handle: replace(state) for handle, state in self._states.items()}
+            dict(self._bindings),
+            {handle: replace(state) for handle, state in self._states.items()},
+            self._weights,
         )
 
     def recall(self, settings: Settings) -> None:
         """Bring remembered settings back; model and data were restored already."""
         self._bindings = dict(settings.bindings)
+        self._weights = settings.weights
         self._states = {handle: replace(state) for handle, state in settings.states.items()}
+        self._write_weights(always=True)
         self.forget_run()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
@@ -164,7 +178,16 @@ class Machine:
         if binding.element == "joint":
             self._write_gravcomp(binding.body)
         if rebuild:
+            self._write_weights()
             self._rebuild()
+
+    def _write_weights(self, *, always: bool = False) -> None:
+        kinematic = frozenset(
+            b.id for b, _, rule in self._entries() if b.element == "joint" and is_immovable(b, rule)
+        )
+        if always or kinematic != self._kinematic:
+            self._kinematic = kinematic
+            self._weights.write(self._sim.model, kinematic)
 
     def _retarget(self, binding: Binding, state: JointState, value: float) -> None:
         state.target_position = value

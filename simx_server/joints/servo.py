@@ -1,4 +1,4 @@
-"""Writing a joint's settings into the model: gain, bias and force limit of its actuator, inertia of its motor."""
+"""Writing a joint's settings into the model: gain, bias and force limit of its actuator."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ import mujoco
 import numpy as np
 
 from simx_server.joints.state import UNLIMITED, Binding, JointMode, JointState, Native
-
-KINEMATIC_ARMATURE = 1e6
-"""kg m2 (kg): added to the inertia of a kinematic joint, so that contacts find it immovable."""
 
 
 class Rule(Enum):
@@ -24,6 +21,13 @@ class Rule(Enum):
     KINEMATIC = "nothing moves it"
     MOTION = "it moves at its target velocity whatever is in the way"
     DEPENDENT = "it follows its master"
+
+
+def is_immovable(binding: Binding, rule: Rule) -> bool:
+    """True for a joint whose motion physics must not influence at all."""
+    if rule == Rule.DEPENDENT:
+        return binding.equality < 0
+    return rule in (Rule.KINEMATIC, Rule.MOTION)
 
 
 Entry = tuple[Binding, JointState, Rule]
@@ -53,11 +57,7 @@ def rule_of(binding: Binding, state: JointState) -> Rule:
 def write_actuator(
     binding: Binding, state: JointState, rule: Rule, model: mujoco.MjModel, data: mujoco.MjData
 ) -> None:
-    """Make the model's actuator (and the driven dof) act by the rule; constant commands are written here, once."""
-    if binding.element == "joint":
-        immovable = rule in (Rule.KINEMATIC, Rule.MOTION) or (rule == Rule.DEPENDENT and binding.equality < 0)
-        dofs = slice(binding.dof, binding.dof + binding.dof_count)
-        model.dof_armature[dofs] = KINEMATIC_ARMATURE if immovable else binding.armature
+    """Make the model's actuator act by the rule; constant commands are written here, once."""
     index = binding.actuator
     if index < 0:
         return

@@ -87,7 +87,6 @@ class Binding:
     force_limit: float
     """The file's limit at the joint, UNLIMITED for none."""
     gravcomp: float
-    armature: float
     equality: int
     """What couples a joint of dependent mode to its master."""
 
@@ -183,7 +182,6 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
         force_range=tuple(model.actuator_forcerange[actuator].tolist()) if driven else (0.0, 0.0),
         force_limit=UNLIMITED,
         gravcomp=float(model.body_gravcomp[item.body]),
-        armature=float(model.dof_armature[dof]) if dof >= 0 else 0.0,
         equality=_find_equality(item, model),
     )
     binding.force_limit = _force_limit(binding, model)

@@ -1,0 +1,50 @@
+"""What kinematic joints weigh: so much that nothing moves them, for the equations of motion and for every contact.
+
+MuJoCo softens each constraint by what moves at its two ends (`invweight0`), and counts in it the masses, but not the
+inertia of motors. It takes the inertia of degrees of freedom that touch no other (`dof_simplenum`) from `dof_M0`.
+So writing the motor's inertia alone would make a light kinematic body push as softly as light bodies do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import mujoco
+import numpy as np
+
+KINEMATIC_ARMATURE = 1e6
+"""kg m2 (kg): added to the inertia of a kinematic joint."""
+
+
+class Weights:
+    """The numbers of one model as its file and masses make them, and what is written in their place."""
+
+    def __init__(self, model: mujoco.MjModel, armature: np.ndarray | None = None) -> None:
+        """`model`: just compiled or with new masses; `armature`: what the file says, if the model's is another now."""
+        self.armature = model.dof_armature.copy() if armature is None else armature
+        self._bodies = model.body_invweight0.copy()
+        self._dofs = model.dof_invweight0.copy()
+        self._inertia = model.dof_M0 - (model.dof_armature - self.armature)
+
+    def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
+        """`kinematic`: ids of the joints that physics does not move."""
+        dofs = [dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in kinematic]
+        model.dof_armature[:] = self.armature
+        model.dof_armature[dofs] = KINEMATIC_ARMATURE
+        model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
+        model.dof_invweight0[:] = self._dofs
+        model.dof_invweight0[dofs] = 0.0
+        model.body_invweight0[:] = self._bodies
+        model.body_invweight0[_immovable_bodies(model, kinematic)] = 0.0
+
+
+def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> list[int]:
+    """Ids of the bodies that only such joints move, or none."""
+    found = {0}
+    for body in range(1, model.nbody):
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        if int(model.body_parentid[body]) in found and all(
+            j in kinematic for j in range(first, first + count)
+        ):
+            found.add(body)
+    return sorted(found)
