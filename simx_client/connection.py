@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from .modes import MODE_MASK, Modes
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
+from .protocol.kinds import to_int32
 from .protocol.messages import CLIENT_TIME_MASK, Batch, Call
 from .shape import Shape
 from .transport import Transport
@@ -298,18 +300,31 @@ class Clients:
 
     def __init__(self) -> None:
         self._connections: dict[int, Connection] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # garbage collection may finish a script's robot at any moment
+        self._process: int | None = None
+        """The one that connects: Zenoh's threads live there, and do not follow into a forked child."""
+
+        self._of_parent: dict[int, Connection] = {}
 
     def get(self, client_id: Any) -> Connection | None:
         """The connection with this id; ids may come as numpy integers or bools."""
         try:
             return self._connections.get(client_id)
         except TypeError:  # an array cannot be a dictionary key
-            return self._connections.get(int(client_id))
+            return self._connections.get(to_int32(client_id))
 
     def add(self, connection: Connection) -> int:
         """Give a connection the lowest free id; -1 when there is none or this place has one already."""
         with self._lock:
+            if self._process not in (None, os.getpid()):
+                logger.warning(
+                    "no connection to %s: this process was forked from one that had connected before, and "
+                    "Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or fork "
+                    "before the first simxStart",
+                    connection.where,
+                )
+                return -1
+            self._process = os.getpid()
             for client_id, other in self._connections.items():
                 if other.where == connection.where:
                     logger.warning(
@@ -334,9 +349,26 @@ class Clients:
         for connection in connections:
             connection.close()
 
+    def discard(self, connection: Connection) -> None:
+        """Close a connection and free its id, unless simxFinish has and it is another's by now."""
+        with self._lock:
+            for client_id, other in list(self._connections.items()):
+                if other is connection:
+                    del self._connections[client_id]
+        connection.close()
+
+    def forget_parent(self) -> None:
+        """In a forked child: the parent's connections are none here. They are kept, for closing one would wait
+        for threads that did not come along."""
+        self._lock = threading.RLock()
+        self._of_parent, self._connections = self._connections, {}
+
 
 CLIENTS = Clients()
 """The legacy API has one table of clients per process."""
+
+if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+    os.register_at_fork(after_in_child=CLIENTS.forget_parent)
 
 
 def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:

@@ -92,8 +92,11 @@ def simxStart(
         connection.connect(min(patience, _GREETING_TIMEOUT))
     except ConnectionFailed as error:
         logger.warning("no connection: tried %s:%d over Zenoh; %s", host, target, error)
-        CLIENTS.remove(client_id)
+        CLIENTS.discard(connection)
         return -1
+    except BaseException:  # Ctrl-C: a script may go on and try again
+        CLIENTS.discard(connection)
+        raise
     return client_id
 
 

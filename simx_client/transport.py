@@ -5,6 +5,7 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import sys
@@ -24,6 +25,12 @@ GREETING_TIMEOUT = 1.0
 
 REPLIES_HELD = 1_000_000
 """Deliveries that may wait for the script to make its next call; more would hold up the whole session."""
+
+SHARED_MEMORY_SESSIONS = 100
+"""Sessions of a process that may use shared memory, the fastest way for pictures. Each leaves a file descriptor
+behind when it is closed (Zenoh 1.10), and a program that connects anew for every episode would run out of them."""
+
+_sessions_before = itertools.count()
 
 
 class Transport(Protocol):
@@ -106,6 +113,8 @@ class ZenohTransport:
             "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,
             "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
         }
+        if next(_sessions_before) >= SHARED_MEMORY_SESSIONS:
+            options["transport/shared_memory/enabled"] = False
         try:
             self._session = zenoh.open(link.configure(zenoh.Config(), options))
         except zenoh.ZError:

@@ -2,11 +2,16 @@
 
 import contextlib
 import signal
+import threading
 
 import pytest
+from plain_world import World
 from processes import ROOT, read_line, running, spawn, wait_until
 
 import simx_client as v
+from simx_client import local
+from simx_client.connection import CLIENTS
+from simx_client.errors import ConnectionFailed
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -70,3 +75,90 @@ def test_clients_that_freeze_while_much_is_sent_to_them_do_not_cut_off_the_other
         assert codes == {0}
         assert v.simxGetPingTime(watcher)[0] == 0
         assert v.simxGetConnectionId(watcher) == 1
+
+
+def _fork(*lines):
+    """A program's lines that run these in a forked child and say how it ended."""
+    body = "\n".join(f"    {line}" for line in lines)
+    return (
+        "import os, warnings; warnings.simplefilter('ignore')",
+        f"child = os.fork()\nif not child:\n{body}\n    sys.exit(7)",
+        "print('child ended with', os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)",
+    )
+
+
+def test_a_forked_child_leaves_its_parents_connection_alone():
+    with plain_server() as (_, port):
+        lines = _fork(
+            "assert v.simxGetJointPosition(0, 1, v.simx_opmode_blocking) == (64, 0.0)",
+            "assert v.simxFinish(-1) is None",
+        )
+        after = "print(v.simxGetJointPosition(0, 1, v.simx_opmode_blocking), flush=True); v.simxFinish(0)"
+        with script(port, *lines, after, "print('finished', flush=True)") as process:
+            assert read_line(process).strip() == "child ended with 7"
+            assert read_line(process).strip() == "(0, 0.0)"
+            assert read_line(process).strip() == "finished"
+            assert process.wait(10) == 0
+
+
+def test_a_child_forked_after_connecting_gets_minus_1_and_the_way_out():
+    with plain_server() as (_, port):
+        lines = _fork(
+            "import logging; logging.basicConfig(stream=sys.stdout, format='%(message)s')",
+            f"print(v.simxStart('127.0.0.1', {port}, True, True, 5000, 5), flush=True)",
+        )
+        with script(port, *lines) as process:
+            assert "'spawn'" in read_line(process)
+            assert read_line(process).strip() == "-1"
+            assert read_line(process).strip() == "child ended with 7"
+
+
+def test_a_program_may_connect_more_often_than_it_may_have_open_files():
+    with plain_server() as (_, port):
+        connect = f"v.simxStart('127.0.0.1', {port}, True, True, 5000, 5)"
+        lines = (
+            "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (150, 150))",
+            f"v.simxFinish(0); print({{({connect}, v.simxFinish(0)) for _ in range(200)}}, flush=True)",
+        )
+        with script(port, *lines) as process:
+            assert read_line(process).strip() == "{(0, None)}"
+
+
+def test_ctrl_c_while_connecting_leaves_no_client_behind(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(local, "ZenohTransport", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        v.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
+    assert CLIENTS.get(0) is None
+
+
+def test_a_start_that_fails_does_not_finish_the_client_that_has_its_id_by_now(monkeypatch):
+    world = World()
+
+    def meanwhile(*_, **__):
+        v.simxFinish(-1)  # as another thread may
+        assert world.client() == 0
+        raise ConnectionFailed("nothing there")
+
+    monkeypatch.setattr(local, "ZenohTransport", meanwhile)
+    assert v.simxStart("127.0.0.1", 19997, True, True, 5000, 5) == -1
+    assert v.simxGetJointPosition(0, 1, BLOCKING) == (0, 0.0)
+
+
+def test_a_robot_that_is_collected_while_a_client_is_added_may_finish_its_own():
+    class CollectsGarbage:
+        @property
+        def where(self):
+            v.simxFinish(7)  # what a script's __del__ does
+            return "here"
+
+        def close(self):
+            pass
+
+    for _ in range(2):  # the second one is compared with the first
+        thread = threading.Thread(target=CLIENTS.add, args=(CollectsGarbage(),), daemon=True)
+        thread.start()
+        thread.join(10)
+        assert not thread.is_alive()

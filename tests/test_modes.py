@@ -351,6 +351,7 @@ def test_keyword_arguments_and_numpy_handles_work(world, cid):
     assert SET(clientID=cid, jointHandle=handle, position=0.5, operationMode=v.simx_opmode_blocking) == 0
     assert GET(cid, np.int64(3), operationMode=v.simx_opmode_blocking) == (0, 0.5)
     assert GET(np.int64(cid), handle, v.simx_opmode_blocking) == (0, 0.5)
+    assert GET(np.array([cid]), handle, v.simx_opmode_blocking) == (0, 0.5)
 
 
 def test_wrong_arguments_name_the_function_and_the_argument(cid):
