@@ -130,6 +130,21 @@ _VISION: dict[int, Entry] = dict(
 )
 
 
+_PROXIMITY: dict[int, Entry] = {
+    # The constants of 3.6 lack the last two; later versions have them under these numbers.
+    c.sim_proxintparam_ray_invisibility: Entry(
+        "proxintparam_ray_invisibility", True, *_only(1, "detection volumes are never drawn")
+    ),
+    4001: Entry("proxintparam_volume_type", True, lambda sim, handle: sim.proximity.volume_type(handle)),
+    4002: Entry(
+        "proxintparam_entity_to_detect",
+        True,
+        lambda sim, handle: sim.proximity.entity(handle),
+        lambda sim, handle, value: sim.proximity.set_entity(handle, int(value)),
+    ),
+}
+
+
 def _read_joint(number: int) -> Getter | None:
     if number not in JOINT_READ:
         return None
@@ -230,6 +245,7 @@ _DUMMY: dict[int, Entry] = dict([_entry("dummyintparam_link_type", _link_type)])
 _BY_KIND: Mapping[ObjectKind, dict[int, Entry]] = MappingProxyType(
     {
         ObjectKind.VISION_SENSOR: _VISION,
+        ObjectKind.PROXIMITY_SENSOR: _PROXIMITY,
         ObjectKind.JOINT: _JOINT,
         ObjectKind.SHAPE: _SHAPE,
         ObjectKind.CAMERA: _CAMERA,

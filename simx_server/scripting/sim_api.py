@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol import constants
 
 from ..errors import CommandError, UnknownName
-from ..handlers import joints, objects, poses, sensors
+from ..handlers import collisions, joints, objects, poses, sensors
 from .signature import Signature
 
 if TYPE_CHECKING:
@@ -157,6 +157,37 @@ class SimApi:
 
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
         return sensors.read_force_sensor(self._sim, self._self(sensor))
+
+    def breakForceSensor(self, sensor: int) -> None:
+        sensors.break_force_sensor(self._sim, self._self(sensor))
+
+    # Collisions and distances; results 1 or 0, and metres.
+
+    def checkCollision(self, first: int, second: int) -> int:
+        return int(collisions.check_collision(self._sim, self._self(first), self._self(second)))
+
+    def readCollision(self, handle: int) -> int:
+        return int(collisions.read_collision(self._sim, handle))
+
+    def handleCollision(self, handle: int) -> int:
+        return int(self._sim.meters.collisions.handle(handle))
+
+    def readDistance(self, handle: int) -> tuple[int, float]:
+        found = self._sim.meters.distances.read(handle)
+        return (0, 0.0) if found is None else (1, found)
+
+    def handleDistance(self, handle: int) -> tuple[int, float]:
+        found = self._sim.meters.distances.handle(handle)
+        return (0, 0.0) if found is None else (1, found)
+
+    def getCollisionHandle(self, name: str) -> int:
+        return collisions.get_collision_handle(self._sim, name)
+
+    def getDistanceHandle(self, name: str) -> int:
+        return collisions.get_distance_handle(self._sim, name)
+
+    def getCollectionHandle(self, name: str) -> int:
+        return collisions.get_collection_handle(self._sim, name)
 
     # Signals: nil when there is none; they go with the script that set them.
 
