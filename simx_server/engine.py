@@ -165,11 +165,12 @@ class Engine:
                 self.simulation.stop()
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
-            self._publish_streams()
+            self._publish_streams(after_pass=True)
             for session in self.sessions.values():
-                session.release_triggers()
+                # What is read after a trigger is of the new state, streamed pictures too.
+                session.release_triggers(after=session.streams.pictures_on_the_way())
         else:
-            self._publish_streams()
+            self._publish_streams(after_pass=False)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def _end_stepping(self) -> None:
@@ -276,23 +277,23 @@ class Engine:
             stream.last = Reply(call.call_id, answer.status, self._time_ms(), answer.values)
         session.streams.arm(stream)
 
-    def _publish_streams(self) -> None:
+    def _publish_streams(self, *, after_pass: bool) -> None:
         answers = PassAnswers()
         for session in self.sessions.values():
             if session.streams.by_id:
                 try:
-                    self._publish_client(session, answers)
+                    self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
                     session.streams.by_id.clear()
 
-    def _publish_client(self, session: ClientSession, answers: PassAnswers) -> None:
+    def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
         now, time_ms = time.monotonic(), self._time_ms()
         newest: list[Reply] = []
         taken: list[Reply] = []
         for stream in list(session.streams.by_id.values()):
             command = stream.command
-            if stream.is_due(now):
+            if stream.is_due(now, every_picture=every_picture):
                 question = stream.question()
                 answer = answers.get(question)
                 if answer is None:

@@ -45,8 +45,10 @@ class Stream:
             return None  # it sets something: each client's own call counts
         return (self.command.name, *self.arguments)
 
-    def is_due(self, now: float) -> bool:
-        if now < self.next_due or (self.pending is not None and not self.pending.done()):
+    def is_due(self, now: float, *, every_picture: bool) -> bool:
+        """Whether to execute it now. `every_picture`: the client steps and waits for each, so none is left out."""
+        is_behind = self.pending is not None and not self.pending.done() and not every_picture
+        if now < self.next_due or is_behind:
             return False
         self.next_due = now + self.delay
         return True
@@ -64,6 +66,11 @@ class Streams:
         """Add a stream; it was executed once already, as part of the call."""
         stream.next_due = time.monotonic() + stream.delay
         self.by_id[stream.stream_id] = stream
+
+    def pictures_on_the_way(self) -> list[Future[Any]]:
+        """Those asked for and not rendered yet."""
+        pending = (stream.pending for stream in self.by_id.values())
+        return [picture for picture in pending if picture is not None and not picture.done()]
 
     def cancel(self, stream_id: int) -> None:
         """End a stream; unknown ids are harmless."""
