@@ -50,7 +50,13 @@ def lively_run(sim: Simulation) -> list[object]:
     dummy = editing.create_dummy(sim, 0.1)
     for _ in range(3):
         sim.advance()
-    read += [dummy, frames.get_pose(sim, resolve("tip")), frames.get_pose(sim, resolve("cube")), sim.time]
+    # Handles of what a run adds are not given again, so the name stands for the dummy here.
+    read += [
+        sim.scene.get(dummy).name,
+        frames.get_pose(sim, resolve("tip")),
+        frames.get_pose(sim, resolve("cube")),
+        sim.time,
+    ]
     read.append(get_state(sim.model, sim.data).tobytes())
     sim.stop()
     return read
