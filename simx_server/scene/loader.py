@@ -4,14 +4,15 @@ Preparation adds, it does not remove:
 * names for what has none, so that an edit finds every element again;
 * for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
   the joint's motor is switched on: no later mode needs another compile;
-* the integrator `implicitfast` in place of MuJoCo's default Euler: V-REP's motors are stiff in velocity, and Euler is
-  unstable with them (any other integrator the file names is kept);
+* the integrator `implicitfast` in place of the explicit ones, Euler and RK4: V-REP's motors are stiff in velocity, and
+  those are unstable with them;
 * all angles in radians: parts of files that count in degrees and of those that do not can then be put together.
 """
 
 from __future__ import annotations
 
 import logging
+import warnings
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -68,11 +69,21 @@ def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel
     try:
         prepare(spec)
         add_dependencies(spec, annotations)
-        model = spec.compile()
+        model = compile_spec(spec)
     except (ValueError, mujoco.FatalError) as error:
         name = path.name if path is not None else spec.modelname
         raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
     return build_scene(spec, model, annotations, path), model
+
+
+def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
+    """Compile; what MuJoCo warns of, as of deprecated attributes, goes to the log. Raises as `spec.compile`."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = spec.compile()
+    for warning in told:
+        logger.log(level, "mujoco: %s", warning.message)
+    return model
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
@@ -88,11 +99,14 @@ def prepare(spec: mujoco.MjSpec) -> None:
             and joint.name not in driven
         ):
             _add_motor(spec, joint.name)
-    if spec.option.integrator == mujoco.mjtIntegrator.mjINT_EULER:
+    if spec.option.integrator in _EXPLICIT:
         spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-        logger.debug("integrator implicitfast is used in place of Euler: stiff joint motors need it")
+        logger.debug(
+            "integrator implicitfast is used in place of an explicit one: stiff joint motors need it"
+        )
 
 
+_EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
 _JOINT_DRIVES = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 

