@@ -94,10 +94,18 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Array:
 
 
 def _is_convex(corners: Array) -> bool:
-    """Whether all corners lie behind every triangle. A mesh too large for the question counts as not convex."""
-    if len(corners) > _CONVEX_AT_MOST:
+    """Whether the triangles are a closed surface and all corners lie behind each of them.
+
+    A mesh too large for the question counts as not convex.
+    """
+    if not 4 <= len(corners) <= _CONVEX_AT_MOST:
         return False
-    points = np.unique(corners.reshape(-1, 3), axis=0)
+    points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    index = index.reshape(-1, 3)
+    edges = np.stack([index, index[:, [1, 2, 0]]], axis=2).reshape(-1, 2)
+    there, back = (np.unique(e[:, 0] * len(points) + e[:, 1]) for e in (edges, edges[:, ::-1]))
+    if not np.array_equal(there, back):
+        return False
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.sqrt((normals**2).sum(axis=1))
     extent = float(np.ptp(points, axis=0).max(initial=0.0))

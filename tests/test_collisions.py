@@ -1,0 +1,250 @@
+"""Collisions and distances: checked, registered and read; collections of objects."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from handler_calls import World
+
+from simx_server.errors import CommandError, UnknownHandle, WrongKind
+from simx_server.scene.loader import SceneError, load_text
+
+ALL = -2
+
+SCENE = """
+<mujoco>
+  <asset>
+    <mesh name="cup" vertex="-1 -1 0  1 -1 0  1 1 0  -1 1 0  -1 -1 1  1 -1 1  1 1 1  -1 1 1"
+          face="0 2 1  0 3 2  0 1 5  0 5 4  1 2 6  1 6 5  2 3 7  2 7 6  3 0 4  3 4 7" inertia="shell"/>
+  </asset>
+  <worldbody>
+    <geom name="floor" type="plane" size="9 9 0.1" pos="0 0 -5"/>
+    <body name="box" pos="0 0 0" mocap="true"><geom type="box" size="0.5 0.5 0.5" contype="0" conaffinity="0"/></body>
+    <body name="ball" pos="2 0 0"><geom type="sphere" size="0.5" contype="0" conaffinity="0" group="3"/></body>
+    <body name="pair" pos="0 3 0">
+      <geom type="sphere" size="0.5" pos="0 -1 0"/><geom type="sphere" size="0.5"/>
+      <body name="rider" pos="0 0.4 0"><geom type="sphere" size="0.1"/></body>
+    </body>
+    <body name="bowl" pos="20 0 0"><geom type="mesh" mesh="cup"/></body>
+    <body name="pea" pos="20 0 0.5"><geom type="sphere" size="0.2"/></body>
+    <site name="mark" pos="0 0 1.5"/>
+    <site name="other" pos="0 3 4.5"/>
+    <camera name="eye"/>
+  </worldbody>
+  <custom>
+    <text name="simx:collection:movers" data="objects=ball,mark tree=pair"/>
+    <text name="simx:collection:below" data="below=pair"/>
+    <text name="simx:collection:chain" data="chain=rider"/>
+    <text name="simx:collection:most" data="all=yes without=box,floor"/>
+    <text name="simx:collection:eyes" data="objects=eye"/>
+    <text name="simx:collision:touch" data="entity1=box entity2=movers"/>
+    <text name="simx:collision:asked" data="entity1=box explicit=yes"/>
+    <text name="simx:distance:gap" data="entity1=box entity2=ball"/>
+    <text name="simx:distance:asked" data="entity1=movers entity2=box explicit=yes"/>
+  </custom>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def world() -> World:
+    return World(SCENE)
+
+
+def place(world: World, name: str, x: float, y: float, z: float) -> None:
+    world.call("simxSetObjectPosition", world.handle(name), -1, [x, y, z])
+
+
+def entity(world: World, name: str) -> int:
+    if world.sim.scene.by_name(name) is not None:
+        return world.handle(name)
+    return world.call("simxGetCollectionHandle", name)
+
+
+def collides(world: World, first: str, second: str | int) -> bool:
+    other = second if isinstance(second, int) else entity(world, second)
+    return world.call("simxCheckCollision", entity(world, first), other)
+
+
+def gap(world: World, first: str, second: str | int) -> float:
+    other = second if isinstance(second, int) else entity(world, second)
+    return world.call("simxCheckDistance", entity(world, first), other)
+
+
+def test_collision_is_found_now_whatever_the_physics_ignores(world: World) -> None:
+    assert collides(world, "box", "ball") is False
+    place(world, "box", 1.1, 0, 0)
+    assert collides(world, "box", "ball") is True
+    assert collides(world, "ball", "box") is True
+
+
+def test_distance_is_that_of_the_nearest_geoms_and_zero_in_contact(world: World) -> None:
+    assert gap(world, "box", "ball") == pytest.approx(1.0)
+    assert gap(world, "box", "pair") == pytest.approx(1.0)
+    assert gap(world, "floor", "box") == pytest.approx(4.5)
+    place(world, "box", 1.5, 0, 0)
+    assert gap(world, "box", "ball") == 0.0
+
+
+def test_all_means_every_other_object(world: World) -> None:
+    assert collides(world, "box", ALL) is False
+    assert collides(world, "rider", ALL) is True
+    assert gap(world, "box", ALL) == pytest.approx(1.0)
+    place(world, "box", 0, 0, -5.3)
+    assert collides(world, "box", ALL) is True
+
+
+def test_dummies_are_measured_as_points_but_do_not_collide(world: World) -> None:
+    assert gap(world, "box", "mark") == pytest.approx(1.0)
+    assert gap(world, "mark", "ball") == pytest.approx(2.0)
+    assert gap(world, "mark", "other") == pytest.approx(math.sqrt(18))
+    with pytest.raises(WrongKind, match="'mark' is a dummy, but this command needs a shape"):
+        collides(world, "box", "mark")
+    with pytest.raises(WrongKind, match="needs a shape or dummy"):
+        gap(world, "box", "eye")
+
+
+def test_hollow_mesh_is_measured_as_the_surface_it_is(world: World) -> None:
+    assert collides(world, "pea", "bowl") is False
+    # MuJoCo moves a mesh's origin to its centre of mass, so the floor of the bowl is asked for.
+    bottom = min(
+        world.sim.data.geom_xmat[g].reshape(3, 3)[2] @ vertex + world.sim.data.geom_xpos[g][2]
+        for g in world.sim.instants.now().geoms_of([world.handle("bowl")])
+        for vertex in world.sim.model.mesh_vert
+    )
+    assert gap(world, "pea", "bowl") == pytest.approx(0.5 - 0.2 - bottom, abs=1e-2)
+    place(world, "pea", 20.9, 0, 0.5)
+    assert collides(world, "pea", "bowl") is True
+    assert gap(world, "pea", "bowl") == 0.0
+
+
+def test_collections_have_handles_and_count_as_entities(world: World) -> None:
+    movers = world.call("simxGetCollectionHandle", "movers")
+    assert movers == 2_000_000
+    assert world.call("simxGetCollectionHandle", "movers#") == movers
+    assert gap(world, "movers", "box") == pytest.approx(1.0)
+    place(world, "box", 0, 3.2, 0)
+    assert collides(world, "movers", "box") is True
+    assert collides(world, "below", "pair") is True
+    # Objects that are in both are not held against themselves.
+    assert collides(world, "below", "below") is False
+
+
+def test_members_follow_the_tree(world: World) -> None:
+    def members(name: str) -> set[str]:
+        handles = world.sim.collections.members(entity(world, name))
+        return {world.sim.scene.get(handle).name for handle in handles}
+
+    assert members("movers") == {"ball", "mark", "pair", "rider"}
+    assert members("below") == {"rider"}
+    assert members("chain") == {"rider", "pair"}
+    assert members("most").isdisjoint({"box", "floor"})
+    world.call("simxSetObjectParent", world.handle("ball"), world.handle("pair"), True)
+    assert members("below") == {"rider", "ball"}
+    world.call("simxRemoveObject", world.handle("rider"))
+    assert members("movers") == {"ball", "mark", "pair"}
+
+
+def test_model_that_is_not_collidable_counts_alone_but_not_among_others(world: World) -> None:
+    place(world, "box", 1.2, 0, 0)
+    world.call("simxSetModelProperty", world.handle("ball"), 0x1 | 0x2)
+    assert collides(world, "box", "ball") is True
+    assert collides(world, "box", ALL) is False
+    assert gap(world, "box", ALL) > 0.5
+
+
+def test_unknown_entities_and_nothing_to_measure_are_errors(world: World) -> None:
+    box = world.handle("box")
+    for command in ("simxCheckCollision", "simxCheckDistance"):
+        with pytest.raises(UnknownHandle):
+            world.call(command, box, 999)
+        with pytest.raises(CommandError, match="no collection with handle 2000099"):
+            world.call(command, box, 2_000_099)
+        with pytest.raises(CommandError, match="only the second may be all"):
+            world.call(command, ALL, box)
+    with pytest.raises(CommandError, match="nothing to measure"):
+        gap(world, "box", "eyes")
+    with pytest.raises(CommandError, match="nothing to measure"):
+        gap(world, "box", "box")
+
+
+def test_switched_off_handling_answers_success(world: World) -> None:
+    place(world, "box", 1.2, 0, 0)
+    for number in (2, 3):
+        assert world.call("simxGetBooleanParameter", number) is True
+        world.call("simxSetBooleanParameter", number, False)
+    assert collides(world, "box", "ball") is False
+    assert world.call("simxCheckCollision", 999, 999) is False
+    assert gap(world, "box", "ball") == 0.0
+    world.call("simxSetBooleanParameter", 2, True)
+    assert collides(world, "box", "ball") is True
+
+
+def test_registered_objects_are_handled_in_each_pass(world: World) -> None:
+    touch = world.call("simxGetCollisionHandle", "touch")
+    distance = world.call("simxGetDistanceHandle", "gap")
+    with pytest.raises(CommandError, match="has not been handled yet"):
+        world.call("simxReadCollision", touch)
+    assert world.call("simxReadDistance", distance) > 1e36
+    world.run()
+    place(world, "box", 1.2, 0, 0)
+    assert world.call("simxReadCollision", touch) is False
+    assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
+    world.sim.advance()
+    assert world.call("simxReadCollision", touch) is True
+    assert world.call("simxReadDistance", distance) == 0.0
+    world.call("simxStopSimulation")
+    assert world.call("simxReadDistance", distance) > 1e36
+
+
+def test_explicit_registered_objects_wait_for_their_script(world: World) -> None:
+    collision = world.call("simxGetCollisionHandle", "asked")
+    distance = world.call("simxGetDistanceHandle", "asked")
+    assert collision != distance
+    world.run(2)
+    with pytest.raises(CommandError, match="has not been handled yet"):
+        world.call("simxReadCollision", collision)
+    assert world.call("simxReadDistance", distance) > 1e36
+    assert world.sim.meters.collisions.handle(collision) is False
+    assert world.sim.meters.distances.handle(distance) == pytest.approx(1.0)
+    place(world, "box", 1.2, 0, 0)
+    world.sim.advance()
+    assert world.call("simxReadCollision", collision) is False
+    assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
+
+
+def test_unknown_registered_names_list_those_there_are(world: World) -> None:
+    with pytest.raises(CommandError, match="those of this scene: touch, asked"):
+        world.call("simxGetCollisionHandle", "tuch")
+    with pytest.raises(CommandError, match="those of this scene: gap, asked"):
+        world.call("simxGetDistanceHandle", "touch")
+    for command in ("simxReadCollision", "simxReadDistance"):
+        with pytest.raises(CommandError, match="with handle 3"):
+            world.call(command, 3)
+
+
+def test_collection_name_falls_back_to_the_integer_signal(world: World) -> None:
+    with pytest.raises(CommandError, match="collections of this scene: movers, below"):
+        world.call("simxGetCollectionHandle", "mine")
+    world.call("simxSetIntegerSignal", "mine", 7)
+    assert world.call("simxGetCollectionHandle", "mine") == 7
+
+
+@pytest.mark.parametrize(
+    ("element", "text"),
+    [
+        (
+            '"simx:collection:c" data="objects=a,nobody"',
+            "collection:c' has objects=nobody, which is no object",
+        ),
+        ('"simx:collision:c" data="entity1=nobody"', "entity1=nobody, which is no object or collection"),
+        ('"simx:distance:c" data="entity2=a"', "distance:c' needs entity1="),
+        ('"simx:collection:c" data="object=a"', "a key of objects, tree, below, chain, all, without"),
+    ],
+)
+def test_wrong_registration_is_told_when_the_scene_is_loaded(element: str, text: str) -> None:
+    with pytest.raises(SceneError, match=text):
+        load_text(
+            f'<mujoco><worldbody><body name="a"/></worldbody><custom><text name={element}/></custom></mujoco>'
+        )
