@@ -16,7 +16,7 @@ from simx_server.scene import properties
 from simx_server.scene.grafting import Element, Graft, graft
 from simx_server.scene.placing import body_pose, element_pose, free_joint
 from simx_server.scene.poses import compose, inverse
-from simx_server.scene.transplant import delete, move_body, move_leaf
+from simx_server.scene.transplant import delete, delete_all, move_body, move_leaf
 from simx_server.scene.welding import start_pose
 
 if TYPE_CHECKING:
@@ -146,25 +146,19 @@ class _Pruned:
         for name, whole in names.items():
             if not whole:
                 self._hollow_out(name)
-        for body in list(self.spec.worldbody.bodies):
-            self._delete_bodies(body, names)
         world = self.spec.worldbody
         of_the_world = {
             (element, leaf.name)
             for element in ("geom", "site", "camera", "light")
             for leaf in getattr(world, f"{element}s")
         }
-        objects = {(item.element, item.element_name) for item in scene.objects.values()}
-        for element, name in (of_the_world | objects) - self.chosen:
-            if element not in ("body", "joint") and getattr(self.spec, element)(name) is not None:
-                delete(self.spec, element, name)
-
-    def _delete_bodies(self, body: Any, names: dict[str, bool]) -> None:
-        if body.name not in names:
-            delete(self.spec, "body", body.name)
-            return
-        for child in list(body.bodies):
-            self._delete_bodies(child, names)
+        objects = {
+            (item.element, item.element_name)
+            for item in scene.objects.values()
+            if item.element not in ("body", "joint")
+        }
+        bodies = [("body", body.name) for body in self.spec.bodies if body.name not in {"world", *names}]
+        delete_all(self.spec, [*bodies, *sorted((of_the_world | objects) - self.chosen)])
 
     def _hollow_out(self, name: str) -> None:
         """Leave a light carrier without shapes: what a copied joint moves when its child is not copied."""

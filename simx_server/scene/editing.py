@@ -24,7 +24,7 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.scene import properties
 from simx_server.scene.annotations import Annotation
-from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.objects import SceneObject
 from simx_server.scene.placing import (
     body_pose,
     element_pose,
@@ -35,7 +35,7 @@ from simx_server.scene.placing import (
 )
 from simx_server.scene.poses import IDENTITY, Pose, compose, inverse, rotate
 from simx_server.scene.recompile import edit
-from simx_server.scene.transplant import delete, move_leaf
+from simx_server.scene.transplant import delete, delete_all, move_leaf
 from simx_server.scene.tree import Addition
 from simx_server.scene.welding import body_name, body_under, is_link, move_body_object, set_static
 
@@ -130,20 +130,13 @@ def remove_tree(sim: Simulation, *handles: int) -> None:
     items = [sim.scene.get(h) for h in removed]
 
     def surgery(spec: mujoco.MjSpec) -> None:
-        names = {spec_body.name for spec_body in spec.bodies}
-        for item in items:
-            if item.element in ("body", "joint") or (
-                item.kind == ObjectKind.FORCE_SENSOR and is_linking_sensor(sim, item)
-            ):
-                name = sim.model.body(item.body).name
-                if name in names and spec.body(name) is not None:
-                    delete(spec, "body", name)
-        for item in items:
-            if (
-                item.element in ("tendon", "geom", *_PREFIX)
-                and getattr(spec, item.element)(item.element_name) is not None
-            ):
-                delete(spec, item.element, item.element_name)
+        moving = [i for i in items if i.element in ("body", "joint") or is_linking_sensor(sim, i)]
+        others = [i for i in items if i.element in ("tendon", "geom", *_PREFIX)]
+        delete_all(
+            spec,
+            [("body", sim.model.body(item.body).name) for item in moving]
+            + [(item.element, item.element_name) for item in others],
+        )
 
     edit(sim, surgery, set(), removed=set(removed))
 

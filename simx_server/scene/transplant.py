@@ -7,6 +7,7 @@ copies from then on, and are deleted afterwards.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import mujoco
@@ -35,6 +36,26 @@ _NOT_COPIED = frozenset(
         *("bodies", "geoms", "joints", "sites", "cameras", "lights"),
     }
 )
+
+_OBJECT_TYPES = {
+    "body": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY),
+    "joint": (mujoco.mjtObj.mjOBJ_JOINT,),
+    "geom": (mujoco.mjtObj.mjOBJ_GEOM,),
+    "site": (mujoco.mjtObj.mjOBJ_SITE,),
+    "camera": (mujoco.mjtObj.mjOBJ_CAMERA,),
+    "light": (mujoco.mjtObj.mjOBJ_LIGHT,),
+    "tendon": (mujoco.mjtObj.mjOBJ_TENDON,),
+    "actuator": (mujoco.mjtObj.mjOBJ_ACTUATOR,),
+}
+"""What sensors call the kinds of elements."""
+
+_TRANSMISSIONS = {
+    "joint": (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT),
+    "tendon": (mujoco.mjtTrn.mjTRN_TENDON,),
+    "site": (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK),
+    "body": (mujoco.mjtTrn.mjTRN_BODY,),
+}
+"""What an actuator of a kind of transmission acts on."""
 
 _LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}
 
@@ -91,18 +112,25 @@ def move_joint(spec: mujoco.MjSpec, name: str, new_body: str) -> None:
 
 def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
     """Delete an element and every actuator, sensor, tendon, equality and so on that cannot exist without it."""
-    if element == "tendon":
-        _delete_references(spec, "tendon", name)
-        spec.delete(spec.tendon(name))
-        return
-    if element == "body":
-        for child in list(spec.body(name).bodies):
-            delete(spec, "body", child.name)
-        for kind, many in _LEAVES.items():
-            for leaf in list(getattr(spec.body(name), many)):
-                delete(spec, kind, leaf.name)
-    _delete_references(spec, element, name)
-    spec.delete(getattr(spec, element)(name))
+    delete_all(spec, [(element, name)])
+
+
+def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None:
+    """As `delete` for many (element, name) at once, which is much faster. What is not there is passed over."""
+    doomed: dict[str, set[str]] = {kind: set() for kind in (*_OBJECT_TYPES, "pair")}
+    wanted = list(elements)
+    for element, name in wanted:
+        found = getattr(spec, element)(name)
+        if found is not None:
+            doomed[element].add(name)
+            if element == "body":
+                _doom_below(found, doomed)
+    for reference in _references(spec, doomed):
+        spec.delete(reference)
+    for element, name in wanted:
+        found = getattr(spec, element)(name)  # None: it went with the body it was in
+        if found is not None:
+            spec.delete(found)
 
 
 def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:
@@ -122,47 +150,41 @@ def find_body(spec: mujoco.MjSpec, name: str) -> Any:
     return spec.worldbody if name == "world" else spec.body(name)
 
 
-def _delete_references(spec: mujoco.MjSpec, element: str, name: str) -> None:
-    object_type = {
-        "body": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY),
-        "joint": (mujoco.mjtObj.mjOBJ_JOINT,),
-        "geom": (mujoco.mjtObj.mjOBJ_GEOM,),
-        "site": (mujoco.mjtObj.mjOBJ_SITE,),
-        "camera": (mujoco.mjtObj.mjOBJ_CAMERA,),
-        "light": (mujoco.mjtObj.mjOBJ_LIGHT,),
-        "tendon": (mujoco.mjtObj.mjOBJ_TENDON,),
-        "actuator": (mujoco.mjtObj.mjOBJ_ACTUATOR,),
-    }[element]
-    transmissions = {
-        "joint": (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT),
-        "tendon": (mujoco.mjtTrn.mjTRN_TENDON,),
-        "site": (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK),
-        "body": (mujoco.mjtTrn.mjTRN_BODY,),
-    }.get(element, ())
-    for sensor in list(spec.sensors):
-        if (sensor.objname == name and sensor.objtype in object_type) or (
-            sensor.refname == name and sensor.reftype in object_type
-        ):
-            spec.delete(sensor)
-    for actuator in list(spec.actuators):
-        if actuator.trntype in transmissions and name in (
-            actuator.target,
-            actuator.refsite,
-            actuator.slidersite,
-        ):
-            delete(spec, "actuator", actuator.name)
-    for equality in list(spec.equalities):
-        if name in (equality.name1, equality.name2) and _equality_kind(equality) == element:
-            spec.delete(equality)
-    if element in ("site", "joint", "geom"):
-        for tendon in [t for t in spec.tendons if _wraps(t, name)]:
-            delete(spec, "tendon", tendon.name)
-    if element == "geom":
-        for pair in [p for p in spec.pairs if name in (p.geomname1, p.geomname2)]:
-            spec.delete(pair)
-    if element == "body":
-        for exclude in [e for e in spec.excludes if name in (e.bodyname1, e.bodyname2)]:
-            spec.delete(exclude)
+def _doom_below(body: Any, doomed: dict[str, set[str]]) -> None:
+    for kind, many in _LEAVES.items():
+        doomed[kind].update(leaf.name for leaf in getattr(body, many))
+    for child in body.bodies:
+        doomed["body"].add(child.name)
+        _doom_below(child, doomed)
+
+
+def _references(spec: mujoco.MjSpec, doomed: dict[str, set[str]]) -> list[Any]:
+    """What refers to doomed elements; tendons and actuators among it are doomed too, and what refers to them."""
+    paths = doomed["site"] | doomed["joint"] | doomed["geom"]
+    tendons = (
+        [t for t in spec.tendons if t.name not in doomed["tendon"] and _wraps(t, paths)] if paths else []
+    )
+    doomed["tendon"].update(tendon.name for tendon in tendons)
+    actuators = [a for a in spec.actuators if a.name not in doomed["actuator"] and _acts_on(a, doomed)]
+    doomed["actuator"].update(actuator.name for actuator in actuators)
+    kind_of = {kind: element for element, kinds in _OBJECT_TYPES.items() for kind in kinds}
+
+    def is_doomed(object_type: Any, name: str) -> bool:
+        return object_type in kind_of and name in doomed[kind_of[object_type]]
+
+    sensors = [s for s in spec.sensors if is_doomed(s.objtype, s.objname) or is_doomed(s.reftype, s.refname)]
+    equalities = [e for e in spec.equalities if not doomed[_equality_kind(e)].isdisjoint((e.name1, e.name2))]
+    pairs = [p for p in spec.pairs if not doomed["geom"].isdisjoint((p.geomname1, p.geomname2))]
+    excludes = [e for e in spec.excludes if not doomed["body"].isdisjoint((e.bodyname1, e.bodyname2))]
+    return [*sensors, *actuators, *equalities, *tendons, *pairs, *excludes]
+
+
+def _acts_on(actuator: Any, doomed: dict[str, set[str]]) -> bool:
+    names = {actuator.target, actuator.refsite, actuator.slidersite}
+    return any(
+        actuator.trntype in kinds and not doomed[element].isdisjoint(names)
+        for element, kinds in _TRANSMISSIONS.items()
+    )
 
 
 def _equality_kind(equality: Any) -> str:
@@ -174,12 +196,11 @@ def _equality_kind(equality: Any) -> str:
     return "site" if equality.objtype == mujoco.mjtObj.mjOBJ_SITE else "body"
 
 
-def _wraps(tendon: Any, name: str) -> bool:
+def _wraps(tendon: Any, names: set[str]) -> bool:
     for wrap in tendon.path:
-        target = getattr(wrap, "target", None)
-        side = getattr(wrap, "sidesite", None)
-        if any(element is not None and element.name == name for element in (target, side)):
-            return True
+        for element in (getattr(wrap, "target", None), getattr(wrap, "sidesite", None)):
+            if element is not None and element.name in names:
+                return True
     return False
 
 
