@@ -1,4 +1,4 @@
-"""Joints outside force mode: held, in motion, hybrid, spherical; what hangs on them in the tree; the commands' codes."""
+"""Joints outside force mode: held, in motion, hybrid, spherical; what hangs on them; which joints a command takes."""
 
 from __future__ import annotations
 
