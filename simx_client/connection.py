@@ -15,7 +15,7 @@ from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
 from .protocol.kinds import to_int32
-from .protocol.messages import CLIENT_TIME_MASK, Batch, Call
+from .protocol.messages import CLIENT_TIME_MASK, Batch, Call, Delivery
 from .shape import Shape
 from .transport import Transport
 
@@ -26,6 +26,12 @@ DEFAULT_TIMEOUT = 5.0
 
 PROTOCOL_HEADER_VERSION = 11
 """What the original library reports as its message version (SIMX_VERSION of the C headers)."""
+
+MESSAGE_ID_MASK = 0x7FFF_FFFF
+
+MAX_UNANSWERED = 200
+"""Batches that may be on the way. A loop that calls faster than the server executes is slowed down to its pace;
+otherwise what it says would act later and later."""
 
 RETRY_PAUSE = 0.1
 """Seconds between two attempts to greet a server that came back."""
@@ -61,6 +67,12 @@ class Connection:
         self.where = where
         self.timeout = timeout
         self.message_id = 0
+        self._executed = 0
+        """The newest batch that the server is known to have executed."""
+
+        self._header: Delivery | None = None
+        """The newest delivery with replies."""
+
         self._open_transport = open_transport
         self._may_reconnect = may_reconnect
         self._may_connect = True
@@ -104,6 +116,8 @@ class Connection:
 
     def _count_connection(self) -> None:
         """There is a connection, the first or a new one: what was called before it came goes out."""
+        self._executed = self.message_id  # no batch has this id: what still comes of an earlier one is older
+        self._count_message()
         self._connections += 1
         self._connection_id = self._connections
         if not self._pauses:
@@ -141,6 +155,7 @@ class Connection:
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
             self._modes.reset()
+            self._header = None
             logger.warning(
                 "the server at %s went away%s",
                 self.where,
@@ -207,18 +222,23 @@ class Connection:
             )
         elif self._connection_id != -1:
             self._flush()
-            self._wait_for_answer(deadline)
+            self._receive_until(lambda: self._modes.is_answered, deadline)
         return self._modes.answer(shape)
 
-    def _wait_for_answer(self, deadline: float) -> None:
-        transport, modes = self._transport, self._modes
+    def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
+        """Take in replies; ends early when the server is lost."""
+        transport = self._transport
         assert transport is not None
-        while not modes.is_answered:
+        while not is_enough():
             payload = transport.receive(deadline - time.monotonic())
             if payload is not None:
                 self._absorb(payload)
-            elif transport.was_lost or time.monotonic() >= deadline:
+            elif transport.was_lost or self._closed or time.monotonic() >= deadline:
                 return
+
+    @property
+    def _unanswered(self) -> int:
+        return (self.message_id - 1 - self._executed) & MESSAGE_ID_MASK
 
     def _drain(self) -> None:
         """Take in everything that has arrived."""
@@ -237,6 +257,12 @@ class Connection:
         except CodecError as error:
             logger.error("the server at %s sent something unreadable: %s", self.where, error)
             return
+        # What comes by another way, a stream's values, may have been overtaken by the answer to a later call.
+        age = (self._executed - delivery.message_id) & MESSAGE_ID_MASK
+        if age == 0 or age > MESSAGE_ID_MASK // 2:
+            self._executed = delivery.message_id
+            if delivery.replies:
+                self._header = delivery
         self._modes.absorb(delivery)
         for reply in delivery.replies:
             if reply.status and reply.values:
@@ -256,7 +282,12 @@ class Connection:
     def _send(self, calls: list[Call]) -> None:
         assert self._transport is not None
         self._transport.send(encode(Batch(self.message_id, client_time(), calls)))
-        self.message_id = (self.message_id + 1) & 0x7FFF_FFFF
+        self._count_message()
+        if self._unanswered > MAX_UNANSWERED:
+            self._receive_until(lambda: self._unanswered <= MAX_UNANSWERED, time.monotonic() + self.timeout)
+
+    def _count_message(self) -> None:
+        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
 
     # --- what the local functions need -----------------------------------------------------------
 
@@ -279,7 +310,7 @@ class Connection:
         with self._lock:
             if self._check_link():
                 self._drain()
-            header = self._modes.header
+            header = self._header
             if header is None:
                 return None
             return {

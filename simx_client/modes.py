@@ -47,9 +47,6 @@ class Modes:
 
     def __init__(self) -> None:
         self.inbox: dict[Key, Reply] = {}
-        self.header: Delivery | None = None
-        """The newest delivery that held replies, for its header."""
-
         self.last_command_time_ms = 0
         self._next_call_id = 1
         self._streams: dict[Key, Stream] = {}
@@ -178,12 +175,10 @@ class Modes:
 
     def absorb(self, delivery: Delivery) -> None:
         """Store what came back. Replies nobody asked for any more are dropped."""
-        if delivery.replies:
-            self.header = delivery
         for reply in delivery.replies:
             if reply.call_id == self._awaited:
                 self._answer = reply
-                del self._asked[reply.call_id]
+                self._asked.pop(reply.call_id, None)
                 continue
             cancelled = self._cancels.pop(reply.call_id, None)
             if cancelled is not None:
@@ -242,7 +237,7 @@ class Modes:
         self._cancels.clear()
         self._ended.clear()
         self._outbox.clear()
-        self._answer = None
+        self._awaited = self._answer = None
 
 
 def _together(unread: Any, new: Any) -> Any:

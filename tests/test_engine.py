@@ -6,6 +6,7 @@ import pytest
 from plain_world import World
 
 import simx_client as v
+from simx_client.connection import MAX_UNANSWERED
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.clock import Pacer
@@ -286,6 +287,44 @@ def test_a_lost_server_is_noticed_and_a_reconnection_counts_up(world, caplog):
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking)[0] == 0
     assert "went away" in caplog.text
     assert "again" in caplog.text
+
+
+def test_a_lost_server_has_no_state_to_tell(world):
+    cid = world.client()
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[0] == 1
+    world.transports[cid].lose()
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state) == (-1, 0)
+
+
+def test_what_was_on_its_way_when_the_server_was_lost_is_not_taken_for_news_of_the_next(world):
+    cid = world.client()
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_oneshot)
+    world.settle()
+    transport = world.transports[cid]
+    of_before = transport._deliveries.get_nowait()
+    transport.lose()
+    assert v.simxGetConnectionId(cid) == -1
+    transport._connected = True
+    assert v.simxGetConnectionId(cid) == 2
+    transport.deliver(of_before)
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state) == (-1, 0)
+
+
+def test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog(world, monkeypatch):
+    cid = world.client()
+    transport = world.transports[cid]
+    receive = transport.receive
+    # The server answers only while the client waits.
+    monkeypatch.setattr(transport, "receive", lambda timeout: receive(timeout) if timeout > 0 else None)
+    backlog = 0
+    for value in range(1000):
+        v.simxSetJointPosition(cid, 3, float(value), v.simx_opmode_oneshot)
+        backlog = max(backlog, world.engine._events.qsize())
+    assert backlog <= MAX_UNANSWERED + 1
+    assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking) == (0, 999.0)
 
 
 def test_without_reconnection_calls_answer_at_once_that_there_is_no_value(world):

@@ -426,3 +426,14 @@ def test_message_headers_tell_the_server_state(world, cid):
     assert v.simxGetInMessageInfo(cid, 0) == (-1, 0)
     assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_version) == (1, 11)
     assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_message_id)[0] == 1
+
+
+def test_values_of_a_stream_from_before_do_not_put_the_message_header_back(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    world.engine.turn(max_wait=1.0)  # the idle pass
+    of_before = world.transports[cid]._stream[-1]
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.transports[cid]._turns = False  # nothing newer comes
+    world.transports[cid].publish(of_before)
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 1
