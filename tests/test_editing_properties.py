@@ -10,7 +10,7 @@ from scenes_for_tests import ARM
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene import frames
+from simx_server.scene import editing, frames
 
 DROP = """
 <mujoco>
@@ -147,6 +147,22 @@ def test_inactive_scripts_are_not_called(world: World) -> None:
     assert world.call("simxGetFloatSignal", "seen") == pytest.approx(0.1)
 
 
+def test_script_of_a_copy_runs_at_once_for_the_copy(world: World) -> None:
+    (world.sim.workspace / "box.lua").write_text(
+        "function sysCall_init() me = sim.getObjectName(sim.handle_self) end\n"
+        "function name() return {}, {}, {me}, '' end"
+    )
+    world.run(1)
+    world.call("simxCopyPasteObjects", [world.handle("box")])
+    for name in ("box", "box#0"):
+        assert world.call("simxCallScriptFunction", name, 1, "name", [], [], [], b"")[2] == [name]
+    world.call("simxRemoveObject", world.handle("box#0"))
+    world.sim.advance()
+    world.sim.stop()
+    world.run(1)
+    assert world.call("simxCallScriptFunction", "box", 1, "name", [], [], [], b"")[2] == ["box"]
+
+
 def test_object_put_under_a_restricted_model_is_restricted_too(world: World) -> None:
     sim = world.sim
     dummy = world.call("simxCreateDummy", 0.1, None)
@@ -163,15 +179,23 @@ COLOR = [255, 0, 0, 0, 0, 0, 64, 64, 64, 0, 0, 32]
 def test_dummy_keeps_its_size_and_colour_and_goes_with_the_stop(world: World) -> None:
     sim = world.sim
     stays = world.call("simxCreateDummy", 0.2, COLOR)
-    item = sim.scene.get(stays)
-    assert sim.model.site_size[item.id][0] * 2 == pytest.approx(0.2)
-    assert sim.model.site_rgba[item.id] == pytest.approx([1, 0, 0, 1])
-    assert item.annotations["dummy"]["color"] == " ".join(map(str, COLOR))
+    assert world.call("simxGetObjectFloatParam", stays, 10002) == pytest.approx(0.2)
+    world.call("simxSetObjectFloatParam", stays, 10002, 0.3)
+    (copy,) = world.call("simxCopyPasteObjects", [stays])
+    assert world.call("simxGetObjectFloatParam", copy, 10002) == pytest.approx(0.3)
+    for dummy in (stays, copy):
+        shown = [editing.dummy_color(sim, dummy, component) for component in (0, 2, 3)]
+        assert [round(part * 255) for color in shown for part in color] == [*COLOR[:3], *COLOR[6:]]
+    assert sim.model.site_rgba[sim.scene.get(stays).id] == pytest.approx([1, 0, 0, 1])
+    ray = world.call("simxCreateDummy", 0.1, None)
+    assert editing.dummy_color(sim, ray, 0) == [1, 1, 1]
+    world.call("simxRemoveObject", ray)
     assert frames.get_position(sim, stays, -1) == [0, 0, 0]
     world.run(1)
     goes = world.call("simxCreateDummy", 0.1, None)
     assert goes > stays
     assert sim.scene.get(goes).name == "Dummy0"
+    assert frames.get_position(sim, goes, -1) == [0, 0, 0]
     sim.stop()
     assert stays in sim.scene.objects
     assert goes not in sim.scene.objects

@@ -47,7 +47,7 @@ def _entry(name: str, get: Getter | None, put: Setter | None = None) -> tuple[in
     return number, Entry(name, "intparam" in name, get, put)
 
 
-_LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039}
+_LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039, "dummyfloatparam_size": 10002}
 """Numbers of later versions, which scripts give as numbers."""
 
 
@@ -240,7 +240,12 @@ def _link_type(sim: Simulation, handle: int) -> float:
     raise CommandError(f"'{item.name}' is linked to no other dummy")
 
 
-_DUMMY: dict[int, Entry] = dict([_entry("dummyintparam_link_type", _link_type)])
+_DUMMY: dict[int, Entry] = dict(
+    [
+        _entry("dummyintparam_link_type", _link_type),
+        _entry("dummyfloatparam_size", editing.dummy_size, editing.set_dummy_size),
+    ]
+)
 
 _BY_KIND: Mapping[ObjectKind, dict[int, Entry]] = MappingProxyType(
     {

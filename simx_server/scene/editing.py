@@ -24,7 +24,7 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.scene import properties
 from simx_server.scene.annotations import Annotation
-from simx_server.scene.objects import SceneObject
+from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.placing import (
     body_pose,
     element_pose,
@@ -54,6 +54,9 @@ __all__ = [
 
 DUMMY_COLOR = (255, 255, 255, 0, 0, 0, 64, 64, 64, 0, 0, 0)
 """Of a dummy that is created without a colour: white, with a faint highlight."""
+
+_COLOR_STARTS = (0, 0, 6, 9)
+"""Where the RGB of a component begins in a colour's 12 numbers."""
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
@@ -87,7 +90,7 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
     sim.changed()
     if not keep_in_place:
         sim.refresh()
-        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local))
+        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
 
 
 def remove_object(sim: Simulation, handle: int) -> None:
@@ -170,6 +173,41 @@ def create_dummy(sim: Simulation, size: float, color: Sequence[int] | None = Non
     if found is None:
         raise CommandError(f"the dummy '{name}' was not added")
     return found
+
+
+def dummy_size(sim: Simulation, handle: int) -> float:
+    """Diameter of a dummy's mark, m. Raises UnknownHandle, WrongKind."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    return 2 * float(sim.model.site_size[_mark(item)][0])
+
+
+def set_dummy_size(sim: Simulation, handle: int, size: float) -> None:
+    """Raises UnknownHandle, WrongKind, CommandError for no size."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    if not 0 < size < 1e3:
+        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
+    sim.model.site_size[_mark(item)] = size / 2
+    sim.model_edited()
+    sim.changed()
+
+
+def dummy_color(sim: Simulation, handle: int, component: int) -> list[float]:
+    """RGB 0..1 of a dummy: 0 and 1 ambient and diffuse, 2 specular, 3 emission. Raises UnknownHandle, WrongKind."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    if not 0 <= component <= 3:
+        raise CommandError(f"a colour's component is 0, 1, 2 or 3, not {component}")
+    note = item.annotations.get("dummy", {}).get("color")
+    if note is not None:
+        start = _COLOR_STARTS[component]
+        return [int(number) / 255 for number in str(note).split()[start : start + 3]]
+    return sim.model.site_rgba[_mark(item)][:3].tolist() if component < 2 else [0.0, 0.0, 0.0]
+
+
+def _mark(item: SceneObject) -> int:
+    """The site that shows a dummy."""
+    if item.element != "site":
+        raise CommandError(f"'{item.name}' is a body without shapes, which has no mark with size and colour")
+    return item.id
 
 
 def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:

@@ -17,6 +17,7 @@ from simx_client.protocol import constants
 
 from ..errors import CommandError, UnknownName
 from ..handlers import collisions, joints, objects, poses, sensors
+from ..scene import editing
 from .signature import Signature
 
 if TYPE_CHECKING:
@@ -80,6 +81,10 @@ class SimApi:
 
     def getObjectName(self, handle: int) -> str:
         return self._sim.scene.get(self._self(handle)).name
+
+    def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
+        """RGB 0..1 of a dummy; component 0 ambient and diffuse, 2 specular, 3 emission."""
+        return editing.dummy_color(self._sim, self._self(handle), component)
 
     def getObjectParent(self, handle: int) -> int:
         return self._sim.scene.get(self._self(handle)).parent
