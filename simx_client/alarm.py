@@ -21,13 +21,14 @@ class Alarm:
     """
 
     def __init__(self, ring: Callable[[], None]) -> None:
-        """Make an alarm; its thread starts with the first deadline."""
+        """Make an alarm and start its thread: the first wait may be at exit, where no thread can start any more."""
         self._ring = ring
         self._deadline = math.inf
         self._sleeps_until = math.inf
         self._changed = threading.Condition()
-        self._thread: threading.Thread | None = None
         self._is_closed = False
+        self._thread = threading.Thread(target=self._run, name="simx-alarm", daemon=True)
+        self._thread.start()
 
     def set(self, deadline: float) -> None:
         """Ring at this time of the monotonic clock, unless set anew or cleared before."""
@@ -35,9 +36,6 @@ class Alarm:
         # The thread writes _sleeps_until before it reads _deadline, so one of the two sees the other.
         if deadline < self._sleeps_until:
             with self._changed:
-                if self._thread is None and not self._is_closed:
-                    self._thread = threading.Thread(target=self._run, name="simx-alarm", daemon=True)
-                    self._thread.start()
                 self._changed.notify()
 
     def clear(self) -> None:

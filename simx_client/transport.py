@@ -99,7 +99,6 @@ class ZenohTransport:
         self._address, self._port = address, port
         self._asked_port = port if asked_port is None else asked_port
         self.client = uuid.uuid4().hex
-        self._alarm = Alarm(self._wake)
         self._pictures: dict[str, Any] = {}
         self._picture_arrivals: deque[str] = deque()
         self._alive = False
@@ -119,6 +118,7 @@ class ZenohTransport:
             self._session = zenoh.open(link.configure(zenoh.Config(), options))
         except zenoh.ZError:
             raise ConnectionFailed(_diagnose(address, port)) from None
+        self._alarm = Alarm(self._wake)
 
     @property
     def is_connected(self) -> bool:

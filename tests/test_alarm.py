@@ -26,6 +26,11 @@ def test_it_rings_once_after_the_deadline(bell):
     assert not rings.acquire(timeout=0.1)
 
 
+def test_its_thread_runs_before_it_is_needed_as_at_exit_none_can_be_started(bell):
+    alarm, _ = bell
+    assert alarm._thread.is_alive()
+
+
 def test_an_earlier_deadline_overtakes_the_one_it_sleeps_for(bell):
     alarm, rings = bell
     alarm.set(time.monotonic() + 60)
