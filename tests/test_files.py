@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from scenes_for_tests import ARM
 import simx_client as v
 from simx_client import files
 from simx_client.protocol.commands import BY_NAME
-from simx_server import workspace
+from simx_server import references, workspace
 from simx_server.errors import CommandError
 
 LOCAL_ERROR = v.simx_return_local_error_flag
@@ -316,6 +317,49 @@ def test_lent_file_under_a_hostile_name_is_refused(client, there):
 def test_server_side_paths_outside_are_refused(client, here, path):
     assert v.simxLoadScene(client, path, 0, BLOCKING) == REMOTE_ERROR
     assert error_of(client)
+
+
+OUTSIDE = {
+    "absolute": "<mujoco><asset><hfield name='h' file='{outside}/h.bin' size='1 1 1 1'/></asset></mujoco>",
+    "above": "<mujoco><asset><mesh name='m' file='../elsewhere/m.obj'/></asset></mujoco>",
+    "directory": "<mujoco><compiler meshdir='{outside}'/><asset><mesh name='m' file='m.obj'/></asset></mujoco>",
+    "include": "<mujoco><include file='inner.xml'/></mujoco>",
+    "malformed": "<mujoco><asset><mesh name='m' file='{outside}/m.obj'/></asset><bad></mujoco>",
+}
+
+
+@pytest.mark.parametrize("kind", OUTSIDE)
+def test_file_that_names_files_outside_the_workspace_is_refused(client, world, here, there, tmp_path, kind):
+    outside = tmp_path / "elsewhere"
+    outside.mkdir()
+    (outside / "m.obj").write_text("v 0 0 0\n")
+    (here / "spy.xml").write_text(OUTSIDE[kind].format(outside=outside))
+    (there / "inner.xml").write_text(OUTSIDE["above"])
+    scene = world.simulation.scene
+    assert v.simxLoadScene(client, str(here / "spy.xml"), 1, BLOCKING) == REMOTE_ERROR
+    assert v.simxLoadModel(client, str(here / "spy.xml"), 1, BLOCKING) == (REMOTE_ERROR, 0)
+    (there / "spy.xml").write_text((here / "spy.xml").read_text())
+    assert v.simxLoadScene(client, "spy.xml", 0, BLOCKING) == REMOTE_ERROR
+    assert ("well-formed" if kind == "malformed" else "outside the folders") in error_of(client)
+    assert world.simulation.scene is scene
+
+
+def test_zip_of_a_model_is_looked_into(client, here, monkeypatch):
+    for name, text in (("good", CUBE), ("bad", OUTSIDE["above"])):
+        with zipfile.ZipFile(here / f"{name}.zip", "w") as archive:
+            archive.writestr(f"{name}.xml", text)
+    assert v.simxLoadModel(client, str(here / "bad.zip"), 1, BLOCKING) == (REMOTE_ERROR, 0)
+    assert "outside the folders" in error_of(client)
+    code, base = v.simxLoadModel(client, str(here / "good.zip"), 1, BLOCKING)
+    assert code == 0
+    assert handle_of(client, "cube#0") == base
+    (here / "no.zip").write_text("no archive")
+    assert v.simxLoadModel(client, str(here / "no.zip"), 1, BLOCKING) == (REMOTE_ERROR, 0)
+    monkeypatch.setattr(references, "_MOST_UNPACKED", 1000)
+    with zipfile.ZipFile(here / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bomb.xml", CUBE + " " * 1000)
+    assert v.simxLoadModel(client, str(here / "bomb.zip"), 1, BLOCKING) == (REMOTE_ERROR, 0)
+    assert "unpacks to" in error_of(client)
 
 
 # --- over the network -----------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from simx_client.protocol.files import twins
 from .. import workspace
 from ..errors import CommandError
 from ..library import find_scene, shipped_scenes
+from ..references import check_references
 from ..scene.annotations import SceneError
 from ..scene.models import load_model as add_model
 from .registry import handler
@@ -56,6 +57,8 @@ def lend_file(_sim: Simulation, client: ClientSession, path: str, name: str, dat
 def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> None:
     """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
 
+    What the file names must lie in these folders too.
+
     Differs: scenes are MJCF or URDF; for a `.ttt` file the same name with such an ending is taken.
 
     Raises:
@@ -66,6 +69,7 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
+        check_references(found, _open_folders(sim))
         sim.load(found)
         if sim.scene.path is not None and name != found.name:
             sim.scene.path = sim.scene.path.with_name(name)
@@ -82,6 +86,7 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
         found,
         name,
     ):
+        check_references(found, _open_folders(sim))
         handle = add_model(sim, found, PurePosixPath(name).stem)
     sim.selection = [handle]
     return handle
@@ -126,12 +131,17 @@ def file_to_load(
 def _find(sim: Simulation, text: str, *, meshes: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
     found = find_scene(text, sim.workspace, meshes=meshes).resolve()
-    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
-    if sim.scene.path is not None:
-        folders.append(sim.scene.path.resolve().parent)
-    if not any(found.is_relative_to(folder) for folder in folders):
+    if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
         raise CommandError(
             f"{text!r} lies outside the server's workspace {sim.workspace}; "
             "move it there, or start the server with --workspace"
         )
     return found
+
+
+def _open_folders(sim: Simulation) -> list[Path]:
+    """The folders that clients may load from: the workspace, the shipped scenes, that of the present scene."""
+    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
+    if sim.scene.path is not None:
+        folders.append(sim.scene.path.resolve().parent)
+    return folders

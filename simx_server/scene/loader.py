@@ -12,8 +12,8 @@ Preparation adds, it does not remove:
 from __future__ import annotations
 
 import logging
-import warnings
 import math
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -42,9 +42,10 @@ def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
 def read_spec(file: Path) -> mujoco.MjSpec:
     """An MJCF or URDF file, or either in a zip, as it stands. Raises SceneError."""
     try:
-        return (
-            mujoco.MjSpec.from_zip(str(file)) if file.suffix == ".zip" else mujoco.MjSpec.from_file(str(file))
-        )
+        if file.suffix != ".zip":
+            return mujoco.MjSpec.from_file(str(file))
+        with file.open("rb") as archive:
+            return mujoco.MjSpec.from_zip(archive)
     except (ValueError, OSError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
 

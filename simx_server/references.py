@@ -1,0 +1,106 @@
+"""What a scene or model file names, checked before MuJoCo opens it: a client may have written that file.
+
+Everything in an attribute that begins with `file` (meshes, textures, includes, sub-models, URDF meshes) must lie in the
+folders that clients may touch, wherever the file's own folder settings (`meshdir` and the like) lead.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
+
+from .errors import CommandError
+
+_PACKAGE = "package://"
+"""Begins file names in URDF; MuJoCo goes on with the rest."""
+
+_MOST_UNPACKED = 4 * MAX_FILE
+"""Bytes."""
+
+_DEEPEST = 16
+"""Includes within includes."""
+
+
+def check_references(file: Path, folders: Collection[Path]) -> None:
+    """Raises CommandError for a file that names others outside the folders (resolved), or is no well-formed XML."""
+    if file.suffix.lower() in MESH_SUFFIXES:
+        return
+    seen: set[Path] = set()
+    if file.suffix.lower() == ".zip":
+        _check_size(file)
+        for name, content in _members(file):
+            _check(content, name, file.parent, folders, seen, 0)
+    else:
+        _check(_read(file), file.name, file.parent, folders, seen, 0)
+
+
+def _check(
+    content: bytes, name: str, folder: Path, folders: Collection[Path], seen: set[Path], depth: int
+) -> None:
+    try:
+        root = ElementTree.parse(io.BytesIO(content)).getroot()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise CommandError(f"cannot read '{name}': no well-formed XML: {error}") from None
+    elements = list(root.iter())
+    bases = [folder]
+    for element in elements:
+        bases += [folder / value for key, value in element.attrib.items() if key.endswith("dir")]
+    for element in elements:
+        for key, value in element.attrib.items():
+            if not key.startswith("file"):
+                continue
+            named = value.removeprefix(_PACKAGE)
+            for base in bases:
+                path = _within(base / named, folders, f"'{name}' names '{value}'")
+                if path.suffix.lower() in (".xml", ".mjcf", ".urdf") and path not in seen and path.is_file():
+                    seen.add(path)
+                    if depth == _DEEPEST:
+                        raise CommandError(f"'{name}' is included more than {_DEEPEST} files deep")
+                    _check(_read(path), path.name, folder, folders, seen, depth + 1)
+
+
+def _within(path: Path, folders: Collection[Path], what: str) -> Path:
+    try:
+        resolved = path.resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise CommandError(f"{what}, which is no file name: {error}") from None
+    if not any(resolved.is_relative_to(folder) for folder in folders):
+        raise CommandError(
+            f"{what}, which lies outside the folders that clients may open; bring it into the server's workspace"
+        )
+    return resolved
+
+
+def _read(file: Path) -> bytes:
+    try:
+        if file.stat().st_size > MAX_FILE:
+            raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
+        return file.read_bytes()
+    except OSError as error:
+        raise CommandError(f"cannot read '{file.name}': {error.strerror}") from None
+
+
+def _check_size(file: Path) -> None:
+    """Refuse an archive that unpacks to more than `_MOST_UNPACKED` bytes."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            size = sum(info.file_size for info in archive.infolist())
+    except (zipfile.BadZipFile, OSError) as error:
+        raise CommandError(f"cannot read '{file.name}': {error}") from None
+    if size > _MOST_UNPACKED:
+        raise CommandError(f"'{file.name}' unpacks to {size} bytes; at most {_MOST_UNPACKED} are read")
+
+
+def _members(file: Path) -> Iterator[tuple[str, bytes]]:
+    try:
+        with zipfile.ZipFile(file) as archive:
+            for info in archive.infolist():
+                if info.filename.lower().endswith((".xml", ".urdf", ".mjcf")):
+                    yield info.filename, archive.read(info)
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError) as error:
+        raise CommandError(f"cannot read '{file.name}': {error}") from None
