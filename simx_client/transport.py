@@ -11,7 +11,6 @@ import socket
 import sys
 import time
 import uuid
-from collections import deque
 from typing import Any, Protocol
 
 from .alarm import Alarm
@@ -38,7 +37,7 @@ class Transport(Protocol):
 
     @property
     def is_connected(self) -> bool:
-        """Whether the server was greeted and lives."""
+        """Whether a server is there to be greeted."""
         ...
 
     @property
@@ -100,7 +99,8 @@ class ZenohTransport:
         self._asked_port = port if asked_port is None else asked_port
         self.client = uuid.uuid4().hex
         self._pictures: dict[str, Any] = {}
-        self._picture_arrivals: deque[str] = deque()
+        """The newest of each stream, by key."""
+
         self._alive = False
         self._lost = False
         self._realm: str | None = None
@@ -137,9 +137,7 @@ class ZenohTransport:
             self._declare(self._ask(keys.ANY_HELLO, None, deadline).realm)
         assert self._realm is not None
         # The question above only found the realm. By now the server can reach this client: say hello.
-        welcome = self._ask(keys.hello(self._realm), greeting, deadline)
-        self._alive = True
-        return welcome
+        return self._ask(keys.hello(self._realm), greeting, deadline)
 
     def _ask(self, key: str, greeting: bytes | None, deadline: float) -> Welcome:
         """Ask until a server answers: right after a connection its key may not be known here yet."""
@@ -202,10 +200,7 @@ class ZenohTransport:
         self._bell.put(b"")
 
     def _on_picture(self, sample: Any) -> None:
-        key = str(sample.key_expr)
-        if self._pictures.get(key) is None:
-            self._picture_arrivals.append(key)
-        self._pictures[key] = sample
+        self._pictures[str(sample.key_expr)] = sample
 
     def _on_server(self, sample: Any) -> None:
         if sample.kind == self._zenoh.SampleKind.DELETE:
@@ -240,13 +235,9 @@ class ZenohTransport:
         return None if sample is None else sample.payload.to_bytes()
 
     def pictures(self) -> list[bytes]:
-        if not self._picture_arrivals:
-            return []
         payloads: list[bytes] = []
-        while self._picture_arrivals:
-            sample = self._pictures.pop(self._picture_arrivals.popleft(), None)
-            if sample is not None:
-                payloads.append(sample.payload.to_bytes())
+        while self._pictures:  # popitem is atomic: what arrives meanwhile is taken too, or stays
+            payloads.append(self._pictures.popitem()[1].payload.to_bytes())
         return payloads
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import signal
 import threading
+from types import SimpleNamespace
 
 import pytest
 from plain_world import World
@@ -12,6 +13,7 @@ import simx_client as v
 from simx_client import local
 from simx_client.connection import CLIENTS
 from simx_client.errors import ConnectionFailed
+from simx_client.transport import ZenohTransport
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -75,6 +77,45 @@ def test_clients_that_freeze_while_much_is_sent_to_them_do_not_cut_off_the_other
         assert codes == {0}
         assert v.simxGetPingTime(watcher)[0] == 0
         assert v.simxGetConnectionId(watcher) == 1
+
+
+@pytest.fixture
+def transport():
+    with plain_server() as (_, port):
+        transport = ZenohTransport("127.0.0.1", port, connect_timeout=5.0, retry=False)
+        yield transport
+        transport.close()
+
+
+def test_a_picture_that_comes_while_the_one_before_is_taken_is_the_newest(transport):
+    class TakenWhenLookedAt(dict):
+        def get(self, *arguments):
+            found = super().get(*arguments)
+            transport.pictures()  # the reader's thread, at the worst moment
+            return found
+
+    def picture(payload):
+        content = SimpleNamespace(to_bytes=lambda: payload)
+        return SimpleNamespace(key_expr="simx/realm/picture/client/1", payload=content)
+
+    transport._pictures = TakenWhenLookedAt()
+    for payload in (b"first", b"second"):
+        transport._on_picture(picture(payload))
+    assert transport.pictures() == [b"second"]
+
+
+def test_a_server_that_dies_right_after_its_welcome_is_not_taken_for_alive(transport, monkeypatch):
+    def ask_and_lose(*arguments):
+        welcome = ask(*arguments)
+        transport._on_server(SimpleNamespace(kind=transport._zenoh.SampleKind.DELETE))
+        return welcome
+
+    transport.greet(5.0)
+    ask = transport._ask
+    monkeypatch.setattr(transport, "_ask", ask_and_lose)
+    transport.greet(5.0)
+    assert transport.was_lost
+    assert not transport.is_connected
 
 
 def _fork(*lines):
