@@ -84,11 +84,17 @@ def py2_join(words: Any, separator: str = " ") -> str:
 
 def py2_code(code: Any) -> Any:
     """What ``exec`` was given, text of Python 2 converted; a code object stays what it is."""
-    if not isinstance(code, str):
-        return code
-    from .launch.python2.convert import to_python3  # only scripts that execute text pay for it
+    return _code_of(code) if isinstance(code, str) else code
 
-    return to_python3(code, "<string>").code
+
+@functools.lru_cache(256)  # such texts are often executed in a loop
+def _code_of(text: str) -> CodeType | str:
+    from .launch.python2.convert import CannotConvert, to_python3  # only scripts that execute text pay for it
+
+    try:
+        return to_python3(text, "<string>").code
+    except CannotConvert:
+        return text  # exec says what is wrong with it
 
 
 def py2_file(path: str) -> CodeType:

@@ -51,6 +51,7 @@ PRINTED = {
     "print 0777, 0xFFL, 5 <> 6, not (1 <> 1)": "511 255 True True",
     "exec 'x = 7 / 2'\nprint x": "3",
     "space = {}\nexec 'print 9 / 2; y = 1' in space\nprint space['y']": "4\n1",
+    "try:\n    exec 'x = = 1'\nexcept SyntaxError:\n    print 'no code'": "no code",
     "def f(a, (b, c)): return a, b, c\nprint f(1, (2, 3)), (lambda (a, b): a / b)((7, 2))": "(1, 2, 3) 3",
     "if True:\n        a = 1\n\tb = '''\n\tkept'''\n        print a, len(b)": "1 6",
     "import Tkinter, Queue, ConfigParser, cPickle, StringIO\nprint Tkinter.__name__, Queue.__name__": (

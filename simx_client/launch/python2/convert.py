@@ -22,6 +22,7 @@ from . import meaning
 
 _INDENTATION = re.compile(r"[ \t\f]*\t[ \t\f]*")
 _TAKES_APART = re.compile(r"\s*\(.*\) = xxx_todo_changeme\d*$")
+_LONG_OCTAL = re.compile(r"\b0[0-7]+[lL]\b")
 _CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 _LEFT_OUT = (
     # only for looks, or for questions of taste
@@ -130,8 +131,9 @@ def _without_tabs(source: str) -> str:
 def _respell(source: str, path: str, in_package: bool) -> str:
     fissix = _fissix()
     text = str(fissix.speller(in_package).refactor_string(source, path))
-    # 0777L is both an octal and a long number, and is taken for one of them at a time
-    return str(fissix.number_speller().refactor_string(text, path))
+    if _LONG_OCTAL.search(source):  # is both an octal and a long number, and taken for one of them at a time
+        text = str(fissix.number_speller().refactor_string(text, path))
+    return text
 
 
 class _Fissix:
