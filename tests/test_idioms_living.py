@@ -215,3 +215,15 @@ def test_a_worker_reads_while_the_main_thread_steps() -> None:
         worker.join(10)
         assert seen == sorted(seen)
         assert vrep.simxGetJointPosition(clientID, shoulder, vrep.simx_opmode_blocking)[1] > 1.5
+
+
+def test_polling_for_a_signal_that_comes_later_does_not_fill_the_log(
+    world: IdiomWorld, caplog: pytest.LogCaptureFixture
+) -> None:
+    clientID = connect()
+    with caplog.at_level("INFO"):
+        for _ in range(20):
+            assert vrep.simxGetIntegerSignal(clientID, "ready", vrep.simx_opmode_blocking) == (8, 0)
+    assert sum("no integer signal 'ready'" in record.message for record in caplog.records) == 2
+    vrep.simxSetIntegerSignal(clientID, "ready", 1, vrep.simx_opmode_oneshot)
+    assert vrep.simxGetIntegerSignal(clientID, "ready", vrep.simx_opmode_blocking) == (0, 1)
