@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import mujoco
+import numpy as np
 import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.loader import SceneError, load_text
+from simx_server.sensors.triangle_pairs import least_distance
+from simx_server.sensors.triangles import GeomTriangles
 
 ALL = -2
 
@@ -248,3 +252,46 @@ def test_wrong_registration_is_told_when_the_scene_is_loaded(element: str, text:
         load_text(
             f'<mujoco><worldbody><body name="a"/></worldbody><custom><text name={element}/></custom></mujoco>'
         )
+
+
+def test_triangles_are_as_far_apart_as_mujoco_says_of_the_same_boxes() -> None:
+    random = np.random.default_rng(3)
+    meetings = 0
+    for _ in range(60):
+        sizes = random.uniform(0.05, 0.4, (2, 3))
+        places, turns = random.normal(size=(2, 3)) * 0.5, random.normal(size=(2, 4))
+        geoms = "".join(
+            f'<geom type="box" size="{_words(s)}" pos="{_words(p)}" quat="{_words(q)}"/>'
+            for s, p, q in zip(sizes, places, turns, strict=True)
+        )
+        model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{geoms}</worldbody></mujoco>")
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        triangles = GeomTriangles(model)
+        first, second = (
+            triangles.of(g)[0] @ data.geom_xmat[g].reshape(3, 3).T + data.geom_xpos[g] for g in (0, 1)
+        )
+        expected = max(0.0, mujoco.mj_geomDistance(model, data, 0, 1, 100.0, None))
+        meetings += expected == 0.0
+        assert least_distance(first, second, 100.0) == pytest.approx(expected, abs=1e-9)
+        assert least_distance(first, second, 0.01) == pytest.approx(min(expected, 0.01), abs=1e-9)
+    assert 0 < meetings < 60
+
+
+def test_large_meshes_are_measured_by_their_neighbourhoods() -> None:
+    """Two fields of many triangles, one above the other, nearest where one has a spike."""
+    x, y = np.meshgrid(np.linspace(-1, 1, 41), np.linspace(-1, 1, 41))
+    flat, spiked = np.zeros_like(x), np.ones_like(x)
+    spiked[30, 7] = 0.25
+
+    def surface(z: np.ndarray) -> np.ndarray:
+        p = np.stack([x, y, z], axis=2)
+        a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
+        return np.concatenate([np.stack(t, 2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
+
+    shuffled = np.random.default_rng(0).permutation(surface(flat))
+    assert least_distance(surface(spiked), shuffled, 9.0) == pytest.approx(0.25)
+
+
+def _words(values: np.ndarray) -> str:
+    return " ".join(map(str, values))

@@ -19,7 +19,10 @@ _BROKEN = 2
 
 @handler("simxReadProximitySensor")
 def read_proximity_sensor(sim: Simulation, sensor: int) -> tuple[bool, list[float], int, list[float]]:
-    """State, point, object, normal; point and normal in the sensor's frame, zeros when nothing is detected."""
+    """State, point, object, normal; point and normal in the sensor's frame, zeros when nothing is detected.
+
+    Differs: a sensor does not detect the shape that carries it, which V-REP's models declare undetectable instead.
+    """
     detection = sim.proximity.read(sensor)
     if detection is None:
         return False, [0.0] * 3, NOTHING, [0.0] * 3

@@ -190,7 +190,7 @@ class _View:
         held = np.flatnonzero(
             triangles.hold(points, np.arange(len(points))) & (heights >= self._looks.offset)
         )
-        return [(heights[i] - self._looks.offset, self._rotation @ triangles.normals[i]) for i in held]
+        return [(float(heights[i]) - self._looks.offset, self._rotation @ triangles.normals[i]) for i in held]
 
     def _corners(self, geom: int) -> Array:
         """(n, 3, 3) those of the geom's triangles that may meet the volume, in the sensor's frame."""

@@ -134,7 +134,10 @@ class ProximitySensors:
     def _entity(self, item: SceneObject) -> int:
         if item.handle not in self._entities:
             self._entities[item.handle] = self._sim.collections.named(str(_note(item).get("entity", "all")))
-        return self._entities[item.handle]
+        entity = self._entities[item.handle]
+        gone = entity not in self._sim.scene.objects and entity not in self._sim.collections
+        # What a sensor was restricted to may be removed; then it detects everything, as in V-REP.
+        return ALL if gone else entity
 
     def _default_range(self, item: SceneObject) -> float:
         """The rangefinder's cutoff, else 10 m."""

@@ -8,37 +8,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .nearest import cross
-from .triangles import Array
+from .triangles import TOGETHER, Array, with_balls
 
+_BLOCK = TOGETHER
+"""Triangles that follow each other are looked at together; `GeomTriangles` puts neighbours side by side."""
+_BLOCK_PAIRS_AT_ONCE = 32
 _PAIRS_AT_ONCE = 4096
-_ROWS_AT_ONCE = 1_000_000
-"""Bounds the table of lower bounds, which has a number for every pair of triangles."""
 
 _NEXT = [1, 2, 0]
 
 
 def least_distance(first: Array, second: Array, limit: float) -> float:
     """Metres between triangles (n, 3, 3) and (m, 3, 3), 0 where they meet; `limit` if none are closer than that."""
-    best = limit
-    centres, others = first.mean(axis=1), second.mean(axis=1)
-    radii, other_radii = _radii(first, centres), _radii(second, others)
-    step = max(1, _ROWS_AT_ONCE // max(1, len(second)))
-    for start in range(0, len(first), step):
-        rows = slice(start, start + step)
-        away = centres[rows, np.newaxis] - others
-        between = np.sqrt(np.einsum("nmi,nmi->nm", away, away))
-        # The centres are points of the triangles.
-        best = min(best, float(between.min(initial=math.inf)))
-        lower = between - radii[rows, np.newaxis] - other_radii
-        near, far = np.nonzero(lower <= best)
-        order = np.argsort(lower[near, far])
-        near, far = near[order] + start, far[order]
-        bounds = lower.ravel()[(near - start) * len(second) + far]
-        for chunk in range(0, len(near), _PAIRS_AT_ONCE):
-            if bounds[chunk] > best or best <= 0.0:
-                break
-            some = slice(chunk, chunk + _PAIRS_AT_ONCE)
-            best = min(best, _pairs(first[near[some]], second[far[some]]))
+    one, other = _Blocks(first), _Blocks(second)
+    # The centre of any triangle is a point of the surface.
+    best = min(limit, float(_distances(one.centres[::_BLOCK], other.centres[::_BLOCK]).min(initial=math.inf)))
+    lower = _distances(one.middles, other.middles) - one.reaches[:, np.newaxis] - other.reaches
+    near, far = np.nonzero(lower <= best)
+    bounds = lower[near, far]
+    order = np.argsort(bounds)
+    near, far, bounds = near[order], far[order], bounds[order]
+    for start in range(0, len(near), _BLOCK_PAIRS_AT_ONCE):
+        if bounds[start] > best or best <= 0.0:
+            break
+        some = slice(start, start + _BLOCK_PAIRS_AT_ONCE)
+        best = _between(one, other, near[some], far[some], best)
+    return best
+
+
+class _Blocks:
+    """Triangles, their balls, and the balls of each block of them."""
+
+    def __init__(self, corners: Array) -> None:
+        self.corners, self.centres, self.radii = with_balls(corners)
+        starts = np.arange(0, len(corners), _BLOCK)
+        counts = np.diff(np.append(starts, len(corners)))
+        self.middles = np.add.reduceat(self.centres, starts, axis=0) / counts[:, np.newaxis]
+        away = self.centres - np.repeat(self.middles, counts, axis=0)
+        self.reaches = np.maximum.reduceat(np.sqrt(_dot(away, away)) + self.radii, starts)
+
+    def members(self, blocks: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """(b, _BLOCK) indices of triangles, and which of them are real: the last block may have fewer."""
+        found = blocks[:, np.newaxis] * _BLOCK + np.arange(_BLOCK)
+        real = found < len(self.corners)
+        return np.where(real, found, 0), real
+
+
+def _between(
+    one: _Blocks, other: _Blocks, near: NDArray[np.intp], far: NDArray[np.intp], best: float
+) -> float:
+    """The least distance between blocks pair by pair, or `best` if that is less."""
+    mine, is_mine = (array[:, :, np.newaxis] for array in one.members(near))
+    theirs, is_theirs = (array[:, np.newaxis] for array in other.members(far))
+    away = one.centres[mine] - other.centres[theirs]
+    lower = np.sqrt(_dot(away, away)) - one.radii[mine] - other.radii[theirs]
+    chosen = (lower <= best) & is_mine & is_theirs
+    bounds = lower[chosen]
+    order = np.argsort(bounds)
+    mine, theirs = (np.broadcast_to(index, lower.shape)[chosen][order] for index in (mine, theirs))
+    bounds = bounds[order]
+    for start in range(0, len(bounds), _PAIRS_AT_ONCE):
+        if bounds[start] > best or best <= 0.0:
+            break
+        some = slice(start, start + _PAIRS_AT_ONCE)
+        best = min(best, _pairs(one.corners[mine[some]], other.corners[theirs[some]]))
     return best
 
 
@@ -102,6 +135,7 @@ def _dot(a: Array, b: Array) -> Array:
     return (a * b).sum(axis=-1)
 
 
-def _radii(corners: Array, centres: Array) -> Array:
-    away = corners - centres[:, np.newaxis]
-    return np.sqrt(np.einsum("nei,nei->ne", away, away).max(axis=1, initial=0.0))
+def _distances(points: Array, others: Array) -> Array:
+    """(n, m) between points (n, 3) and (m, 3)."""
+    away = points[:, np.newaxis] - others
+    return np.sqrt(_dot(away, away))

@@ -20,6 +20,8 @@ _AROUND = 32
 """Corners around a curved primitive; a multiple of 4, so that the axes' extremes are exact."""
 _POLE_TO_POLE = 16
 
+TOGETHER = 32
+"""Triangles in a bundle of neighbours."""
 _CONVEX_AT_MOST = 4000
 """Triangles of a mesh up to which it is found out whether it is convex."""
 
@@ -41,7 +43,7 @@ class GeomTriangles:
         """Corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
         made = self._made.get(geom)
         if made is None:
-            made = self._made[geom] = with_balls(_corners(self._model, geom))
+            made = self._made[geom] = with_balls(_side_by_side(_corners(self._model, geom)))
         return made
 
     def is_solid(self, geom: int) -> bool:
@@ -62,6 +64,23 @@ def with_balls(corners: Array) -> tuple[Array, Array, Array]:
     centres = corners.mean(axis=1)
     away = corners - centres[:, np.newaxis]
     return corners, centres, np.sqrt(np.einsum("nei,nei->ne", away, away).max(axis=1, initial=0.0))
+
+
+def _side_by_side(corners: Array) -> Array:
+    """The same triangles in an order in which neighbours in space follow each other: halved along the longest side."""
+    centres = corners.mean(axis=1)
+    pending, ordered = [np.arange(len(corners))], []
+    while pending:
+        some = pending.pop()
+        if len(some) <= TOGETHER:
+            ordered.append(some)
+            continue
+        axis = int(np.ptp(centres[some], axis=0).argmax())
+        # Whole bundles on the near side, so that bundles stay aligned.
+        half = len(some) // 2 // TOGETHER * TOGETHER or TOGETHER
+        parts = np.argpartition(centres[some, axis], half)
+        pending += [some[parts[half:]], some[parts[:half]]]
+    return corners[np.concatenate(ordered)] if ordered else corners
 
 
 def true_surface(
