@@ -13,7 +13,11 @@ import simx_client as v
 from simx_client import local
 from simx_client.connection import CLIENTS
 from simx_client.errors import ConnectionFailed
+from simx_client.protocol import keys
+from simx_client.protocol.codec import encode
+from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
 from simx_client.transport import ZenohTransport
+from simx_server.gateways.zenoh import ZenohLink
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -116,6 +120,29 @@ def test_a_server_that_dies_right_after_its_welcome_is_not_taken_for_alive(trans
     transport.greet(5.0)
     assert transport.was_lost
     assert not transport.is_connected
+
+
+def test_a_client_whose_leaving_nobody_would_notice_is_not_taken_in(transport):
+    session, port = transport._session, transport._port
+    watcher = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
+    realm = f"simx-{port}"
+    greeting = encode(Greeting(PROTOCOL_VERSION, "ghost", "a ghost", port))
+    assert not [reply.ok for reply in session.get(keys.hello(realm), payload=greeting)]
+    assert v.simxGetObjects(watcher, 0, BLOCKING) == (0, [0])
+    transport.greet(5.0)
+    assert v.simxGetObjects(watcher, 0, BLOCKING) == (0, [0, 1])
+    transport.close()
+    assert wait_until(lambda: v.simxGetObjects(watcher, 0, BLOCKING) == (0, [0]), 5.0)
+
+
+def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(transport, caplog):
+    link = ZenohLink(transport._zenoh, transport._session, "realm", "client")
+    link.close()
+    link.deliver(b"an answer")
+    link.publish(b"values")
+    transport.close()
+    link.publish_picture(1, b"a picture")
+    assert not caplog.records
 
 
 def _fork(*lines):

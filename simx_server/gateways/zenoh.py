@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,9 @@ class ZenohGateway:
             self.realm = keys.check_chunk(name)
         except ValueError as error:
             raise GatewayError(f"--realm: {error}") from None
+        self._present: set[str] = set()
+        """Clients whose liveliness token is there."""
+
         self._session = self._open(config, multicast_scouting)
         self._declare()
 
@@ -106,22 +109,31 @@ class ZenohGateway:
         self._engine.submit(client, sample.payload.to_bytes())
 
     def _on_client(self, sample: Any) -> None:
-        if sample.kind == self._zenoh.SampleKind.DELETE:
-            client = str(sample.key_expr).rpartition("/")[2]
-            self._engine.post(partial(self._engine.leave, client))
+        client = str(sample.key_expr).rpartition("/")[2]
+        is_there = sample.kind != self._zenoh.SampleKind.DELETE
+        self._engine.post(partial(self._note_presence, client, is_there))
 
     # --- the physics thread ----------------------------------------------------------------------
+
+    def _note_presence(self, client: str, is_there: bool) -> None:
+        if is_there:
+            self._present.add(client)
+        else:
+            self._present.discard(client)
+            self._engine.leave(client)
 
     def _welcome(self, query: Any) -> None:
         with query:
             refusal = "" if query.payload is None else self._join(query.payload.to_bytes())
+            if refusal is None:
+                return  # without an answer: it asks again
             welcome = Welcome(
                 PROTOCOL_VERSION, refusal, self.realm, self._engine.simulation.scene.name, __version__
             )
             query.reply(keys.hello(self.realm), encode(welcome))
 
-    def _join(self, payload: bytes) -> str:
-        """Take a client in; returns the reason if it is refused."""
+    def _join(self, payload: bytes) -> str | None:
+        """Take a client in; returns the reason if it is refused, None if nobody would notice that it goes."""
         try:
             greeting = decode_greeting(payload)
             client = keys.check_chunk(greeting.client)
@@ -129,6 +141,8 @@ class ZenohGateway:
             return f"the greeting could not be read ({error})"
         if greeting.protocol != PROTOCOL_VERSION:
             return _version_refusal(greeting)
+        if client not in self._present:
+            return None
         if client not in self._engine.sessions:
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
@@ -144,7 +158,7 @@ class ZenohLink:
 
     def __init__(self, zenoh: Any, session: Any, realm: str, client: str) -> None:
         reliable = zenoh.Reliability.RELIABLE
-        self._session = session
+        self._zenoh, self._session = zenoh, session
         self._realm, self._client = realm, client
         self._drop = zenoh.CongestionControl.DROP
         self._replies = session.declare_publisher(
@@ -157,14 +171,21 @@ class ZenohLink:
         )
 
     def deliver(self, payload: bytes) -> None:
-        self._replies.put(payload)
+        self._put(self._replies.put, payload)
 
     def publish(self, payload: bytes) -> None:
-        self._stream.put(payload)
+        self._put(self._stream.put, payload)
 
     def publish_picture(self, stream_id: int, payload: bytes) -> None:
         key = keys.picture(self._realm, self._client, stream_id)
-        self._session.put(key, payload, congestion_control=self._drop)
+        self._put(self._session.put, key, payload, congestion_control=self._drop)
+
+    def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:
+        """A picture may be ready when its client has left, or the whole session is closed."""
+        try:
+            put(*arguments, **options)
+        except self._zenoh.ZError as error:
+            logger.debug("nothing can be sent to client %s any more: %s", self._client, error)
 
     def close(self) -> None:
         self._replies.undeclare()
