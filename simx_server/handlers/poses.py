@@ -23,7 +23,7 @@ def get_object_position(sim: Simulation, handle: int, relative_to: int) -> list[
 def set_object_position(sim: Simulation, handle: int, relative_to: int, position: list[float]) -> None:
     """What is below moves along; dynamic shapes lose their velocity, or get the first one they were given since.
 
-    Differs: a link is placed together with its joint, which V-REP leaves where it is.
+    A link moves against its joint, which stays; a joint moves with all it carries.
     """
     frames.set_position(sim, handle, relative_to, position)
     _launch(sim, handle)

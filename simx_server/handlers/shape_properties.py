@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import mujoco
-
 from ..errors import CommandError
 from ..scene.objects import ObjectKind, SceneObject
 
@@ -71,11 +69,6 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
         raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
     model.body_inertia[body] *= mass / model.body_mass[body]
     model.body_mass[body] = mass
-    # MuJoCo counts the bodies whose weight is compensated, and at none never compensates any: the world is one now.
-    model.body_gravcomp[0] = 1.0
-    # What the solver derives from masses; a copy of the state, because this writes the reset pose into it.
-    mujoco.mj_setConst(model, mujoco.MjData(model))
-    model.body_gravcomp[0] = 0.0
     sim.joints.masses_changed()
     sim.model_edited()
     sim.changed()

@@ -7,18 +7,28 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from simx_server.joints.state import Binding
-from simx_server.scene.poses import NO_TURN, Pose, Quaternion, about, normalised
+from simx_server.joints.state import Binding, JointState
+from simx_server.scene.poses import NO_TURN, Pose, Quaternion, about, conjugate, multiply, normalised
 
 
-def intrinsic_pose(binding: Binding, data: mujoco.MjData, position: float) -> Pose:
-    """The moving frame in the fixed one: a turn about z, a shift along z, or a spherical joint's rotation."""
-    if binding.kind == "ball":
-        quat = normalised(data.qpos[binding.qpos : binding.qpos + 4].tolist())
-        return (0.0, 0.0, 0.0), quat
+def intrinsic_pose(binding: Binding, position: float) -> Pose:
+    """The moving frame in the fixed one: a turn about z or a shift along z."""
     if binding.kind == "slide":
         return (0.0, 0.0, position), NO_TURN
     return (0.0, 0.0, 0.0), about((0.0, 0.0, 1.0), position)
+
+
+def spherical_pose(binding: Binding, state: JointState, data: mujoco.MjData) -> Pose:
+    """The same of a spherical joint, whose value MuJoCo counts in its body's axes."""
+    value = normalised(data.qpos[binding.qpos : binding.qpos + 4].tolist())
+    align = state.alignment or NO_TURN
+    return (0.0, 0.0, 0.0), multiply(multiply(conjugate(align), value), align)
+
+
+def spherical_value(state: JointState, quat_wxyz: Quaternion) -> Quaternion:
+    """The joint value that is this turn of the moving frame against the fixed one."""
+    align = state.alignment or NO_TURN
+    return multiply(multiply(align, quat_wxyz), conjugate(align))
 
 
 def quat_of_matrix(matrix: Sequence[float]) -> Quaternion:

@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 
 from simx_server.errors import CommandError
-from simx_server.joints.intrinsic import intrinsic_pose, quat_of_matrix
+from simx_server.joints.intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
 from simx_server.joints.machine import Machine
 from simx_server.joints.parameters import READ, WRITE, describe
 from simx_server.joints.servo import Rule, rule_of, write_force_limit
 from simx_server.joints.state import JointMode, JointState
 from simx_server.scene.frames import matrix12
-from simx_server.scene.placing import joint_separation
+from simx_server.scene.joint_chain import joint_separation
 from simx_server.scene.poses import Pose, Quaternion
 
 JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
@@ -187,10 +187,10 @@ class Joints(Machine):
 
     def intrinsic(self, handle: int) -> Pose:
         """What the joint value does to the moving frame against the fixed one; of any joint."""
-        binding, _ = self._any(handle)
-        return intrinsic_pose(
-            binding, self._sim.data, 0.0 if binding.kind == "ball" else self.position(handle)
-        )
+        binding, state = self._any(handle)
+        if binding.kind == "ball":
+            return spherical_pose(binding, state, self._sim.data)
+        return intrinsic_pose(binding, self.position(handle))
 
     def separation(self, handle: int) -> Pose:
         """By how much the joint's parts have come apart: where its child is, in the frame the joint values say.
@@ -220,7 +220,7 @@ class Joints(Machine):
 
         def turn() -> None:
             data = self._sim.data
-            data.qpos[binding.qpos : binding.qpos + 4] = quat_wxyz
+            data.qpos[binding.qpos : binding.qpos + 4] = spherical_value(state, quat_wxyz)
             data.qvel[binding.dof : binding.dof + 3] = 0.0
 
         self._place(handle, turn)

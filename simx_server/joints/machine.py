@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
@@ -17,6 +18,7 @@ from simx_server.joints.stepping import Stepper
 from simx_server.joints.weights import Weights
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.placing import carry_followers
+from simx_server.scene.poses import Quaternion
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -70,9 +72,26 @@ class Machine:
         self._write_weights(always=True)
 
     def masses_changed(self) -> None:
-        """The model's masses, and what follows from them, are new."""
-        self._weights = Weights(self._sim.model, self._weights.armature)
+        """Masses of the model, or places of its joints, are new: find again what follows from them."""
+        model = self._sim.model
+        # MuJoCo counts the bodies whose weight is compensated, and at none never compensates any: the world is one now.
+        model.body_gravcomp[0] = 1.0
+        # Not with the simulation's own data, because this writes the reset pose into it.
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+        model.body_gravcomp[0] = 0.0
+        self._weights = Weights(model, self._weights.armature)
         self._write_weights(always=True)
+
+    def alignment(self, joint: int) -> Quaternion | None:
+        """The turn from a body's axes to its joint's (a MuJoCo id), if something was placed against the joint."""
+        handle = self._sim.scene.by_element("joint", joint)
+        return self._states[handle].alignment if handle in self._states else None
+
+    def align(self, joint: int, alignment: Quaternion) -> None:
+        """Note that turn."""
+        handle = self._sim.scene.by_element("joint", joint)
+        if handle is not None:
+            self._states[handle].alignment = alignment
 
     def rebind(self) -> None:
         """An edit replaced the model: the same, and the controllers keep their memory."""

@@ -16,6 +16,7 @@ import mujoco
 
 from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.objects import SceneObject
+from simx_server.scene.poses import Quaternion
 from simx_server.scene.tree import drives_tendon
 
 VREP_DYNAMICS_STEP = 0.005
@@ -139,6 +140,8 @@ class JointState:
     """Held where it is, in any mode: the joint belongs to a model that is not dynamic."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """x, y, z of a spherical joint's next quaternion, which is applied when w is written."""
+    alignment: Quaternion | None = None
+    """The turn from the body's axes to the joint's, when something was placed against the joint."""
     motor_was_set: bool = False
     """By an annotation or a caller; only then does switching it off take the gravity compensation away."""
     offset: float = 0.0

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene import poses
+from simx_server.scene.joint_chain import joint_frames
 from simx_server.scene.objects import SceneObject
-from simx_server.scene.placing import joint_frames, moving_pose, object_pose, place
+from simx_server.scene.placing import moving_pose, object_pose, place
 from simx_server.scene.poses import IDENTITY, Pose, Quaternion, compose, inverse, normalised
 
 if TYPE_CHECKING:

@@ -14,21 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from simx_server.errors import CommandError
+from simx_server.scene.joint_chain import body_pose, joint_frames, shift_beyond
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses import (
     IDENTITY,
     NO_TURN,
     Pose,
     Quaternion,
-    about,
-    add,
     compose,
     inverse,
     multiply,
     normalised,
     rotate,
-    scale,
-    subtract,
     turn_z_to,
 )
 
@@ -37,14 +34,6 @@ if TYPE_CHECKING:
 
 _HALF_TURN_Y: Quaternion = (0.0, 0.0, 1.0, 0.0)
 _TURN_BACK_Y: Quaternion = (0.0, 0.0, -1.0, 0.0)
-
-
-def body_pose(sim: Simulation, body: int) -> Pose:
-    """World pose of a body (0: the world)."""
-    if body == 0:
-        return IDENTITY
-    data = sim.data
-    return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]
 
 
 def object_pose(sim: Simulation, item: SceneObject) -> Pose:
@@ -74,67 +63,16 @@ def element_pose(sim: Simulation, item: SceneObject) -> Pose:
     return (pose[0], multiply(pose[1], _TURN_BACK_Y)) if item.element == "camera" else pose
 
 
-def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
-    """World poses of a joint's fixed and moving frame.
-
-    Both lie at the anchor; z is the axis, and where the axis is the body's own z the frame is the body's at value 0
-    (else turned by the smallest rotation that takes z to the axis). Moving = fixed, turned about or shifted along z by
-    the joint value. Several joints of one body act one after the other, as in `mj_kinematics`.
-    """
-    body = int(sim.model.jnt_bodyid[joint])
-    return _joint_chain(sim, body, joint)[0]
-
-
-def joint_separation(sim: Simulation, body: int) -> Pose:
-    """Where a body is, in the frame where its joints' values put it: the identity, unless something tore them apart."""
-    last = int(sim.model.body_jntadr[body] + sim.model.body_jntnum[body]) - 1
-    return compose(inverse(_joint_chain(sim, body, last)[1]), body_pose(sim, body))
-
-
-def _joint_chain(sim: Simulation, body: int, last: int) -> tuple[tuple[Pose, Pose], Pose]:
-    """(fixed and moving frame of the joint `last`, the body's pose after it), from the joint values alone."""
-    model, data = sim.model, sim.data
-    position, quat = compose(body_pose(sim, int(model.body_parentid[body])), _body_local(sim, body))
-    fixed = moving = IDENTITY
-    for index in range(int(model.body_jntadr[body]), last + 1):
-        address = int(model.jnt_qposadr[index])
-        offset = model.jnt_pos[index].tolist()
-        axis = model.jnt_axis[index].tolist()
-        anchor = add(position, rotate(quat, offset))
-        kind = model.jnt_type[index]
-        if kind == mujoco.mjtJoint.mjJNT_BALL:
-            turn, value, rest = normalised(data.qpos[address : address + 4].tolist()), 0.0, 0.0
-            align: Quaternion = NO_TURN
-        else:
-            value, rest = float(data.qpos[address]), float(model.qpos0[address])
-            align = turn_z_to(axis)
-            turn = about(axis, value - rest) if kind == mujoco.mjtJoint.mjJNT_HINGE else NO_TURN
-        if kind == mujoco.mjtJoint.mjJNT_SLIDE:
-            along = rotate(quat, axis)
-            turned = multiply(quat, align)
-            fixed = subtract(anchor, scale(along, rest)), turned
-            moving = add(anchor, scale(along, value - rest)), turned
-            position = add(position, scale(along, value - rest))
-        else:
-            zero = multiply(quat, about(axis, -rest)) if rest else quat
-            after = multiply(quat, turn)
-            fixed = anchor, multiply(zero, align)
-            moving = anchor, multiply(after, align)
-            quat = after
-            position = subtract(anchor, rotate(quat, offset))
-    return (fixed, moving), (position, quat)
-
-
-def place(sim: Simulation, item: SceneObject, pose: Pose) -> None:
+def place(sim: Simulation, item: SceneObject, pose: Pose, *, with_joints: bool = False) -> None:
     """Give an object a world pose, with everything below it; moving bodies below lose their velocity.
 
-    A link moves together with its joints; a joint or a linking force sensor with its body. What is below in the tree
-    but not carried by the body (a free body under a gripper, a body under a dummy) is moved by the same amount.
-    Raises CommandError for a joint on a tendon.
+    A link leaves its joint where it is, as in V-REP, unless `with_joints`; what a joint carries, its body and later
+    joints, moves along. What is below in the tree but not carried by the body (a free body under a gripper, a body
+    under a dummy) is moved by the same amount. Raises CommandError for a joint on a tendon.
     """
     sim.refresh()
     before = object_pose(sim, item)
-    carry_followers(sim, item, lambda: _place_element(sim, item, before, pose))
+    carry_followers(sim, item, lambda: _place_element(sim, item, before, pose, with_joints))
 
 
 def carry_followers(sim: Simulation, item: SceneObject, move: Callable[[], None]) -> None:
@@ -154,7 +92,8 @@ def carry_followers(sim: Simulation, item: SceneObject, move: Callable[[], None]
 
 
 def place_without_followers(sim: Simulation, item: SceneObject, pose: Pose) -> None:
-    _place_element(sim, item, object_pose(sim, item), pose)
+    """The same for an object that hangs on a placed one: it moves with its joints."""
+    _place_element(sim, item, object_pose(sim, item), pose, with_joints=True)
     sim.changed()
 
 
@@ -200,15 +139,19 @@ def _followers(sim: Simulation, item: SceneObject) -> list[int]:
     return found
 
 
-def _place_element(sim: Simulation, item: SceneObject, before: Pose, pose: Pose) -> None:
+def _place_element(sim: Simulation, item: SceneObject, before: Pose, pose: Pose, with_joints: bool) -> None:
     if item.element == "tendon":
         raise CommandError(
             f"'{item.name}' is driven through a tendon and lies where the tendon's sites are; move those"
         )
-    if item.element == "body":
-        _place_body(sim, item.id, pose)
-    elif item.element == "joint" or is_linking_sensor(sim, item):
-        _place_body(sim, item.body, compose(compose(pose, inverse(before)), body_pose(sim, item.body)))
+    model, delta = sim.model, compose(pose, inverse(before))
+    if item.element == "joint":
+        _place_link(sim, item.body, item.id - int(model.body_jntadr[item.body]), delta)
+    elif item.element == "body" or is_linking_sensor(sim, item):
+        if model.body_jntnum[item.body] and free_joint(model, item.body) < 0:
+            _place_link(sim, item.body, 0 if with_joints else int(model.body_jntnum[item.body]), delta)
+        else:
+            _place_body(sim, item.body, compose(delta, body_pose(sim, item.body)))
     else:
         _set_local_pose(sim, item, compose(inverse(body_pose(sim, item.body)), pose))
 
@@ -226,14 +169,15 @@ def _place_body(sim: Simulation, body: int, pose: Pose) -> None:
         data.mocap_pos[mocap] = pose[0]
         data.mocap_quat[mocap] = pose[1]
     else:
-        parent = body_pose(sim, int(model.body_parentid[body]))
-        start = compose(parent, _body_local(sim, body))
-        if model.body_jntnum[body]:
-            pose = compose(compose(pose, inverse(body_pose(sim, body))), start)
-        position, quat = compose(inverse(parent), pose)
+        position, quat = compose(inverse(body_pose(sim, int(model.body_parentid[body]))), pose)
         model.body_pos[body] = position
         model.body_quat[body] = normalised(quat)
         sim.model_edited()
+
+
+def _place_link(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
+    _stop_motion(sim, body)
+    shift_beyond(sim, body, staying, delta)
 
 
 def _stop_motion(sim: Simulation, body: int) -> None:
@@ -242,16 +186,6 @@ def _stop_motion(sim: Simulation, body: int) -> None:
     for dof in range(model.nv):
         if is_carried(model, int(model.dof_bodyid[dof]), body):
             data.qvel[dof] = 0.0
-
-
-def _body_local(sim: Simulation, body: int) -> Pose:
-    mocap = int(sim.model.body_mocapid[body])
-    position, quat = (
-        (sim.model.body_pos[body], sim.model.body_quat[body])
-        if mocap < 0
-        else (sim.data.mocap_pos[mocap], sim.data.mocap_quat[mocap])
-    )
-    return tuple(position.tolist()), tuple(quat.tolist())  # type: ignore[return-value]
 
 
 def _local_pose(sim: Simulation, item: SceneObject) -> Pose:

@@ -83,4 +83,5 @@ def _take_weight(model: mujoco.MjModel, names: set[str]) -> None:
     if present:
         model.body_mass[present] = 0.0
         model.body_inertia[present] = 0.0
-        mujoco.mj_setConst(model, mujoco.MjData(model))
+    # What the solver derives from masses and places: those that were carried over are not what was compiled.
+    mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -35,6 +35,7 @@ _ARRAYS = (
         "light_dir",
     ),
     *("light_active", "light_diffuse", "light_ambient", "light_specular", "jnt_range", "jnt_limited"),
+    *("jnt_pos", "jnt_axis"),
     *("jnt_stiffness", "tendon_range", "tendon_limited"),
 )
 """Model arrays of settings a command may have written. What belongs to actuators is written again by the joints."""
