@@ -10,6 +10,7 @@ import builtins
 import functools
 import math
 from collections.abc import Callable
+from decimal import ROUND_HALF_UP, Context, Decimal
 from functools import reduce
 from importlib import reload
 from numbers import Integral
@@ -30,6 +31,9 @@ __all__ = [
     "reduce",
     "reload",
 ]
+
+
+_HALF_AWAY = Context(prec=1500, rounding=ROUND_HALF_UP)
 
 
 def py2_divide(a: Any, b: Any) -> Any:
@@ -59,12 +63,8 @@ def py2_round(number: Any, ndigits: int = 0) -> Any:
         return builtins.round(number, ndigits)
     if not math.isfinite(number):
         return float(number)
-    nearest = builtins.round(float(number), ndigits)
-    step = 10.0**-ndigits
-    # only an exact half can differ, and builtins.round goes to the even side of it
-    if abs(number - nearest) == step / 2 and abs(nearest) < abs(number):
-        nearest = builtins.round(nearest + math.copysign(step, number), ndigits)
-    return float(nearest)
+    # in decimal digits, of which a float has finitely many: a half is then exactly one, as it was in Python 2.7
+    return float(Decimal(number).quantize(Decimal((0, (1,), -ndigits)), context=_HALF_AWAY))
 
 
 def py2_cmp(a: Any, b: Any) -> int:

@@ -27,8 +27,8 @@ PRINTED = {
     "class V:\n    def __div__(self, k): return 'v/%d' % k\nprint V() / 3": "v/3",
     "x = [8, 4]\nx[len(x) / 2] /= 3\nprint x": "[8, 1]",
     "def half(n): return n / 2 # half / 2\nprint half(7) / (\n  1)": "3",
-    "print round(2.5), round(-0.5), int(round(4.5)), round(2.675, 2), round(1234.5, -2)": (
-        "3.0 -1.0 5 2.67 1200.0"
+    "print round(2.5), round(-0.5), int(round(4.5)), round(2.675, 2), round(80.25, 1), round(1250, -2)": (
+        "3.0 -1.0 5 2.67 80.3 1300.0"
     ),
     # built-ins that are gone or give lists no more
     "for i in xrange(2): print i,": "0 1",
@@ -44,6 +44,7 @@ PRINTED = {
         "[3, 2, 1] [1, 2, 3]"
     ),
     "def by_second(a, b): return cmp(a[1], b[1])\nprint sorted([(0, 2), (1, 1)], by_second)": "[(1, 1), (0, 2)]",
+    "ask, r = raw_input, xrange\nprint callable(ask), list(r(2))": "True [0, 1]",
     "import string\nprint string.letters[:2], string.join(['a', 'b']), string.atoi('7') / 2": "ab a b 3",
     "import sys\nreload(sys)\nsys.setdefaultencoding('utf8')\nprint sys.maxint > 1": "True",
     # syntax

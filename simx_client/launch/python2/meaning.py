@@ -19,6 +19,7 @@ _WHOLE_IN_MATH = {"factorial", "gcd", "isnan", "isinf"}
 _ROUNDING = {"floor", "ceil"}
 _ARRAY_PACKAGES = {"numpy", "pylab", "scipy", "matplotlib"}
 _MOVED = {"reduce", "reload", "intern"}  # built-ins once; the header imports them under the same name
+_RENAMED = {"raw_input": "input", "xrange": "range"}  # where they are not called, so that fissix leaves them
 _DIVISIONS = {"__div__": "__truediv__", "__rdiv__": "__rtruediv__", "__idiv__": "__itruediv__"}
 _SAME_AS_METHOD = (
     *("split", "replace", "strip", "lstrip", "rstrip", "upper", "lower", "capitalize", "zfill", "maketrans"),
@@ -244,6 +245,8 @@ class _Editor(ast.NodeVisitor):
                 self._rename(node, self._helper("py2_cmp"))
             elif node.id in _MOVED:
                 self._helper(node.id)
+            elif node.id in _RENAMED:
+                self._rename(node, _RENAMED[node.id])
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
         if isinstance(node.value, ast.Name) and node.value.id == "string" and node.attr in _STRING:
