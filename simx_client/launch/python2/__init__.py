@@ -7,5 +7,6 @@
 
 A converted text may need a name of ``simx_client.python2``; it then imports it in one line at its top.
 What still differs from Python 2: ``print`` shows all digits of a float, not twelve; texts are Unicode, bytes are not
-texts; None and numbers have no order. No file is written, not even a cache: beside the script lies what lay there before.
+texts; None and numbers have no order.
+No file is written, not even a cache: beside the script lies what lay there before.
 """
