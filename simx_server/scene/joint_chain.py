@@ -136,18 +136,16 @@ def shift_beyond(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
     if staying:
         sim.joints.masses_changed()
         if model.body_simple[body] and model.body_dofnum[body] > 1:
-            _compile_anew(sim, [model.joint(joint).name for joint in joints])
+            _compile_anew(sim, model.body(body).name)
     sim.model_edited()
 
 
-def _compile_anew(sim: Simulation, joints: list[str]) -> None:
-    """MuJoCo keeps no place for the inertia that couples the axes of a body whose joints, when it was compiled, met in
-    its centre of mass: they no longer do."""
-    places = {name: sim.model.joint(name).pos.copy() for name in joints}
+def _compile_anew(sim: Simulation, name: str) -> None:
+    """MuJoCo keeps no place for the inertia that couples the axes of a body whose joint lay in its centre of mass when
+    it was compiled; from now on it shall."""
 
     def surgery(spec: mujoco.MjSpec) -> None:
-        for name, place in places.items():
-            spec.joint(name).pos[:] = place
+        spec.body(name).simple = 0
 
     edit(sim, surgery, set())
 

@@ -53,7 +53,9 @@ def edit(
     data = mujoco.MjData(model)
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
-    carry_over(sim.model, sim.data, model, data, moved, old.weightless_bodies ^ weights, copies)
+    # A body that only stands for a copy's missing link weighs what it was given.
+    reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set())
+    carry_over(sim.model, sim.data, model, data, moved, reweighed, copies)
     _take_weight(model, weights)
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
     annotations, names = old.annotations, None
