@@ -3,6 +3,7 @@
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -72,6 +73,7 @@ def test_the_tutorial_runs_unchanged_in_a_window_under_real_keys(display, tmp_pa
             "DISPLAY": display,
             "SDL_VIDEODRIVER": "x11",
             "PYTHONUNBUFFERED": "1",
+            "PYTHONFAULTHANDLER": "1",
             VARIABLE: format_redirects({19999: ("127.0.0.1", simulator.port)}),
         }
         command = [sys.executable, "-m", "simx_client", "run", str(PROGRAM)]
@@ -87,7 +89,17 @@ def test_the_tutorial_runs_unchanged_in_a_window_under_real_keys(display, tmp_pa
             finally:
                 v.simxFinish(watcher)
             keys.press("p")
-            assert program.wait(20) == 0
+            assert _exit_code(program) == 0
+
+
+def _exit_code(program: subprocess.Popen[str], within: float = 40.0) -> int:
+    """How the program ended; if it does not, where it stands goes to stderr."""
+    try:
+        return program.wait(within)
+    except subprocess.TimeoutExpired:
+        program.send_signal(signal.SIGABRT)  # faulthandler prints the stacks
+        program.wait(10)
+        raise
 
 
 def _line_with(program: subprocess.Popen[str], text: str) -> str:
