@@ -97,6 +97,15 @@ def test_copy_of_a_restricted_model_is_restricted_and_can_be_freed(world: World)
     assert frames.get_position(world.sim, copy, -1)[2] > 0
 
 
+def test_shape_that_could_not_collide_during_an_edit_collides_when_it_may_again(world: World) -> None:
+    box = world.handle("box")
+    world.call("simxSetObjectInt32Param", box, 3004, 0)
+    world.call("simxCreateDummy", 0.1, None)
+    world.call("simxSetObjectInt32Param", box, 3004, 1)
+    world.run(15)
+    assert height(world) == pytest.approx(0.1, abs=0.02)
+
+
 def test_not_dynamic_stays_in_the_air_with_its_joints_until_it_is_let_go(world: World) -> None:
     box = world.handle("box")
     world.call("simxSetJointPosition", world.handle("hinge"), 0.3)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import CommandError
 from ..scene.objects import ObjectKind, SceneObject
+from ..scene.respondable import collect_masks
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -43,6 +44,7 @@ def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
         contype, conaffinity = (original.contype, original.conaffinity) if any_collides else (1, 1)
         model.geom_contype[geom] = contype if respondable else 0
         model.geom_conaffinity[geom] = conaffinity if respondable else 0
+    collect_masks(model)
     sim.model_edited()
     sim.changed()
 

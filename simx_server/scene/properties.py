@@ -12,6 +12,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
 from simx_server.scene.placing import free_joint
+from simx_server.scene.respondable import collect_masks
 from simx_server.scene.welding import set_static
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ def _restrict_geoms(sim: Simulation) -> None:
                     numbers[geom] = value
                 elif not bits & bit and (name, array) in scene.withheld:
                     numbers[geom] = scene.withheld.pop((name, array))
+    collect_masks(model)
     sim.model_edited()
 
 

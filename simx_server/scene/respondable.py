@@ -11,6 +11,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
@@ -26,6 +27,16 @@ ALL_MASKS = 0xFFFF
 _LOCAL, _GLOBAL = 0x00FF, 0xFF00
 
 _EXCLUSION = INTERNAL + "mask:"
+
+
+def collect_masks(model: mujoco.MjModel) -> None:
+    """To be called after writing the collision masks of geoms: those of bodies, asked first, are their union."""
+    for of_bodies, of_geoms in (
+        (model.body_contype, model.geom_contype),
+        (model.body_conaffinity, model.geom_conaffinity),
+    ):
+        of_bodies[:] = 0
+        np.bitwise_or.at(of_bodies, model.geom_bodyid, of_geoms)
 
 
 def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:
