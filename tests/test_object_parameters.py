@@ -215,3 +215,13 @@ def test_unknown_numbers_list_the_known_ones_of_the_kind(world: World) -> None:
         read_int(world, "ball", 3005)
     with pytest.raises(WrongKind):
         world.sim.object_settings.mask(world.handle("eye"))
+
+
+def test_shape_the_file_keeps_from_colliding_lands_when_it_is_made_respondable() -> None:
+    world = World("""<mujoco><worldbody><geom type="plane" size="5 5 1"/>
+      <body name="ball" pos="0 0 0.1"><freejoint/><geom size="0.05" mass="1" contype="0" conaffinity="0"/></body>
+      </worldbody></mujoco>""")
+    write_int(world, "ball", 3004, 1)
+    write(world, "ball", 3005, 2.0)
+    world.run(20)
+    assert world.call("simxGetObjectPosition", world.handle("ball"), -1)[2] == pytest.approx(0.05, abs=1e-3)
