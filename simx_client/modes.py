@@ -78,10 +78,10 @@ class Modes:
         call_id = self._new_call_id()
         slot: Any = call_id if shape.command.keeps_every_call else key
         if slot in self._outbox:
-            if shape.is_set:
-                self._asked.pop(self._outbox.pop(slot).call_id, None)
-            else:
-                self._asked.pop(self._outbox[slot].call_id, None)
+            unsent = self._outbox.pop(slot) if shape.is_set else self._outbox[slot]
+            self._asked.pop(unsent.call_id, None)
+            if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
+                self._outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
         self._outbox[slot] = Call(call_id, operation, delay_ms, shape.command.name, arguments)
         self._asked[call_id] = (key, shape)
         return call_id
@@ -150,8 +150,13 @@ class Modes:
             self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
         else:
             self._end_stream(key)
-            self._queue(shape, key, Operation.EXECUTE, arguments)
+            if not (shape.command.large and self._is_on_the_way(key)):
+                self._queue(shape, key, Operation.EXECUTE, arguments)
         return result
+
+    def _is_on_the_way(self, key: Key) -> bool:
+        """Whether a reply will come. Pictures may be asked for faster than they are made, and would pile up."""
+        return any(asked == key for asked, _ in self._asked.values())
 
     def _arm(self, shape: Shape, key: Key, arguments: list[Any], delay_ms: int) -> None:
         stream = self._streams.get(key)

@@ -4,6 +4,7 @@ import pytest
 from plain_world import World
 
 import simx_client as v
+from simx_client.connection import CLIENTS
 
 GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
 
@@ -117,6 +118,38 @@ def test_discontinue_of_what_is_not_streamed_is_harmless(world, cid):
     assert GET(cid, 3, v.simx_opmode_discontinue) == (1, 0.0)
     world.settle()
     assert GET(cid, 3, v.simx_opmode_blocking)[0] == 0
+
+
+def test_ending_a_stream_again_and_again_while_paused_is_sent_once_and_remembered_once(world, cid):
+    GET(cid, 3, v.simx_opmode_streaming)
+    world.settle()
+    v.simxPauseCommunication(cid, True)
+    for _ in range(5):
+        GET(cid, 3, v.simx_opmode_discontinue)
+    assert len(CLIENTS.get(cid)._modes._cancels) == 1
+    v.simxPauseCommunication(cid, False)
+    world.settle()
+    assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
+    assert not next(iter(world.engine.sessions.values())).streams.by_id
+
+
+@pytest.mark.parametrize(
+    "mode",
+    [v.simx_opmode_discontinue, v.simx_opmode_oneshot, v.simx_opmode_streaming, v.simx_opmode_blocking],
+)
+def test_a_stream_ended_while_paused_ends_whatever_is_called_next(world, mode):
+    cid = world.client(timeout=0.0)
+    SET(cid, 3, 1.0, v.simx_opmode_streaming)
+    world.settle()
+    v.simxPauseCommunication(cid, True)
+    SET(cid, 3, 1.0, v.simx_opmode_discontinue)
+    SET(cid, 3, 2.0, mode)
+    v.simxPauseCommunication(cid, False)
+    world.settle()
+    (session,) = world.engine.sessions.values()
+    assert [s.arguments for s in session.streams.by_id.values()] == [[3, 2.0]] * (
+        mode == v.simx_opmode_streaming
+    )
 
 
 def test_remove_forgets_the_value_and_says_whether_there_was_one(world, cid):
@@ -389,6 +422,18 @@ def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, c
     assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 1, 1])
     world.simulation.pictures[1].set_result(([1, 1], bytes([2, 2, 2])))
     assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [2, 2, 2])
+
+
+def test_a_picture_asked_for_again_before_it_is_made_is_made_once(world, cid):
+    image = v.simxGetVisionSensorImage
+    for _ in range(5):
+        assert image(cid, 1, 0, v.simx_opmode_oneshot)[0] == 1
+        world.settle()
+    assert len(world.simulation.pictures) == 1
+    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 1, 1])))
+    assert image(cid, 1, 0, v.simx_opmode_oneshot) == (0, [1, 1], [1, 1, 1])
+    world.settle()
+    assert len(world.simulation.pictures) == 2
 
 
 def test_grey_and_colour_pictures_are_different_streams(world, cid):
