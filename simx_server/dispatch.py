@@ -89,11 +89,11 @@ class Dispatch:
         answer: Future[Answer] = Future()
 
         def finish(done: Future[Any]) -> None:
-            error = done.exception()
-            if error is not None:
-                answer.set_result(self._failure(client, command.name, error))
-            else:
-                answer.set_result(Answer(STATUS_OK, _values(command, done.result())))
+            try:
+                outcome = Answer(STATUS_OK, _values(command, done.result()))
+            except Exception as error:
+                outcome = self._failure(client, command.name, error)
+            answer.set_result(outcome)
 
         result.add_done_callback(finish)
         return answer

@@ -1,5 +1,7 @@
 """The operation modes, over the in-process way: which calls are sent, where a result comes from."""
 
+from concurrent.futures import Future
+
 import pytest
 from plain_world import World
 
@@ -434,6 +436,15 @@ def test_a_picture_asked_for_again_before_it_is_made_is_made_once(world, cid):
     assert image(cid, 1, 0, v.simx_opmode_oneshot) == (0, [1, 1], [1, 1, 1])
     world.settle()
     assert len(world.simulation.pictures) == 2
+
+
+def test_a_picture_that_is_given_up_or_no_picture_is_an_error_and_no_time_out(world, cid):
+    image = v.simxGetVisionSensorImage
+    for end in (Future.cancel, lambda future: future.set_result(None)):
+        image(cid, 1, 0, v.simx_opmode_oneshot)
+        world.settle()
+        end(world.simulation.pictures[-1])
+        assert image(cid, 1, 0, v.simx_opmode_buffer) == (8, [], [])
 
 
 def test_grey_and_colour_pictures_are_different_streams(world, cid):
