@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from scenes_for_tests import run, simulation_of
 
 from simx_server.errors import CommandError
+from simx_server.scene import editing
 from simx_server.scene.annotations import SceneError
 from simx_server.simulation import Simulation
 
@@ -137,14 +139,12 @@ def test_circles_and_other_modes_are_refused() -> None:
         ({"a": "mode=dependent master=b", "b": "mode=dependent master=a"}, "follows 'a' itself"),
     ],
 )
-def test_wrong_dependency_in_a_file_is_named(notes: dict[str, str], text: str) -> None:
+def test_wrong_dependency_in_a_file_is_named(notes: dict[str, Any], text: str) -> None:
     with pytest.raises(SceneError, match=text):
         scene(**notes)
 
 
 def test_dependency_survives_an_edit_and_the_loss_of_its_master() -> None:
-    from simx_server.scene import editing
-
     sim = scene(a="mode=passive", b=B_FOLLOWS)
     sim.start()
     put(sim, "a", 0.5)
