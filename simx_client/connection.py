@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -14,7 +13,6 @@ from .modes import MODE_MASK, Modes
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
-from .protocol.kinds import to_int32
 from .protocol.messages import CLIENT_TIME_MASK, Batch, Call, Delivery
 from .shape import Shape
 from .transport import Transport
@@ -321,90 +319,3 @@ class Connection:
                 c.simx_headeroffset_scene_id: header.scene_id,
                 c.simx_headeroffset_server_state: header.server_state,
             }.get(info_type)
-
-
-class Clients:
-    """The connections of this process by client id."""
-
-    MAX_CLIENTS = 255
-    """As many as the shipped builds of the original library could hold."""
-
-    def __init__(self) -> None:
-        self._connections: dict[int, Connection] = {}
-        self._lock = threading.RLock()  # garbage collection may finish a script's robot at any moment
-        self._process: int | None = None
-        """The one that connects: Zenoh's threads live there, and do not follow into a forked child."""
-
-        self._of_parent: dict[int, Connection] = {}
-
-    def get(self, client_id: Any) -> Connection | None:
-        """The connection with this id; ids may come as numpy integers or bools."""
-        try:
-            return self._connections.get(client_id)
-        except TypeError:  # an array cannot be a dictionary key
-            return self._connections.get(to_int32(client_id))
-
-    def add(self, connection: Connection) -> int:
-        """Give a connection the lowest free id; -1 when there is none or this place has one already."""
-        with self._lock:
-            if self._process not in (None, os.getpid()):
-                logger.warning(
-                    "no connection to %s: this process was forked from one that had connected before, and "
-                    "Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or fork "
-                    "before the first simxStart",
-                    connection.where,
-                )
-                return -1
-            self._process = os.getpid()
-            for client_id, other in self._connections.items():
-                if other.where == connection.where:
-                    logger.warning(
-                        "client %d is connected to %s already; call simxFinish(%d) or simxFinish(-1) first",
-                        client_id,
-                        connection.where,
-                        client_id,
-                    )
-                    return -1
-            for client_id in range(self.MAX_CLIENTS):
-                if client_id not in self._connections:
-                    self._connections[client_id] = connection
-                    return client_id
-        logger.warning("all %d client ids are in use; call simxFinish(-1) first", self.MAX_CLIENTS)
-        return -1
-
-    def remove(self, client_id: int) -> None:
-        """Close one connection, or all with -1. Unknown ids are ignored."""
-        with self._lock:
-            ids = list(self._connections) if client_id == -1 else [client_id]
-            connections = [self._connections.pop(i) for i in ids if i in self._connections]
-        for connection in connections:
-            connection.close()
-
-    def discard(self, connection: Connection) -> None:
-        """Close a connection and free its id, unless simxFinish has and it is another's by now."""
-        with self._lock:
-            for client_id, other in list(self._connections.items()):
-                if other is connection:
-                    del self._connections[client_id]
-        connection.close()
-
-    def forget_parent(self) -> None:
-        """In a forked child: the parent's connections are none here. They are kept, for closing one would wait
-        for threads that did not come along."""
-        self._lock = threading.RLock()
-        self._of_parent, self._connections = self._connections, {}
-
-
-CLIENTS = Clients()
-"""The legacy API has one table of clients per process."""
-
-if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
-    os.register_at_fork(after_in_child=CLIENTS.forget_parent)
-
-
-def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
-    """What every generated function does."""
-    connection = CLIENTS.get(client_id)
-    if connection is None:
-        return shape.failure(c.simx_return_initialize_error_flag)
-    return connection.invoke(shape, arguments, mode)

@@ -10,7 +10,8 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from .connection import CLIENTS, Connection
+from .clients import CLIENTS
+from .connection import Connection
 from .modes import MODE_MASK
 from .protocol import constants as c
 from .protocol.commands import CARRIED

@@ -14,8 +14,8 @@ import threading
 import time
 from typing import Any
 
+from .clients import CLIENTS
 from .connection import (
-    CLIENTS,
     DEFAULT_TIMEOUT,
     PROTOCOL_HEADER_VERSION,
     RETRY_PAUSE,

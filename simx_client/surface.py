@@ -10,7 +10,7 @@ from types import FunctionType
 from typing import Any
 
 from . import local
-from .connection import invoke
+from .clients import invoke
 from .files import invoke_loading
 from .protocol import constants as c
 from .protocol.commands import TABLE, Command, Place

@@ -6,7 +6,8 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import simx_client as vrep
-from simx_client.connection import CLIENTS, Connection
+from simx_client.clients import CLIENTS
+from simx_client.connection import Connection
 from simx_client.protocol.commands import BY_NAME
 from simx_server.clock import Pacer
 from simx_server.engine import Engine

@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import simx_client as v
-from simx_client.connection import CLIENTS, Connection
+from simx_client.clients import CLIENTS
+from simx_client.connection import Connection
 from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.gateways.loopback import LoopbackTransport

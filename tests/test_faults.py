@@ -11,7 +11,7 @@ from processes import ROOT, read_line, running, spawn, wait_until
 
 import simx_client as v
 from simx_client import local
-from simx_client.connection import CLIENTS
+from simx_client.clients import CLIENTS
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
@@ -54,7 +54,7 @@ PICTURES = (
     "print('ready', flush=True); sys.stdin.read()",
 )
 MEGABYTES = (
-    "from simx_client.connection import CLIENTS",
+    "from simx_client.clients import CLIENTS",
     "from simx_client.protocol.codec import encode",
     "from simx_client.protocol.messages import Batch, Call",
     "call = encode(Batch(0, 0, [Call(1, 0, 0, 'simxGetStringSignal', ['x'])]))",

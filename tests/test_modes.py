@@ -6,7 +6,7 @@ import pytest
 from plain_world import World
 
 import simx_client as v
-from simx_client.connection import CLIENTS
+from simx_client.clients import CLIENTS
 
 GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
 
