@@ -72,12 +72,12 @@ class Dispatch:
     def _failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         if isinstance(error, CommandError):
             text = f"{name}: {error}" if not str(error).startswith(name) else str(error)
-            # once: scripts poll what is not there yet, a signal or a sensor, and would fill the log
-            level = logging.DEBUG if text in client.errors else logging.INFO
-            logger.log(level, "%s of %s failed: %s", name, client.name, error)
+            if client.is_news(text):
+                logger.info("%s of %s failed: %s", name, client.name, error)
         else:
             text = f"{name}: internal error, see the server's log: {type(error).__name__}: {error}"
-            logger.error("%s of %s failed", name, client.name, exc_info=error)
+            if client.is_news(text):
+                logger.error("%s of %s failed", name, client.name, exc_info=error)
         mode = self._simulation.parameters.error_report_mode
         if mode & c.sim_api_errormessage_report and not getattr(error, "silent", False):
             client.errors.append(text)

@@ -14,6 +14,9 @@ from .streams import Streams
 MAX_ERRORS = 50
 """Error texts kept for simxGetLastErrors; the oldest go first."""
 
+MAX_LOGGED = 1000
+"""Failures of one client that reach the log; what comes after is for simxGetLastErrors alone."""
+
 
 class Link(Protocol):
     """The way back to one client. May be used from any thread; never blocks for long."""
@@ -51,6 +54,14 @@ class ClientSession:
     message_id: int = 0
     client_time: int = 0
     _triggers: list[Future[None]] = field(default_factory=list)
+    _logged: set[str] = field(default_factory=set)
+
+    def is_news(self, failure: str) -> bool:
+        """Whether to log a failure: each once, for scripts poll and stream what is not there yet, or any more."""
+        if failure in self._logged or len(self._logged) >= MAX_LOGGED:
+            return False
+        self._logged.add(failure)
+        return True
 
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it lets waiting triggers go."""

@@ -239,6 +239,20 @@ def test_a_stream_with_wrong_arguments_is_an_error_once_and_never_a_crash(world,
     assert transport.newest() is None
 
 
+def test_failing_streams_fill_no_log_however_many_they_are(world, caplog):
+    caplog.set_level("INFO", "simx_server")
+    cid = world.client()
+    for handle in range(1, 61):
+        v.simxGetJointPosition(cid, -handle, v.simx_opmode_streaming)
+    for number in range(60):
+        v.simxCallScriptFunction(cid, "", number, "crash", [], [], [], b"", v.simx_opmode_streaming)
+    world.simulation.start()
+    for _ in range(5):
+        world.settle()
+    assert caplog.text.count("simxGetJointPosition of loopback failed") == 60
+    assert caplog.text.count("simxCallScriptFunction of loopback failed") == 1
+
+
 def test_a_stream_that_cannot_be_sent_ends_alone(world, caplog):
     one, two = world.client(), world.client()
     for cid in (one, two):
