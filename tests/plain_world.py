@@ -30,6 +30,7 @@ class PlainSimulation:
         self.on_start, self.on_stop, self.on_pause = [], [], []
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
+        self.removed: set[int] = set()
         self.strings: dict[str, bytes] = {}
         self.log: list[tuple] = []
         self.pictures: list[Future] = []
@@ -58,7 +59,7 @@ class PlainSimulation:
 
 
 def _joint(sim, handle):
-    if handle < 0:
+    if handle < 0 or handle in sim.removed:
         raise CommandError(f"no object with handle {handle}")
     return sim.joints.get(handle, 0.0)
 

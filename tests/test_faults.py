@@ -83,6 +83,25 @@ def test_clients_that_freeze_while_much_is_sent_to_them_do_not_cut_off_the_other
         assert v.simxGetConnectionId(watcher) == 1
 
 
+def test_a_call_that_waits_when_its_server_is_killed_ends_before_its_time_out():
+    with plain_server() as (process, port):
+        waiting, other = (v.simxStart(f"127.0.0.{n}", port, True, True, -60_000, 5) for n in (1, 2))
+        for client in (waiting, other):
+            v.simxSynchronous(client, True)
+        v.simxStartSimulation(waiting, BLOCKING)
+        codes = []
+        thread = threading.Thread(
+            target=lambda: codes.append(v.simxSynchronousTrigger(waiting)), daemon=True
+        )  # there is no pass before the other's trigger
+        thread.start()
+        v.simxGetPingTime(other)
+        process.kill()
+        thread.join(20)
+        assert codes == [3]
+        assert v.simxGetConnectionId(waiting) == v.simxGetConnectionId(other) == -1
+        assert v.simxGetPingTime(other)[0] == 3
+
+
 @pytest.fixture
 def transport():
     with plain_server() as (_, port):

@@ -198,10 +198,13 @@ def test_a_streamed_set_goes_on_being_applied_until_replaced(world, cid):
 
 
 def test_a_failing_stream_answers_8_and_recovers(world, cid):
-    world.simulation.strings["s"] = b"x"
-    assert v.simxGetAndClearStringSignal(cid, "missing", v.simx_opmode_streaming)[0] == 1
-    world.settle()
-    assert v.simxGetAndClearStringSignal(cid, "missing", v.simx_opmode_buffer) == (8, bytearray())
+    world.simulation.joints[3] = 1.5
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    assert GET(cid, 3, v.simx_opmode_streaming) == (1, 0.0)
+    for removed, expected in ((set(), (0, 1.5)), ({3}, (8, 0.0)), (set(), (0, 1.5))):
+        world.simulation.removed = removed
+        world.settle()
+        assert GET(cid, 3, v.simx_opmode_buffer) == expected
 
 
 def test_get_and_clear_ends_its_stream_with_the_first_hit(world, cid):
@@ -232,7 +235,6 @@ def test_read_string_stream_refuses_blocking(cid):
 
 
 def test_query_sets_one_signal_and_returns_the_other(world, cid):
-    world.simulation.on_start.append(lambda: None)
     answered = _answer_in_the_world(world)
     assert v.simxQuery(cid, "ask", b"1+1", "answer", 5000) == (0, bytearray(b"2"))
     answered()

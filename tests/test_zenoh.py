@@ -171,7 +171,7 @@ def test_a_killed_server_is_noticed_and_a_new_one_is_found_again(scene):
         assert v.simxGetJointPosition(cid, handle, BLOCKING)[0] == 0
 
 
-def test_a_server_killed_during_a_blocking_call_does_not_hang_the_client(scene):
+def test_a_server_that_freezes_during_a_blocking_call_does_not_hang_the_client(scene):
     with server(scene) as process:
         cid = _connect(process.port)
         process.process.send_signal(signal.SIGSTOP)
