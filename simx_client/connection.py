@@ -122,17 +122,19 @@ class Connection:
             self._flush()
 
     def close(self, flush_timeout: float = 0.5) -> None:
-        """Let everything sent so far be executed, then leave. Idempotent."""
-        with self._lock:
-            if self._closed:
-                return
-            if self._transport is not None and self._check_link():
+        """Let everything sent so far be executed, then leave. Idempotent. A call that waits in another thread ends."""
+        is_free = self._lock.acquire(timeout=flush_timeout)
+        try:
+            if is_free and not self._closed and self._check_link():
                 self._pauses = 0
                 self.blocking(_PING, [c.sim_intparam_program_version], flush_timeout)
+        finally:
             self._closed = True
             self._connection_id = -1
             if self._transport is not None:
                 self._transport.close()
+            if is_free:
+                self._lock.release()
 
     @property
     def is_closed(self) -> bool:

@@ -83,23 +83,38 @@ def test_clients_that_freeze_while_much_is_sent_to_them_do_not_cut_off_the_other
         assert v.simxGetConnectionId(watcher) == 1
 
 
+@contextlib.contextmanager
+def waiting_for_a_pass(port):
+    """(client, other, the codes its trigger returned so far, its thread): a trigger waits for that of the other."""
+    client, other = (v.simxStart(f"127.0.0.{n}", port, True, True, -60_000, 5) for n in (1, 2))
+    for each in (client, other):
+        v.simxSynchronous(each, True)
+    v.simxStartSimulation(client, BLOCKING)
+    codes = []
+    thread = threading.Thread(target=lambda: codes.append(v.simxSynchronousTrigger(client)), daemon=True)
+    thread.start()
+    v.simxGetPingTime(other)
+    yield client, other, codes, thread
+
+
 def test_a_call_that_waits_when_its_server_is_killed_ends_before_its_time_out():
-    with plain_server() as (process, port):
-        waiting, other = (v.simxStart(f"127.0.0.{n}", port, True, True, -60_000, 5) for n in (1, 2))
-        for client in (waiting, other):
-            v.simxSynchronous(client, True)
-        v.simxStartSimulation(waiting, BLOCKING)
-        codes = []
-        thread = threading.Thread(
-            target=lambda: codes.append(v.simxSynchronousTrigger(waiting)), daemon=True
-        )  # there is no pass before the other's trigger
-        thread.start()
-        v.simxGetPingTime(other)
+    with plain_server() as (process, port), waiting_for_a_pass(port) as (client, other, codes, thread):
         process.kill()
         thread.join(20)
         assert codes == [3]
-        assert v.simxGetConnectionId(waiting) == v.simxGetConnectionId(other) == -1
+        assert v.simxGetConnectionId(client) == v.simxGetConnectionId(other) == -1
         assert v.simxGetPingTime(other)[0] == 3
+
+
+def test_a_call_that_waits_when_another_thread_finishes_its_client_ends_before_its_time_out():
+    with plain_server() as (_, port), waiting_for_a_pass(port) as (client, other, codes, thread):
+        finishing = threading.Thread(target=v.simxFinish, args=(client,), daemon=True)
+        finishing.start()
+        finishing.join(20)
+        assert not finishing.is_alive()
+        thread.join(20)
+        assert codes == [3]
+        assert wait_until(lambda: v.simxGetObjects(other, 0, BLOCKING) == (0, [0]), 5.0)
 
 
 @pytest.fixture
