@@ -1,7 +1,7 @@
 """The Zenoh options both ends agree on, each with the reason it was chosen.
 
 The figures behind them: fewer thread hand-overs save a sixth of a round trip, a longer queue of data
-batches a third of a picture's way, a short lease notices a frozen peer within two seconds.
+batches a third of a picture's way, a lease of seconds notices a frozen peer.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ SERVER_RUNTIME = (
 """One pool for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
 and never answers from a callback; but not with scouting or a configuration of the user's own."""
 
-LEASE_MS = 1_900
-"""A peer that says nothing for so long is gone."""
+LEASE_MS = 4_000
+"""A peer that says nothing for so long is gone. This is for frozen ones and cut cables: a process that ends, however
+it ends, is noticed at once. Shorter, and a machine with much to do is taken for dead."""
 
 FULL_QUEUE_US = 1_000_000
 """A peer that takes nothing out of a full queue for so long is cut off; until then whoever sends to it waits."""
