@@ -13,7 +13,7 @@ import logging
 import os
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from importlib import metadata
 
 from simx_server import __version__
@@ -82,6 +82,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
     parser.add_argument("--commands", action="store_true", help="print which simx functions are supported")
     parser.add_argument("--json", action="store_true", help="with --commands: as JSON")
+    parser.add_argument("--markdown", action="store_true", help="with --commands: the page docs/coverage.md")
     parser.add_argument("--version", action="version", version=_version())
     return parser
 
@@ -97,11 +98,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = make_parser()
     given = vars(parser.parse_args(argv))
     show_settings, commands = given.pop("show_settings", False), given.pop("commands", False)
-    as_json = given.pop("json", False)
-    if as_json and not commands:
-        parser.error("--json says how to print a list; valid: --commands --json")
+    form = {name for name in ("json", "markdown") if given.pop(name, False)}
+    if form and (not commands or len(form) > 1):
+        parser.error(
+            "--json and --markdown say how to print a list; valid: --commands with one of them or none"
+        )
     if commands:
-        return _print_commands(as_json)
+        return _print_commands(form)
     try:
         settings = Settings.gather(given, os.environ)
     except SettingError as error:
@@ -126,13 +129,18 @@ def _print_settings(settings: Settings) -> int:
     return 0
 
 
-def _print_commands(as_json: bool) -> int:
+def _print_commands(form: Collection[str]) -> int:
     import_mujoco()
     from simx_server import coverage
     from simx_server.handlers import HANDLERS
 
     lines = coverage.coverage(HANDLERS.keys())
-    text = json.dumps(coverage.as_records(lines), indent=1) if as_json else coverage.as_text(lines)
+    if "json" in form:
+        text = json.dumps(coverage.as_records(lines), indent=1)
+    elif "markdown" in form:
+        text = coverage.as_markdown(lines).rstrip("\n")
+    else:
+        text = coverage.as_text(lines)
     sys.stdout.write(text + "\n")
     return 0
 

@@ -7,12 +7,37 @@ from dataclasses import asdict, dataclass
 
 from simx_client.protocol.commands import TABLE, Command, Place
 
+from .differences import DIFFERENCES, as_list, numbers_of
+
 MODES = {
     Place.REMOTE: "any mode",
     Place.WAITING: "always blocking",
     Place.LOCAL: "in the client",
 }
 """Where a command does its work, in a user's words."""
+
+PAGE = """\
+# What of the legacy remote API is here
+
+Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it fresh.
+{count}, {names} names with the aliases.
+
+A mode is one of the `simx_opmode_` constants: *any mode* takes them all, *always blocking* takes none and waits,
+*in the client* takes none and asks the server for nothing, or for other functions.
+The last column points to the list of differences below.
+
+| function | also | modes | here | what it does | differs |
+|---|---|---|---|---|---|
+{rows}
+
+## Differences from the original
+
+{differences}
+
+## What holds each of them
+
+{tests}
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +49,8 @@ class Coverage:
     supported: bool
     modes: str
     doc: str
+    differences: tuple[int, ...]
+    """Numbers of `differences.DIFFERENCES`."""
 
 
 def coverage(answered: Collection[str], table: Iterable[Command] = TABLE) -> list[Coverage]:
@@ -37,8 +64,9 @@ def coverage(answered: Collection[str], table: Iterable[Command] = TABLE) -> lis
             name=command.name,
             aliases=command.aliases,
             supported=command.place is Place.LOCAL or command.name in answered,
-            modes=MODES[command.place],
+            modes="any but blocking" if command.takes_what_it_reads else MODES[command.place],
             doc=command.doc,
+            differences=tuple(numbers_of(command.names)),
         )
         for command in table
     ]
@@ -48,14 +76,43 @@ def as_text(lines: list[Coverage]) -> str:
     """A table for people: name, support, modes, doc, and a closing count."""
     width = max((len(line.name) for line in lines), default=0)
     rows = [
-        f"{line.name:{width}}  {'yes' if line.supported else 'not yet':7}  {line.modes:15}  {line.doc}"
+        f"{line.name:{width}}  {_support(line):7}  {line.modes:16}  {line.doc}"
         + (f" (also {', '.join(line.aliases)})" if line.aliases else "")
         for line in lines
     ]
-    supported = sum(line.supported for line in lines)
-    return "\n".join([*rows, f"{supported} of {len(lines)} commands are supported"])
+    return "\n".join([*rows, _count(lines)])
 
 
 def as_records(lines: list[Coverage]) -> list[dict[str, object]]:
     """The same for programs, ready for json.dumps."""
     return [asdict(line) for line in lines]
+
+
+def as_markdown(lines: list[Coverage]) -> str:
+    """The page docs/coverage.md: all functions, and every numbered difference with the test that holds it."""
+    rows = [
+        [
+            f"`{line.name}`",
+            " ".join(f"`{alias}`" for alias in line.aliases),
+            line.modes,
+            _support(line),
+            line.doc.replace("|", "\\|"),
+            ", ".join(map(str, line.differences)),
+        ]
+        for line in lines
+    ]
+    return PAGE.format(
+        count=_count(lines),
+        names=sum(1 + len(line.aliases) for line in lines),
+        rows="\n".join(f"| {' | '.join(row)} |" for row in rows),
+        differences=as_list(),
+        tests="\n".join(f"{n}. `{each.test}`" for n, each in enumerate(DIFFERENCES, 1)),
+    )
+
+
+def _support(line: Coverage) -> str:
+    return "yes" if line.supported else "not yet"
+
+
+def _count(lines: list[Coverage]) -> str:
+    return f"{sum(line.supported for line in lines)} of {len(lines)} commands are supported"

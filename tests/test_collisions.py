@@ -295,3 +295,15 @@ def test_large_meshes_are_measured_by_their_neighbourhoods() -> None:
 
 def _words(values: np.ndarray) -> str:
     return " ".join(map(str, values))
+
+
+def test_a_convex_shape_wholly_within_another_collides_with_it() -> None:
+    world = World(
+        """
+        <mujoco><worldbody>
+          <body name="shell"><geom type="sphere" size="1" contype="0" conaffinity="0"/></body>
+          <body name="kernel"><geom type="sphere" size="0.1" contype="0" conaffinity="0"/></body>
+        </worldbody></mujoco>
+        """
+    )
+    assert world.call("simxCheckCollision", world.handle("kernel"), world.handle("shell")) is True

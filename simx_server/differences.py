@@ -1,0 +1,306 @@
+"""Where this server and its client differ from the original on purpose: numbered, each held by a test.
+
+The one place they are written: README shows the first ones, docs/coverage.md all. A number is never given again;
+new differences go to the end. The handlers' docstrings say `Differs:` where one of them is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+IN_README = 14
+"""So many of them, those a script notices first, stand in the README too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One difference; its number is its place in `DIFFERENCES`, from 1."""
+
+    title: str
+    text: str
+    """May be empty; together with the title it says what is different here."""
+    test: str
+    """The test that holds it, as pytest names it."""
+    commands: str = ""
+    """Functions it is seen in, separated by blanks; empty for what is no single function's."""
+
+    @property
+    def sentence(self) -> str:
+        return f"**{self.title}** {self.text}".strip()
+
+
+_SURPRISES = "tests/conformance/test_surprises.py::"
+_CONNECTION = "tests/conformance/test_connection_functions.py::"
+_OBJECTS = "tests/conformance/test_object_functions.py::"
+_SENSORS = "tests/conformance/test_sensor_functions.py::"
+_SIGNALS = "tests/conformance/test_signal_functions.py::"
+_SCRIPTS = "tests/conformance/test_script_and_file_functions.py::"
+_MODES = "tests/test_modes.py::"
+_ZENOH = "tests/test_zenoh.py::"
+
+DIFFERENCES: tuple[Difference, ...] = (
+    Difference(
+        "Stop is immediate.",
+        "When a blocking `simxStopSimulation` returns, the simulation is stopped and the state it was started from is "
+        "back. V-REP needed a few passes more.",
+        _SURPRISES + "test_08_stop_has_happened_when_it_returns",
+        "simxStopSimulation",
+    ),
+    Difference(
+        "A trigger answers after its pass.",
+        "What you read after `simxSynchronousTrigger` is the new state. Trigger and ping, as V-REP needed it, still "
+        "works.",
+        _SURPRISES + "test_06_a_trigger_answers_after_its_pass_and_trigger_with_ping_still_works",
+        "simxSynchronousTrigger",
+    ),
+    Difference(
+        "Pictures are drawn when asked for,",
+        "not every pass. Equal requests of one pass share one picture.",
+        "tests/test_render_thread.py::test_equal_requests_of_one_version_render_once",
+        "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer simxReadVisionSensor",
+    ),
+    Difference(
+        "−1 comes with a reason.",
+        "The number is V-REP's; a line in the log says what was tried, what was found and what to do.",
+        _ZENOH + "test_nothing_there_is_minus_1_at_once_with_the_way_out",
+        "simxStart",
+    ),
+    Difference(
+        "Blocking calls are answered between passes.",
+        "They cost a round trip, not a simulation step.",
+        _SURPRISES + "test_05_blocking_calls_are_answered_between_passes",
+    ),
+    Difference(
+        "Several clients on one port.",
+        "V-REP served one at a time.",
+        "tests/conformance/test_over_zenoh.py::test_two_processes_share_one_port",
+        "simxStart",
+    ),
+    Difference(
+        "Port 19999 is always there.",
+        "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one.",
+        "tests/test_engine.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
+        "simxStart",
+    ),
+    Difference(
+        "Images are lists that NumPy reads at once.",
+        "`np.array(image, dtype=np.uint8)` works on NumPy 2, where a plain list of V-REP's signed bytes overflows.",
+        "tests/test_image_value.py::test_uint8_conversion_wraps_and_resizes_in_place",
+        "simxGetVisionSensorImage",
+    ),
+    Difference(
+        "MuJoCo does the physics.",
+        "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's, and heavy contact "
+        "differs in detail.",
+        "tests/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
+    ),
+    Difference(
+        "Scenes are MJCF or URDF.",
+        "A `.ttt` file cannot be read; a script that asks for `robot.ttt` gets `robot.xml` if there is one.",
+        "tests/conformance/test_simulation_functions.py::test_a_name_of_the_originals_format_means_the_same_stem_in_ours",
+        "simxLoadScene simxLoadModel",
+    ),
+    Difference(
+        "Nothing listens beyond this machine",
+        "unless `--listen` says so.",
+        _ZENOH + "test_the_ready_line_names_endpoints_realm_and_scene_and_is_all_of_stdout",
+    ),
+    Difference(
+        "Orientations of `simxGetObjectGroupData`",
+        "(types 11 and 12) are quaternions, as the manual says. V-REP sent Euler angles and an undefined number.",
+        _OBJECTS + "test_group_data_agrees_with_the_single_functions",
+        "simxGetObjectGroupData",
+    ),
+    Difference(
+        "Split modes work like their whole counterparts.",
+        "Pieces were a matter of the original's transport.",
+        _MODES + "test_oneshot_split_behaves_like_oneshot",
+    ),
+    Difference(
+        "Signals outlive stop and start",
+        "when a client set them; those that a child script set go with the script.",
+        _SIGNALS + "test_signals_of_a_client_outlive_stop_and_start",
+        "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal",
+    ),
+    # Only docs/coverage.md has those that follow.
+    Difference(
+        "A blocking script call returns its own outputs.",
+        "V-REP gave those of a oneshot call of the same function that was still on its way.",
+        _SURPRISES + "test_04_a_blocking_script_call_returns_its_own_outputs",
+        "simxCallScriptFunction",
+    ),
+    Difference(
+        "A blocking call while communication is paused answers 3 at once.",
+        "No reply can come, so nothing is waited for; the call is sent with the batch, as in V-REP.",
+        _MODES + "test_a_blocking_call_while_paused_times_out_at_once_and_is_sent_with_the_batch",
+        "simxPauseCommunication",
+    ),
+    Difference(
+        "A refused connection with doNotReconnectOnceDisconnected is −1 at once.",
+        "V-REP let the whole time-out pass, though it tried only once. Without that argument both keep trying.",
+        _ZENOH + "test_nothing_there_is_minus_1_at_once_with_the_way_out",
+        "simxStart",
+    ),
+    Difference(
+        "Host names resolve,",
+        "`localhost` too; V-REP took dotted addresses only.",
+        _ZENOH + "test_host_names_other_loopback_addresses_and_bytes_connect",
+        "simxStart",
+    ),
+    Difference(
+        "A lost connection is taken up again",
+        "when the server is back, unless doNotReconnectOnceDisconnected says not to. V-REP's Python binding could not, "
+        "because of a dangling pointer.",
+        _ZENOH + "test_a_killed_server_is_noticed_and_a_new_one_is_found_again",
+        "simxStart simxGetConnectionId",
+    ),
+    Difference(
+        "Streaming again with equal arguments changes nothing.",
+        "The stream goes on; V-REP armed it anew. Scripts that read with streaming each time cost nothing.",
+        "tests/conformance/test_mode_rules.py::test_streaming_again_with_equal_arguments_leaves_the_stream_as_it_is",
+    ),
+    Difference(
+        "A stream of simxReadStringStream gives (0, empty) between data",
+        "from its first answer on; a value is never missing while the stream runs.",
+        _MODES + "test_read_string_stream_loses_nothing_and_gives_empty_data_between",
+        "simxReadStringStream",
+    ),
+    Difference(
+        "Error texts belong to a client.",
+        "V-REP kept one list for each port, in which a client could find those of the one before.",
+        _SCRIPTS + "test_errors_are_told_once_oldest_first_at_most_50_and_to_their_own_client",
+        "simxGetLastErrors",
+    ),
+    Difference(
+        "Functions without identifying arguments follow the rules of all others.",
+        "In V-REP their old replies stayed in the inbox for ever, also after discontinue.",
+        "tests/conformance/test_mode_rules.py::test_commands_without_a_key_are_forgotten_after_discontinue_like_all_others",
+        "simxGetLastErrors simxGetObjectSelection simxCreateDummy simxCloseScene",
+    ),
+    Difference(
+        "Mode remove works for script calls.",
+        "V-REP looked under the key of another function.",
+        _SCRIPTS + "test_script_calls_stream_and_their_reply_can_be_removed",
+        "simxCallScriptFunction",
+    ),
+    Difference(
+        "A failing set-call in a split mode is told like any other.",
+        "In V-REP a reply without data never came back in split modes.",
+        "tests/conformance/test_mode_rules.py::test_an_error_in_a_split_mode_is_seen",
+    ),
+    Difference(
+        "The functions for integer signals return their code under all names.",
+        "In the newest sim.py three of them returned None.",
+        _SIGNALS + "test_getting_an_integer_signal_returns_the_pair_under_both_names",
+        "simxSetIntegerSignal simxGetIntegerSignal simxClearIntegerSignal",
+    ),
+    Difference(
+        "Where nothing is detected, vectors are zeros and the handle is −1.",
+        "V-REP left them undefined.",
+        _SENSORS + "test_a_proximity_sensor_gives_point_object_and_normal_in_its_frame",
+        "simxReadProximitySensor simxReadForceSensor",
+    ),
+    Difference(
+        "Stepped mode can be entered on every port.",
+        "In V-REP a service had to be enabled for it beforehand.",
+        _SURPRISES + "test_07_a_stop_ends_stepped_mode_and_it_must_be_asked_for_again",
+        "simxSynchronous",
+    ),
+    Difference(
+        "simxFinish returns when everything sent has been executed.",
+        "V-REP slept for half a second and hoped so.",
+        _CONNECTION + "test_finish_lets_the_oneshots_before_it_be_executed",
+        "simxFinish",
+    ),
+    Difference(
+        "Negative ports are refused.",
+        "They meant shared memory in V-REP; connections within one machine are fast without.",
+        _CONNECTION + "test_start_gives_minus_1_for_a_port_that_cannot_be",
+        "simxStart",
+    ),
+    Difference(
+        "An argument of a wrong kind is a TypeError that names function and argument,",
+        "not a ctypes.ArgumentError; arrays of one element are taken as numbers everywhere.",
+        _MODES + "test_wrong_arguments_name_the_function_and_the_argument",
+    ),
+    Difference(
+        "Names of files at the server may be str.",
+        "The original wanted bytes there.",
+        _SCRIPTS + "test_a_local_file_lands_under_a_plain_name_at_the_server",
+        "simxTransferFile",
+    ),
+    Difference(
+        "The stop takes back what a run loaded, copied, created or removed,",
+        "as it does everything else. Handles of what a run added are not given again.",
+        "tests/test_editing_properties.py::"
+        "test_removing_everything_empties_the_scene_in_one_edit_and_stop_brings_it_back",
+        "simxLoadModel simxCopyPasteObjects simxCreateDummy simxRemoveObject simxRemoveModel",
+    ),
+    Difference(
+        "Models are MJCF, URDF, STL or OBJ files;",
+        "a `.ttm` name means the same stem with such an ending.",
+        "tests/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
+        "simxLoadModel simxLoadScene",
+    ),
+    Difference(
+        "Transferred files lie in the workspace,",
+        "the only folder a client may touch; the original had one for temporary files.",
+        "tests/test_files.py::test_transferred_file_has_the_same_bytes_whatever_kind_of_name",
+        "simxTransferFile simxEraseFile",
+    ),
+    Difference(
+        "A joint on a tendon in force mode cannot be set (code 8);",
+        "give it a target. V-REP has no such joints.",
+        "tests/test_joints_modes.py::test_tendon_with_a_servo_is_a_prismatic_joint",
+        "simxSetJointPosition",
+    ),
+    Difference(
+        "Velocities are zero when stopped;",
+        "V-REP went on giving the last values of the run.",
+        "tests/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_passes",
+        "simxGetObjectVelocity",
+    ),
+    Difference(
+        "A proximity sensor does not detect the shape that carries it.",
+        "V-REP's models declare that shape undetectable instead.",
+        "tests/test_sensors_proximity_force.py::test_sensor_sees_the_nearest_thing_in_its_own_frame",
+        "simxReadProximitySensor",
+    ),
+    Difference(
+        "Convex shapes are solid in collision checks;",
+        "one that lies wholly within another collides with it. V-REP compared surfaces.",
+        "tests/test_collisions.py::test_a_convex_shape_wholly_within_another_collides_with_it",
+        "simxCheckCollision simxReadCollision",
+    ),
+    Difference(
+        "Every console has a handle of its own;",
+        "the original without a window gave all of them 1. Printing to one that never was is an error.",
+        "tests/test_user_interface_consoles.py::"
+        "test_closing_is_never_an_error_and_a_handle_that_never_was_cannot_be_printed_to",
+        "simxAuxiliaryConsoleOpen simxAuxiliaryConsolePrint simxAuxiliaryConsoleShow",
+    ),
+    Difference(
+        "Events of custom UIs wait in a queue,",
+        "so the second of two quick clicks is not lost; the original kept the last one.",
+        "tests/test_user_interface_custom_uis.py::test_people_operate_it_and_each_event_is_read_once_in_order",
+        "simxGetUIEventButton",
+    ),
+    Difference(
+        "Custom UIs are described in TOML or JSON;",
+        "a `.ttb` name means the same stem with such an ending.",
+        "tests/test_user_interface_custom_uis.py::test_file_becomes_uis_that_are_found_by_name",
+        "simxLoadUI",
+    ),
+)
+
+
+def numbers_of(names: Iterable[str]) -> list[int]:
+    """Which differences are seen in a function, given all its names."""
+    wanted = set(names)
+    return [n for n, each in enumerate(DIFFERENCES, 1) if wanted & set(each.commands.split())]
+
+
+def as_list(count: int | None = None) -> str:
+    """The first ones, or all, as a numbered list in Markdown."""
+    return "\n".join(f"{n}. {each.sentence}" for n, each in enumerate(DIFFERENCES[:count], 1))
