@@ -31,6 +31,9 @@ MAX_UNANSWERED = 200
 """Batches that may be on the way. A loop that calls faster than the server executes is slowed down to its pace;
 otherwise what it says would act later and later."""
 
+WELCOME_TIMEOUT = 2.0
+"""Seconds a program that speaks Zenoh has for its welcome."""
+
 RETRY_PAUSE = 0.1
 """Seconds between two attempts to greet a server that came back."""
 
@@ -76,6 +79,7 @@ class Connection:
         self._may_connect = True
         """There may be a connection later, if there is none."""
 
+        self._connecting: threading.Thread | None = None
         self._transport: Transport | None = None
         self._modes = Modes()
         self._lock = threading.RLock()
@@ -112,6 +116,24 @@ class Connection:
             self._count_connection()
         logger.info("connected to %s (realm %s, scene %s)", self.where, welcome.realm, welcome.scene)
 
+    def connect_in_background(self) -> None:
+        """As ``connect``, again and again until it succeeds; once if there is to be one attempt only."""
+        self._connecting = threading.Thread(target=self._keep_connecting, name="simx-connect", daemon=True)
+        self._connecting.start()
+
+    def _keep_connecting(self) -> None:
+        while not self._closed:
+            try:
+                self.connect(WELCOME_TIMEOUT)
+            except ConnectionFailed as error:
+                if not self._may_reconnect:
+                    if not self._closed:
+                        logger.warning("no connection to %s: %s", self.where, error)
+                    return
+                time.sleep(RETRY_PAUSE)
+            else:
+                return
+
     def _count_connection(self) -> None:
         """There is a connection, the first or a new one: what was called before it came goes out."""
         self._executed = self.message_id  # no batch has this id: what still comes of an earlier one is older
@@ -135,10 +157,9 @@ class Connection:
                 self._transport.close()
             if is_free:
                 self._lock.release()
-
-    @property
-    def is_closed(self) -> bool:
-        return self._closed
+        if self._connecting is not None:
+            # At exit, a thread that comes back from Zenoh into an interpreter that has ended aborts the process.
+            self._connecting.join(WELCOME_TIMEOUT)
 
     @property
     def connection_id(self) -> int:

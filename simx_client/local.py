@@ -10,7 +10,6 @@ import atexit
 import ctypes
 import logging
 import struct
-import threading
 import time
 from typing import Any
 
@@ -18,7 +17,7 @@ from .clients import CLIENTS
 from .connection import (
     DEFAULT_TIMEOUT,
     PROTOCOL_HEADER_VERSION,
-    RETRY_PAUSE,
+    WELCOME_TIMEOUT,
     Connection,
     client_time,
 )
@@ -32,8 +31,6 @@ from .shape import Shape
 from .transport import ZenohTransport
 
 logger = logging.getLogger(__name__)
-
-_GREETING_TIMEOUT = 2.0
 
 
 def simxStart(
@@ -74,8 +71,9 @@ def simxStart(
         return -1
     once = bool(doNotReconnectOnceDisconnected)
     patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    attempt = patience if waitUntilConnected else 0.0  # in the background there is always a next one
     connection = Connection(
-        lambda: ZenohTransport(host, target, connect_timeout=patience, retry=not once, asked_port=port),
+        lambda: ZenohTransport(host, target, connect_timeout=attempt, retry=not once, asked_port=port),
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
@@ -84,12 +82,10 @@ def simxStart(
     if client_id == -1:
         return -1
     if not waitUntilConnected:
-        threading.Thread(
-            target=_connect_in_background, args=(connection, once), name="simx-connect", daemon=True
-        ).start()
+        connection.connect_in_background()
         return client_id
     try:
-        connection.connect(min(patience, _GREETING_TIMEOUT))
+        connection.connect(min(patience, WELCOME_TIMEOUT))
     except ConnectionFailed as error:
         logger.warning("no connection: tried %s:%d over Zenoh; %s", host, target, error)
         CLIENTS.discard(connection)
@@ -98,19 +94,6 @@ def simxStart(
         CLIENTS.discard(connection)
         raise
     return client_id
-
-
-def _connect_in_background(connection: Connection, once: bool) -> None:
-    while not connection.is_closed:
-        try:
-            connection.connect(_GREETING_TIMEOUT)
-        except ConnectionFailed as error:
-            if once:
-                logger.warning("no connection to %s: %s", connection.where, error)
-                return
-            time.sleep(RETRY_PAUSE)
-        else:
-            return
 
 
 def simxFinish(clientID: int) -> None:

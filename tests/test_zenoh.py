@@ -122,6 +122,16 @@ def test_a_retrying_start_finds_a_server_that_comes_later(scene):
             assert read_line(client).strip() == "0"
 
 
+def test_a_connection_made_in_the_background_is_made_again_too(scene):
+    port = _free_port()
+    cid = _connect(port, wait=False, doNotReconnectOnceDisconnected=False)
+    for times in (1, 2):
+        with server(scene, ports=(port,)) as process:
+            assert wait_until(lambda times=times: v.simxGetConnectionId(cid) == times, 10.0)
+            process.kill()
+        assert wait_until(lambda: v.simxGetConnectionId(cid) == -1, 5.0)
+
+
 def test_without_waiting_the_id_comes_at_once_and_the_connection_in_the_background(pendulum):
     cid = _connect(pendulum.port, wait=False)
     assert cid == 0
