@@ -106,7 +106,7 @@ class ZenohTransport:
         self._realm: str | None = None
         self._closed = False
         options: dict[str, Any] = {
-            **link.COMMON,
+            **link.CLIENT,
             "mode": "client",
             "connect/endpoints": _endpoints(address, port),
             "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,

@@ -45,6 +45,13 @@ COMMON: dict[str, Any] = {
     "transport/unicast/accept_timeout": OPEN_TIMEOUT_MS,
 }
 
+CLIENT: dict[str, Any] = {
+    **COMMON,
+    # Else each client keeps 16 MB of shared memory for what it sends, which the server never lets go of, and the
+    # machine neither when the client is killed. The server's own, through which pictures come, is one for all.
+    "transport/shared_memory/transport_optimization/enabled": False,
+}
+
 
 def import_zenoh(runtime: str = RUNTIME) -> Any:
     """Import Zenoh with one of the runtimes above, unless the user chose another one by ``ZENOH_RUNTIME``.
