@@ -19,12 +19,21 @@ logger = logging.getLogger(__name__)
 _LENT = "REMOTE_API_TEMPFILE_"
 """What the original called a file of the client's side while it was loaded; four digits and the ending follow."""
 
+_LONGEST_PART, _LONGEST_PATH = 255, 4095
+"""Bytes; the limits of Linux, and of most file systems."""
+
 
 def check_name(name: str) -> str:
     """A file name or path as text that means the same on every system: `\\` becomes `/`.
 
-    Raises CommandError for an empty one, NUL, and drive letters.
+    Raises CommandError for an empty one, NUL, drive letters, and what is too long for a file system.
     """
+    if len(os.fsencode(name)) > _LONGEST_PATH or any(
+        len(os.fsencode(part)) > _LONGEST_PART for part in name.replace("\\", "/").split("/")
+    ):
+        raise CommandError(
+            f"{name[:80]!r}... is too long: a file name has at most {_LONGEST_PART} bytes, a path {_LONGEST_PATH}"
+        )
     if not name.strip() or "\0" in name:
         raise CommandError(f"{name[:80]!r} is no file name; give a path within the server's workspace")
     if PureWindowsPath(name).drive:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -68,7 +69,7 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     for folder in folders:
         for name in names:
             path = (folder / name).resolve()
-            if not path.is_file():
+            if not os.path.isfile(path):  # where Path.is_file raises, for a name too long, this is False
                 continue
             if not any(path.is_relative_to(each) for each in folders):
                 raise UIFileError(
