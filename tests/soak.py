@@ -29,6 +29,11 @@ SCENE = HERE / "conformance" / "scene.xml"
 CLIENTS = 3
 SAMPLES = 12
 CLIENT_EXIT_TIMEOUT = 20.0
+TURN = 0.1
+"""Seconds between two looks at the clients."""
+LONGEST_TURN = 5.0
+MORE_THREADS = 5
+"""Zenoh's pool starts its workers one by one."""
 GROWTH = 0.10
 """The share by which memory may be larger at the end than after the first third."""
 FILES_OF_CLIENTS = 8
@@ -40,6 +45,8 @@ class Sample:
     """What could grow."""
 
     seconds: float
+    batches: int
+    """Of calls, that have arrived."""
     memory_mb: float
     threads: int
     open_files: int
@@ -75,6 +82,14 @@ class Soak:
         pacer = Pacer(4.0)
         self.engine = Engine(self.simulation, HANDLERS, pacer)
         self.simulation.parameters.pace = pacer
+        self.batches = 0
+        submit = self.engine.submit
+
+        def counted(client: str, payload: bytes) -> None:
+            self.batches += 1
+            submit(client, payload)
+
+        self.engine.submit = counted
         self.gateway = ZenohGateway(self.engine, ports=[0])
         stack.callback(self.gateway.close)
         self.file = self.workspace / "to transfer"
@@ -91,11 +106,15 @@ class Soak:
         end = self.began + seconds
         while (left := end - time.monotonic()) > 0:
             self.keep_clients(left)
-            self.engine.run(min(end, time.monotonic() + seconds / SAMPLES))
+            began = time.monotonic()
+            self.engine.run(min(end, began + TURN))
             if self.engine.is_ending:
                 self.problems.append("the server ended")
                 return
-            self.samples.append(self.sample())
+            if time.monotonic() > began + LONGEST_TURN:
+                self.problems.append(f"nothing was answered for {time.monotonic() - began:.1f} s")
+            if time.monotonic() > self.began + seconds * len(self.samples) / SAMPLES:
+                self.samples.append(self.sample())
         deadline = time.monotonic() + CLIENT_EXIT_TIMEOUT
         while time.monotonic() < deadline and (
             self.engine.sessions or any(c.poll() is None for c in self.clients)
@@ -130,6 +149,7 @@ class Soak:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         return Sample(
             round(time.monotonic() - self.began, 1),
+            self.batches,
             round(pages * os.sysconf("SC_PAGE_SIZE") / 1e6, 1),
             len(os.listdir("/proc/self/task")),
             len(os.listdir("/proc/self/fd")),
@@ -149,9 +169,9 @@ class Soak:
             found.append(f"memory grew from {early} to {late} MB")
         if last.sessions or last.streams:
             found.append(f"{last.sessions} sessions and {last.streams} streams are left without clients")
-        for name in ("threads", "open_files"):
+        for name, more in (("threads", MORE_THREADS), ("open_files", 0)):
             most = max(getattr(sample, name) for sample in (before, *self.samples[: 2 * third]))
-            if getattr(last, name) > most:
+            if getattr(last, name) > most + more:
                 found.append(f"{name} grew from {most} to {getattr(last, name)}")
         if last.workspace_files > FILES_OF_CLIENTS:
             found.append(f"{last.workspace_files} files are left in the workspace")

@@ -66,7 +66,8 @@ def edit(
     scene = build_scene(spec, model, annotations, old.path, old, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
     scene.made_static = set(old.made_static)
-    scene.withheld = dict(old.withheld)
+    geoms = {model.geom(geom).name for geom in range(model.ngeom)} if old.withheld else set()
+    scene.withheld = {key: value for key, value in old.withheld.items() if key[0] in geoms}
     scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
     scene.weightless_bodies = set(weights)
     for handle in removed or ():

@@ -135,6 +135,15 @@ def test_a_model_base_is_made_and_unmade_and_its_bits_kept(cid: int, simx: Any, 
     assert simx(cid, NO_OBJECT, 0, BLOCKING) == REMOTE_ERROR
 
 
+@of("simxSetModelProperty")
+def test_sensors_go_on_when_a_part_of_a_restricted_model_is_removed(cid: int, simx: Any, handle: Any) -> None:
+    assert simx(cid, handle("crate"), v.sim_modelproperty_not_visible, BLOCKING) == OK
+    assert v.simxRemoveObject(cid, handle("lid"), BLOCKING) == OK
+    start_stepped(cid)
+    step(cid, 0.05)
+    assert v.simxReadProximitySensor(cid, handle("ahead"), BLOCKING)[0] == OK
+
+
 @of("simxGetBooleanParameter")
 def test_boolean_parameters_are_bool_and_unknown_ones_8(cid: int, simx: Any) -> None:
     for number, value in (
