@@ -1,9 +1,11 @@
 """Messages survive the way; anything else is refused with one kind of error."""
 
 import contextlib
+import math
 import struct
 
 import msgpack
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -119,3 +121,16 @@ def test_wrong_arguments_are_errors_that_say_what_was_given(coerce, value, error
 def test_hostile_values_are_refused_at_the_server(kind, value):
     with pytest.raises(ValueError, match="must"):
         kind.check(value)
+
+
+def test_numbers_beyond_single_precision_become_infinity():
+    big = 3.4028234663852886e38
+    values = [big, -1e39, [1e300, 1.0], np.array([1e300]), math.inf, "text", b"bytes", 7]
+    reply = decode_delivery(encode(Delivery(0, 0, 0, 0, 0, [Reply(1, 0, 0, values)]))).replies[0]
+    assert reply.values == [big, -math.inf, [math.inf, 1.0], [math.inf], math.inf, "text", b"bytes", 7]
+
+
+@pytest.mark.parametrize("value", [(2 - 2**-24) * 2.0**127, -1e300])
+def test_the_least_number_that_overflows_does_not_fail(value):
+    reply = decode_delivery(encode(Delivery(0, 0, 0, 0, 0, [Reply(1, 0, 0, [value])]))).replies[0]
+    assert reply.values == [math.copysign(math.inf, value)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
 import msgpack
@@ -10,6 +11,9 @@ from .messages import Batch, Call, Delivery, Greeting, Reply, Welcome
 
 MAX_MESSAGE = 256 << 20
 """Largest message in bytes that is decoded."""
+
+_BEYOND_FLOAT32 = (2.0 - 2.0**-24) * 2.0**127
+"""The least number that rounds to more than the greatest float32."""
 
 
 class CodecError(ValueError):
@@ -24,8 +28,26 @@ def _plain(value: Any) -> Any:
 
 
 def encode(message: Batch | Delivery | Greeting | Welcome) -> bytes:
-    """Pack a message: lists in field order, float32 numbers."""
+    """Pack a message: lists in field order, float32 numbers; beyond their range infinity, as in C."""
+    try:
+        return _pack(message)
+    except OverflowError:
+        return _pack(_in_range(message))
+
+
+def _pack(message: Any) -> bytes:
     return msgpack.packb(message, use_single_float=True, unicode_errors="surrogateescape", default=_plain)
+
+
+def _in_range(value: Any) -> Any:
+    """A message with infinity in place of every number that no float32 can hold."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_in_range(each) for each in cast(list[Any], value)]
+    if isinstance(value, float) and math.isfinite(value) and abs(value) >= _BEYOND_FLOAT32:
+        return math.copysign(math.inf, value)
+    return value
 
 
 def _unpack(payload: bytes) -> list[Any]:

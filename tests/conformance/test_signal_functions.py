@@ -169,3 +169,8 @@ def test_signals_of_a_client_outlive_stop_and_start(cid: int) -> None:
     assert v.simxGetIntegerSignal(cid, "n", BLOCKING) == (OK, 7)
     v.simxStopSimulation(cid, BLOCKING)
     assert v.simxGetIntegerSignal(cid, "n", BLOCKING) == (OK, 7)
+
+
+def test_a_number_that_no_float32_holds_is_8_and_the_next_call_is_answered(cid: int) -> None:
+    assert v.simxSetFloatSignal(cid, "f", 1e300, BLOCKING) == REMOTE_ERROR
+    assert v.simxSetFloatSignal(cid, "f", 1e30, BLOCKING) == OK
