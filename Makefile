@@ -9,9 +9,10 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SCENE  ?= ur5_rg2_kinect
 TESTS  ?=
+SECONDS ?= 60
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench clean
+.PHONY: help setup demo test soak check format bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -43,6 +44,9 @@ demo: $(READY) ## drive the tutorial's robot: by keys in a window, or by itself 
 
 test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
 	@$(BIN)/python -m pytest $(TESTS)
+
+soak: $(READY) ## random calls from three clients for SECONDS (60): the server must stay up and not grow
+	@$(BIN)/python tests/soak.py $(SECONDS)
 
 check: $(READY) ## format, lint and types, nothing is changed
 	@wrong=; \

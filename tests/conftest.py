@@ -1,4 +1,4 @@
-"""What every test starts from: an environment without the settings of the person who runs it."""
+"""What every test starts from: an environment without settings of the person who runs it. And figures at the end."""
 
 from __future__ import annotations
 
@@ -11,3 +11,11 @@ import pytest
 def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in [name for name in os.environ if name.startswith("SIMX_")]:
         monkeypatch.delenv(variable)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """What tests recorded as ``figures`` is shown, also when they pass."""
+    for report in terminalreporter.getreports("passed"):
+        for name, value in report.user_properties:
+            if name == "figures":
+                terminalreporter.write_line(value)

@@ -1,12 +1,12 @@
 """Scenes that other packages ship load as they are: every named body, joint and camera answers, a run works.
 
-What is looked at are the files of the packages that happen to be installed (the extra `scenes-test` installs all);
-none is imported. What MuJoCo itself cannot load, such as files made to be included, is counted but not tried.
+What is looked at are the files of packages that the extra `dev` installs; none is imported. What MuJoCo itself cannot
+load, such as files made to be included, is counted but not tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def files_of(package: str) -> list[Path]:
     """Every MJCF and URDF file of an installed package; skips the test where it is not installed."""
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
-        pytest.skip(f"{package} is not installed; pip install -e '.[scenes-test]'")
+        pytest.skip(f"{package} is not installed; pip install {package.replace('_', '-')}")
     folder = Path(spec.submodule_search_locations[0]) / PACKAGES[package]
     found = sorted(path for ending in ("*.xml", "*.urdf") for path in folder.rglob(ending))
     return [path for path in found if any(word in path.read_bytes() for word in _SOURCES)]
@@ -74,7 +74,9 @@ def try_scene(path: Path, model: mujoco.MjModel) -> None:
 
 @pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")  # MuJoCo's own loading warns of these
 @pytest.mark.parametrize("package", PACKAGES)
-def test_every_scene_of_a_package_answers(package: str) -> None:
+def test_every_scene_of_a_package_answers(
+    package: str, record_property: Callable[[str, object], None]
+) -> None:
     tried, failed, not_for_mujoco = 0, {}, 0
     for path in files_of(package):
         try:
@@ -87,8 +89,9 @@ def test_every_scene_of_a_package_answers(package: str) -> None:
             try_scene(path, model)
         except Exception as error:
             failed[path.name] = f"{type(error).__name__}: {error}"
-    print(
-        f"{package}: {tried - len(failed)} of {tried} scenes answer; {not_for_mujoco} more do not load in MuJoCo"
+    record_property(
+        "figures",
+        f"{package}: {tried - len(failed)} of {tried} scenes answer; {not_for_mujoco} more do not load in MuJoCo",
     )
     assert tried
     assert not failed

@@ -16,6 +16,7 @@ What a new parent means physically:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -35,8 +36,8 @@ from simx_server.scene.placing import (
 )
 from simx_server.scene.poses import IDENTITY, Pose, compose, inverse, rotate
 from simx_server.scene.recompile import edit
-from simx_server.scene.transplant import delete, delete_all, move_leaf
-from simx_server.scene.tree import Addition
+from simx_server.scene.transplant import delete, delete_all, find_body, move_leaf
+from simx_server.scene.tree import INTERNAL, Addition
 from simx_server.scene.welding import body_name, body_under, is_link, move_body_object, set_static
 
 if TYPE_CHECKING:
@@ -58,6 +59,9 @@ DUMMY_COLOR = (255, 255, 255, 0, 0, 0, 64, 64, 64, 0, 0, 0)
 _COLOR_STARTS = (0, 0, 6, 9)
 """Where the RGB of a component begins in a colour's 12 numbers."""
 
+_SENSOR_CARRIER = INTERNAL + "sensor_carrier"
+"""Stem of the names of empty bodies in which force sensors hang that nothing hangs on."""
+
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
 
@@ -72,6 +76,12 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
         scene.get(parent)
         if scene.is_below(parent, handle):
             raise CommandError(f"'{item.name}' cannot get its own child '{scene.get(parent).name}' as parent")
+        for joint in _joints_of(sim, item):
+            if scene.is_below(parent, joint.handle):
+                raise CommandError(
+                    f"'{item.name}' moves with its joint '{joint.name}', which carries '{scene.get(parent).name}'; "
+                    "give that another parent first"
+                )
     if parent == item.parent:
         return
     sim.refresh()
@@ -210,6 +220,13 @@ def _mark(item: SceneObject) -> int:
     return item.id
 
 
+def _joints_of(sim: Simulation, item: SceneObject) -> list[SceneObject]:
+    """The joints by which a body hangs in the model, wherever they stand in the tree."""
+    objects = sim.scene.objects.values()
+    is_body = item.element == "body"
+    return [other for other in objects if is_body and other.element == "joint" and other.body == item.body]
+
+
 def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
     target = body_under(sim, parent)
     if target == item.body:
@@ -218,11 +235,22 @@ def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
 
     def surgery(spec: mujoco.MjSpec) -> None:
         size = sim.model.site_size[item.id] if item.element == "site" else None
-        move_leaf(spec, item.element, item.element_name, body_name(sim, target), local, size)
+        name, place = body_name(sim, target), local
+        if item.kind == ObjectKind.FORCE_SENSOR:
+            # In the body itself it would measure what holds that body, and stand above it in the tree.
+            carrier = find_body(spec, name).add_body(
+                name=_free_name(spec, _SENSOR_CARRIER), pos=local[0], quat=local[1]
+            )
+            name, place = carrier.name, IDENTITY
+        move_leaf(spec, item.element, item.element_name, name, place, size)
         if item.element == "light":
             spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
 
     edit(sim, surgery, {(_PREFIX[item.element], item.element_name)})
+
+
+def _free_name(spec: mujoco.MjSpec, stem: str) -> str:
+    return next(name for number in count() if spec.body(name := f"{stem}{number}") is None)
 
 
 def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None:
