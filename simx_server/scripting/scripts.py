@@ -16,10 +16,10 @@ from simx_client.protocol import constants
 
 from ..errors import UnknownName
 from ..scene.properties import SCRIPTS_INACTIVE
-from . import sim_api
+from . import api as sim_api
+from .api import SimApi
 from .exchange import check_results
 from .lua import TIME_LIMIT, LuaInterpreter, ScriptError
-from .sim_api import SimApi
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,0 +1,102 @@
+"""The ``sim`` object of a script: one public method per function, named as V-REP names it, one file per topic.
+
+The work is done by the code that the remote commands use, so a script and a client get the same numbers and the same
+errors. A new function is a new method in the file of its topic; a new topic is a new class here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from simx_client.protocol import constants
+
+from ...errors import CommandError
+from ..signature import Signature
+from .base import HANDLE_SELF, ApiPart
+from .collisions import CollisionFunctions
+from .joints import JointFunctions
+from .messages import MessageFunctions
+from .objects import ObjectFunctions
+from .poses import PoseFunctions
+from .sensors import SensorFunctions
+from .signals import SignalFunctions
+from .simulation import SimulationFunctions
+
+__all__ = ["HANDLE_SELF", "SimApi", "invoke", "known_constants", "signatures"]
+
+_LATER_CONSTANTS = MappingProxyType(
+    {
+        "handleflag_axis": 0x400000,
+        "handle_scene": -12,
+        "handle_app": -13,
+        "verbosity_none": 100,
+        "verbosity_errors": 200,
+        "verbosity_warnings": 300,
+        "verbosity_loadinfos": 400,
+        "verbosity_scripterrors": 420,
+        "verbosity_scriptwarnings": 430,
+        "verbosity_scriptinfos": 450,
+        "verbosity_msgs": 450,
+        "verbosity_infos": 500,
+        "verbosity_debug": 600,
+        "verbosity_trace": 700,
+    }
+)
+"""Constants that scripts use and the remote API's module never had."""
+
+
+class SimApi(
+    ObjectFunctions,
+    PoseFunctions,
+    JointFunctions,
+    SensorFunctions,
+    CollisionFunctions,
+    SignalFunctions,
+    SimulationFunctions,
+    MessageFunctions,
+):
+    """What one script may do to the simulation."""
+
+
+@cache
+def signatures() -> Mapping[str, Signature]:
+    """Every function of `SimApi` with its parameters."""
+    found: dict[str, Signature] = {}
+    for part in SimApi.__mro__:
+        for name, member in vars(part).items() if issubclass(part, ApiPart) else ():
+            if not name.startswith("_") and callable(member):
+                found[name] = Signature.of(member)
+    return MappingProxyType(found)
+
+
+@cache
+def known_constants() -> Mapping[str, int]:
+    """``sim_NAME`` of the remote API as ``NAME``."""
+    found = {
+        name.removeprefix("sim_"): value
+        for name, value in vars(constants).items()
+        if name.startswith("sim_") and isinstance(value, int)
+    }
+    return MappingProxyType(found | _LATER_CONSTANTS)
+
+
+def invoke(api: SimApi, name: str, values: list[Any]) -> tuple[Any, ...]:
+    """Call a function by name with a script's plain values; its results as a tuple.
+
+    Raises:
+        CommandError: no such function, arguments of the wrong kind, or what the function raises.
+    """
+    signature = signatures().get(name)
+    if signature is None:
+        near = get_close_matches(name, [*signatures(), *known_constants()], 3)
+        advice = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise CommandError(f"is not provided by this server{advice}")
+    function: Callable[..., Any] = getattr(api, name)
+    result = function(*signature.bind(values))
+    if result is None:
+        return ()
+    return result if isinstance(result, tuple) else (result,)
