@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import logging
+import re
 from pathlib import Path
 
 from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
 from simx_server.errors import CommandError
+
+MODELS = "models"
+"""The folder beside a scene in which its models, and the scripts that these name, may lie."""
+
+MODEL_SUFFIX = ".ttm"
 
 logger = logging.getLogger(__name__)
 
@@ -16,6 +22,16 @@ def shipped_scenes() -> Path:
     package = Path(__file__).resolve().parent
     installed = package / "shipped_scenes"
     return installed if installed.is_dir() else package.parent / "scenes"
+
+
+def shipped_models() -> Path:
+    """The folder of shipped models, beside which lie the scripts that they name."""
+    return shipped_scenes() / MODELS
+
+
+def plain(stem: str) -> str:
+    """A V-REP file's stem as ours are written: ``KUKA YouBot`` is ``kuka_youbot``."""
+    return re.sub(r"[^a-z0-9]+", "_", stem.lower()).strip("_")
 
 
 def list_scenes() -> list[str]:
@@ -35,14 +51,21 @@ def find_scene(text: str | Path, folder: Path | None = None, *, meshes: bool = F
     given = Path(text) if folder is None else folder / text
     stem = vrep_stem(given.name)
     suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if meshes else ())
+    scenes, models = shipped_scenes(), shipped_models()
     if stem is None:
         if given.is_file():
             return given
-        shipped = shipped_scenes() / given.name
-        candidates = [shipped, *_with_suffixes(shipped, suffixes), *_with_suffixes(given, suffixes)]
+        candidates = [scenes / given.name, *_with_suffixes(scenes / given.name, suffixes)]
+        candidates += [
+            *_with_suffixes(given, suffixes),
+            models / given.name,
+            *_with_suffixes(models / given.name, suffixes),
+        ]
     else:
         candidates = _with_suffixes(given.with_name(stem), suffixes)
-        candidates += _with_suffixes(shipped_scenes() / stem, suffixes)
+        candidates += _with_suffixes(scenes / stem, suffixes)
+        folders = (models, scenes) if given.name.lower().endswith(MODEL_SUFFIX) else (scenes, models)
+        candidates += [path for folder in folders for path in _with_suffixes(folder / plain(stem), suffixes)]
     for candidate in candidates:
         if candidate.is_file():
             if stem is not None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from simx_client.protocol import constants
 
 from ..errors import UnknownName
+from ..library import MODELS
 from ..scene.properties import SCRIPTS_INACTIVE
 from . import api as sim_api
 from .api import SimApi
@@ -200,12 +201,13 @@ class Scripts:
             folder = scene.resolve().parent
         else:
             raise ScriptError(f"{script.file} cannot be found: the scene was not loaded from a file")
-        path = (folder / script.file).resolve()
-        if not path.is_relative_to(folder):
-            raise ScriptError(f"{script.file} is outside the scene's folder {folder}; put it there")
-        if not path.is_file():
-            raise ScriptError(f"{script.file} is not in the scene's folder {folder}")
-        return path
+        # A model's file names its script as it lies beside it, also when a scene includes that file.
+        for path in ((folder / script.file).resolve(), (folder / MODELS / script.file).resolve()):
+            if not path.is_relative_to(folder):
+                raise ScriptError(f"{script.file} is outside the scene's folder {folder}; put it there")
+            if path.is_file():
+                return path
+        raise ScriptError(f"{script.file} is not in the scene's folder {folder}, nor in its {MODELS}/")
 
     def _start(self) -> None:
         for script in self._scripts:
