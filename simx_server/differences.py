@@ -292,6 +292,70 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_user_interface_custom_uis.py::test_file_becomes_uis_that_are_found_by_name",
         "simxLoadUI",
     ),
+    Difference(
+        "There is no predefined assembly (code 8).",
+        "V-REP assembled with the handle plus 0x400000 and keepInPlace false; place the object, then set its parent.",
+        _OBJECTS + "test_the_assembly_flag_is_8_unless_the_place_is_kept",
+        "simxSetObjectParent",
+    ),
+    Difference(
+        "One scene is loaded at a time,",
+        "and closing it leaves an empty one. V-REP showed another open scene, or its default one.",
+        "tests/conformance/test_simulation_functions.py::test_closing_leaves_an_empty_scene_and_is_8_while_running",
+        "simxCloseScene simxLoadScene",
+    ),
+    Difference(
+        "Scenes, models and UIs at the server are loaded from its open folders only:",
+        "the workspace, the shipped ones, that of the present scene. Elsewhere it is code 8; V-REP opened any file.",
+        "tests/test_files.py::test_server_side_paths_outside_are_refused",
+        "simxLoadScene simxLoadModel simxLoadUI",
+    ),
+    Difference(
+        "Numbers that are not finite in single precision are refused (code 8);",
+        "V-REP took NaN and infinity.",
+        _OBJECTS + "test_numbers_that_are_not_finite_are_8_and_change_nothing",
+    ),
+    Difference(
+        "Calls are sent at once;",
+        "commThreadCycleInMs means nothing. So two oneshot calls of a key are both executed, unless communication is "
+        "paused; of those within one of V-REP's cycles only the last was.",
+        _SURPRISES + "test_03_without_a_pause_every_call_is_sent_at_once_and_executed",
+        "simxStart",
+    ),
+    Difference(
+        "A loop that calls faster than the server executes is slowed to its pace.",
+        "After 200 unanswered messages the next call waits for an answer, so that nothing acts later and later.",
+        "tests/test_engine.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
+    ),
+    Difference(
+        "A stream of simxGetLastErrors tells each text once and loses none,",
+        "up to 50 unread ones. In V-REP the next, mostly empty reply replaced texts that had not been read.",
+        "tests/test_parameters.py::test_streamed_errors_are_each_told_once_however_late_they_are_read",
+        "simxGetLastErrors",
+    ),
+    Difference(
+        "Files above 64 MiB do not travel (code 32).",
+        "Put them into the server's workspace yourself.",
+        "tests/test_files.py::test_file_that_is_too_large_stays_here",
+        "simxTransferFile simxLoadScene simxLoadModel simxLoadUI",
+    ),
+    Difference(
+        "A timeOut of 0 or less for simxTransferFile means that of all blocking calls.",
+        "V-REP took the number as it was, so that nothing was waited for.",
+        "tests/test_files.py::test_time_out_of_the_transfer_is_the_one_that_was_given",
+        "simxTransferFile",
+    ),
+    Difference(
+        "A blocking call answers 3 at once when no server can come any more:",
+        "the connection was lost, or never made, and is not to be taken up again. V-REP let the time-out pass.",
+        "tests/test_engine.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
+    ),
+    Difference(
+        "With several stepped clients a trigger answers when all have triggered.",
+        "V-REP answered at once. A script with two stepped clients triggers one of them from another thread.",
+        "tests/test_engine.py::test_all_stepped_clients_must_trigger",
+        "simxSynchronousTrigger",
+    ),
 )
 
 

@@ -111,12 +111,13 @@ class Parameters:
         self.end: Callable[[], None] | None = None
         """Set by the composition: ends the server."""
         self.stop_requests = 0
-        """Stop requests of clients and scripts since the server started."""
+        """Runs that were asked to stop, by clients or scripts, since the server started."""
         self.pace: Pace | None = None
         """Set by the composition; without it the simulation is paced by its caller."""
         self.is_waiting_for_trigger: Callable[[], bool] = lambda: False
         """Set by the composition: whether a stepped simulation waits (boolean 45)."""
         sim.on_stop.append(lambda: self._change_speed(0))
+        sim.on_stopping.append(self._count_stop)
         self.booleans = Table("boolean", self._booleans())
         self.integers = Table("integer", self._integers())
         self.floats = Table("float", self._floats())
@@ -230,6 +231,9 @@ class Parameters:
         if value & ~known:
             raise CommandError(f"the error report mode is 0 to {known}, not {value}")
         self.error_report_mode = value
+
+    def _count_stop(self) -> None:
+        self.stop_requests += 1
 
     def _set_speed_index(self, value: int) -> None:
         """Each step doubles the pace, each one below 0 halves it, until the run ends.

@@ -6,6 +6,7 @@ of the simulation.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +34,9 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     load scenes; the working directory if None. Pictures also need `sim.rendering`, a RenderThread.
     """
     sim.workspace = (workspace or Path.cwd()).resolve()
-    sim.selection = []
+    _select_nothing(sim)
+    for happened in (sim.on_load, sim.on_close):
+        happened.append(partial(_select_nothing, sim))  # another scene may have the same handles
     sim.status_bar = StatusBar()
     sim.object_settings = ObjectSettings(sim)
     sim.parameters = Parameters(sim)
@@ -47,3 +50,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     UnresetModels(sim)
     sim.user_interface = UserInterface(sim)
     sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)
+
+
+def _select_nothing(sim: Simulation) -> None:
+    sim.selection = []

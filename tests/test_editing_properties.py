@@ -212,9 +212,9 @@ def test_dummy_keeps_its_size_and_colour_and_goes_with_the_stop(world: World) ->
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, 1e6])
-def test_dummy_without_a_size_is_refused(world: World, size: float) -> None:
-    with pytest.raises(CommandError, match="size"):
-        world.call("simxCreateDummy", size, None)
+def test_dummy_of_any_size_is_made_as_small_or_large_as_can_be(world: World, size: float) -> None:
+    dummy = world.call("simxCreateDummy", size, None)
+    assert 0 < editing.dummy_size(world.sim, dummy) < 1000
 
 
 def test_removing_everything_empties_the_scene_in_one_edit_and_stop_brings_it_back() -> None:

@@ -131,14 +131,14 @@ def _items(value: Any) -> Iterable[Any]:
         raise TypeError(f"needs a sequence, got {_describe(value)}") from None
 
 
-def _to_vector(length: int) -> Callable[[Any], list[float]]:
+def _to_vector(length: int, items: Callable[[Any], list[Any]], zero: float) -> Callable[[Any], list[Any]]:
     """Too few elements are filled with zeros, too many are an error, as C array construction did."""
 
-    def coerce(value: Any) -> list[float]:
-        values = to_floats(value)
+    def coerce(value: Any) -> list[Any]:
+        values = items(value)
         if len(values) > length:
             raise IndexError(f"needs at most {length} numbers, got {len(values)}")
-        return values + [0.0] * (length - len(values))
+        return values + [zero] * (length - len(values))
 
     return coerce
 
@@ -228,13 +228,14 @@ DEPTHS = Kind(
 )
 
 
-def _vector(name: str, length: int) -> Kind:
+def _vector(name: str, length: int, items: Kind = FLOATS) -> Kind:
+    zero, check = (0.0, _check_float) if items is FLOATS else (0, _check_int)
     return Kind(
         name,
-        "list[float]",
-        lambda: [0.0] * length,
-        _to_vector(length),
-        _check_list(_check_float, length),
+        items.annotation,
+        lambda: [zero] * length,
+        _to_vector(length, items.coerce, zero),
+        _check_list(check, length),
         list,
         f"{length} numbers",
     )
@@ -248,26 +249,23 @@ INT_PAIR = Kind(
 )
 
 
-def _optional_kind(kind: Kind, length: int | None = None) -> Kind:
-    check = (
-        kind.check if length is None else _check_list(_check_float if kind is FLOATS else _check_int, length)
-    )
+def _optional_kind(kind: Kind) -> Kind:
     return Kind(
-        f"optional_{kind.name}{length or ''}",
+        f"optional_{kind.name}",
         f"{kind.annotation} | None",
         lambda: None,
         _optional(kind.coerce),
-        _optional(check),
+        _optional(kind.check),
         kind.fresh,
         f"{kind.meaning} or None",
     )
 
 
 OPTIONAL_TEXT = _optional_kind(TEXT)
-OPTIONAL_INTS2 = _optional_kind(INTS, 2)
-OPTIONAL_INTS12 = _optional_kind(INTS, 12)
-OPTIONAL_FLOATS3 = _optional_kind(FLOATS, 3)
-OPTIONAL_FLOATS6 = _optional_kind(FLOATS, 6)
+OPTIONAL_INTS2 = _optional_kind(_vector("ints2", 2, INTS))
+OPTIONAL_INTS12 = _optional_kind(_vector("ints12", 12, INTS))
+OPTIONAL_FLOATS3 = _optional_kind(_vector("floats3", 3))
+OPTIONAL_FLOATS6 = _optional_kind(_vector("floats6", 6))
 
 KINDS: dict[str, Kind] = {
     kind.name: kind

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_client.protocol import constants as c
+
 from ..errors import CommandError, UnknownHandle
 from ..scene import editing, properties
 from ..scene.copying import copy_objects
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
 HANDLE_ALL = -2
 _ASSEMBLY_FLAG = 0x400000
+
+_LEAST_DUMMY, _LARGEST_DUMMY = 1e-4, 999.0
+"""Metres; MuJoCo's sites need a size."""
 
 
 @handler("simxGetObjectHandle")
@@ -37,8 +42,14 @@ def get_object_parent(sim: Simulation, client: ClientSession, child: int) -> int
     try:
         return sim.scene.get(child).parent
     except UnknownHandle as problem:
-        client.errors.append(str(problem))
+        _tell(sim, client, f"simxGetObjectParent: {problem}")
         return -1
+
+
+def _tell(sim: Simulation, client: ClientSession, text: str) -> None:
+    """Errors that are no remote error: they are told as all others are."""
+    if sim.parameters.error_report_mode & c.sim_api_errormessage_report:
+        client.errors.append(text)
 
 
 @handler("simxGetObjectChild", with_client=True)
@@ -47,7 +58,7 @@ def get_object_child(sim: Simulation, client: ClientSession, parent: int, index:
     try:
         sim.scene.get(parent)
     except UnknownHandle as problem:
-        client.errors.append(str(problem))
+        _tell(sim, client, f"simxGetObjectChild: {problem}")
         return -1
     children = sim.scene.children(parent)
     return children[index] if 0 <= index < len(children) else -1
@@ -55,11 +66,16 @@ def get_object_child(sim: Simulation, client: ClientSession, parent: int, index:
 
 @handler("simxSetObjectParent")
 def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
-    """Parent -1 is the world."""
+    """Parent -1 is the world.
+
+    Differs: there is no predefined assembly, which V-REP does when 0x400000 is added and the place is not kept.
+    """
     if handle > 0 and handle & _ASSEMBLY_FLAG:
-        raise CommandError(
-            "predefined assembly (handle + 0x400000) is not available; place the object, then set its parent"
-        )
+        if not keep_in_place:
+            raise CommandError(
+                "predefined assembly (handle + 0x400000) is not available; place the object, then set its parent"
+            )
+        handle &= ~_ASSEMBLY_FLAG
     editing.set_parent(sim, handle, parent, keep_in_place)
     sim.object_settings.apply_masks()
 
@@ -90,8 +106,11 @@ def copy_paste_objects(sim: Simulation, handles: list[int]) -> list[int]:
 
 @handler("simxCreateDummy")
 def create_dummy(sim: Simulation, size: float, color: list[int] | None) -> int:
-    """A dummy at the origin, gone after the stop when a run created it; pictures do not show dummies."""
-    return editing.create_dummy(sim, size, color)
+    """A dummy at the origin, gone after the stop when a run created it; pictures do not show dummies.
+
+    Any size is taken, as in V-REP; scripts that want a mere point say 0.
+    """
+    return editing.create_dummy(sim, min(max(size, _LEAST_DUMMY), _LARGEST_DUMMY), color)
 
 
 @handler("simxGetModelProperty")

@@ -23,14 +23,19 @@ def pause_simulation(sim: Simulation) -> None:
 
 @handler("simxStopSimulation")
 def stop_simulation(sim: Simulation) -> None:
-    """V-REP needs a few passes to stop; here it has stopped when the answer comes."""
-    sim.parameters.stop_requests += 1
+    """Ends stepped mode of all clients too; nothing when stopped already, then stepped mode stays.
+
+    Differs: V-REP needs a few passes to stop; here it has stopped when the answer comes.
+    """
     sim.stop()
 
 
 @handler("simxCloseScene")
 def close_scene(sim: Simulation) -> None:
-    """Leaves an empty scene. Raises CommandError while not stopped."""
+    """Raises CommandError while not stopped.
+
+    Differs: it leaves an empty scene, as one is loaded at a time; V-REP showed another open one, or its default scene.
+    """
     sim.close()
 
 

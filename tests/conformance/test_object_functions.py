@@ -1,9 +1,8 @@
-"""Objects: handles, hierarchy, poses, velocity, group data, models, selection (the reference's 3.3, 7 and 10)."""
+"""Objects: handles, hierarchy, poses, velocity, group data (the reference's 3.3, 7 and 10)."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,7 +16,7 @@ AXIS = 0x400000
 
 
 @of("simxGetObjectHandle")
-@pytest.mark.parametrize("text", ["lid", "lid#", "/crate/lid", "/lid", b"lid"])
+@pytest.mark.parametrize("text", ["lid", "lid#", "lid@alt", "/crate/lid", "/lid", b"lid"])
 def test_an_object_is_found_by_name_and_path(cid: int, simx: Any, handle: Any, text: Any) -> None:
     assert simx(cid, text, BLOCKING) == (OK, handle("lid"))
     assert_types(simx(cid, text, BLOCKING), (0, 1))
@@ -63,7 +62,22 @@ def test_children_are_counted_from_0_and_minus_1_ends_the_list(cid: int, simx: A
     assert simx(cid, handle("watcher"), 2, BLOCKING) == (OK, handle("by_hand"))
     assert simx(cid, handle("watcher"), 3, BLOCKING) == (OK, -1)
     assert simx(cid, handle("watcher"), -1, BLOCKING) == (OK, -1)
+    v.simxGetLastErrors(cid, BLOCKING)
     assert simx(cid, NO_OBJECT, 0, BLOCKING) == (OK, -1)
+    assert simx(cid, -1, 0, BLOCKING) == (OK, -1)
+    assert len(v.simxGetLastErrors(cid, BLOCKING)[1]) == 2
+
+
+def test_texts_of_errors_that_are_no_code_name_the_function_and_can_be_switched_off(cid: int) -> None:
+    functions: list[Any] = [v.simxGetObjectParent, v.simxGetObjectChild]
+    for function in functions:
+        arguments = [NO_OBJECT] if function is v.simxGetObjectParent else [NO_OBJECT, 0]
+        function(cid, *arguments, BLOCKING)
+        assert v.simxGetLastErrors(cid, BLOCKING)[1][0].startswith(function.__name__)
+        v.simxSetIntegerParameter(cid, v.sim_intparam_error_report_mode, 0, BLOCKING)
+        function(cid, *arguments, BLOCKING)
+        assert v.simxGetLastErrors(cid, BLOCKING) == (OK, [])
+        v.simxSetIntegerParameter(cid, v.sim_intparam_error_report_mode, 1, BLOCKING)
 
 
 @of("simxSetObjectParent")
@@ -96,6 +110,15 @@ def test_impossible_parents_are_8(cid: int, simx: Any, handle: Any) -> None:
     assert v.simxGetObjectParent(cid, lid, BLOCKING) == (OK, crate)
 
 
+@of("simxSetObjectParent")
+def test_the_assembly_flag_is_8_unless_the_place_is_kept(cid: int, simx: Any, handle: Any) -> None:
+    lid, target = handle("lid"), handle("target")
+    assert simx(cid, lid + AXIS, target, False, BLOCKING) == REMOTE_ERROR
+    assert v.simxGetObjectParent(cid, lid, BLOCKING) == (OK, handle("crate"))
+    assert simx(cid, lid + AXIS, target, True, BLOCKING) == OK
+    assert v.simxGetObjectParent(cid, lid, BLOCKING) == (OK, target)
+
+
 @of("simxGetObjectPosition")
 def test_a_position_is_metres_in_the_world_the_parent_or_another_object(
     cid: int, simx: Any, handle: Any
@@ -105,6 +128,7 @@ def test_a_position_is_metres_in_the_world_the_parent_or_another_object(
     assert simx(cid, lid, v.sim_handle_parent, BLOCKING)[1] == pytest.approx([0, 0, 0.35], abs=1e-6)
     assert simx(cid, crate, v.sim_handle_parent, BLOCKING)[1] == pytest.approx([-2, -3, 0.3], abs=1e-6)
     assert simx(cid, lid, target, BLOCKING)[1] == pytest.approx([-3.5, -9, 0.15], abs=1e-6)
+    assert simx(cid, lid, lid, BLOCKING) == (OK, [0.0] * 3)
     assert_types(simx(cid, lid, -1, BLOCKING), (0, [0.0]))
     for pair in ((NO_OBJECT, -1), (lid, NO_OBJECT), (lid, -2)):
         assert simx(cid, *pair, BLOCKING) == (REMOTE_ERROR, [0.0] * 3)
@@ -129,7 +153,21 @@ def test_a_position_is_set_in_any_frame_and_children_move_along(cid: int, simx: 
     assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([1.5, 6, 1.5], abs=1e-6)
     assert simx(cid, lid, v.sim_handle_parent, [0, 0, 0], BLOCKING) == OK
     assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([1, 1, 1], abs=1e-6)
-    assert simx(cid, NO_OBJECT, -1, [0, 0, 0], BLOCKING) == REMOTE_ERROR
+    assert simx(cid, lid, lid, [0, 0, 0.5], BLOCKING) == OK, "from where it is"
+    assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([1, 1, 1.5], abs=1e-6)
+    for pair in ((NO_OBJECT, -1), (lid, NO_OBJECT), (lid, -2)):
+        assert simx(cid, *pair, [0, 0, 0], BLOCKING) == REMOTE_ERROR
+
+
+@of("simxSetObjectPosition")
+@pytest.mark.parametrize("number", [math.nan, math.inf, 1e39])
+def test_numbers_that_are_not_finite_are_8_and_change_nothing(
+    cid: int, simx: Any, handle: Any, number: float
+) -> None:
+    lid = handle("lid")
+    before = v.simxGetObjectPosition(cid, lid, -1, BLOCKING)
+    assert simx(cid, lid, -1, [0, 0, number], BLOCKING) == REMOTE_ERROR
+    assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING) == before
 
 
 @of("simxSetObjectPosition")
@@ -194,6 +232,11 @@ def test_a_quaternion_is_set_with_its_scalar_last(cid: int, simx: Any, handle: A
     with pytest.raises(IndexError):
         simx(cid, lid, -1, [0, 0, 0, 1, 0], BLOCKING)
     assert simx(cid, NO_OBJECT, -1, [0, 0, 0, 1], BLOCKING) == REMOTE_ERROR
+    assert simx(cid, lid, -1, [0, 0, 0, 0], BLOCKING) == REMOTE_ERROR, "no rotation"
+    assert simx(cid, lid, -1, [0, 0, 0, 5], BLOCKING) == OK
+    assert v.simxGetObjectQuaternion(cid, lid, -1, BLOCKING) == (OK, [0.0, 0.0, 0.0, 1.0])
+    assert simx(cid, lid + AXIS, -1, [half, half, 0, 0], BLOCKING) == OK, "with the flag the scalar is first"
+    assert v.simxGetObjectQuaternion(cid, lid, -1, BLOCKING)[1] == pytest.approx([half, 0, 0, half], abs=1e-6)
 
 
 def test_a_joint_as_reference_means_its_moving_frame_and_its_own_pose_ignores_its_value(
@@ -225,6 +268,8 @@ def test_velocity_is_measured_over_the_last_pass(cid: int, simx: Any, handle: An
     assert simx(cid, upper, BLOCKING)[2] == pytest.approx([0, 0, 1], abs=0.02)
     assert simx(cid, upper + AXIS, BLOCKING)[2] == pytest.approx([0, 0, 1], abs=0.02)
     assert simx(cid, NO_OBJECT, BLOCKING) == (REMOTE_ERROR, [0.0] * 3, [0.0] * 3)
+    v.simxStopSimulation(cid, BLOCKING)
+    assert simx(cid, falling, BLOCKING) == (OK, [0.0] * 3, [0.0] * 3)
 
 
 _STRIDES = {
@@ -257,6 +302,8 @@ def test_group_data_agrees_with_the_single_functions(cid: int, simx: Any, handle
     poses = simx(cid, joint_type, 11, BLOCKING)[3]
     assert poses[:3] == positions[:3]
     assert poses[3:7] == v.simxGetObjectQuaternion(cid, joints[0], -1, BLOCKING)[1]
+    local = simx(cid, joint_type, 12, BLOCKING)[3]
+    assert local[3:7] == v.simxGetObjectQuaternion(cid, joints[0], v.sim_handle_parent, BLOCKING)[1]
 
 
 @of("simxGetObjectGroupData")
@@ -282,119 +329,3 @@ def test_group_data_of_a_type_without_objects_is_empty_and_of_no_type_8(cid: int
     assert simx(cid, v.sim_object_mill_type, 3, BLOCKING) == (OK, [], [], [], [])
     for wrong in (ALL, -1, 108, 5000):
         assert simx(cid, wrong, 3, BLOCKING) == (REMOTE_ERROR, [], [], [], [])
-
-
-@of("simxRemoveObject")
-@pytest.mark.parametrize("runs", [False, True])
-def test_a_removed_object_is_gone_and_removing_it_again_is_8(
-    cid: int, simx: Any, handle: Any, runs: bool
-) -> None:
-    cube = handle("cube")
-    if runs:
-        start_stepped(cid)
-    assert simx(cid, cube, BLOCKING) == OK
-    assert v.simxGetObjectHandle(cid, "cube", BLOCKING) == (REMOTE_ERROR, 0)
-    assert simx(cid, cube, BLOCKING) == REMOTE_ERROR
-    v.simxStopSimulation(cid, BLOCKING)
-    assert v.simxGetObjectHandle(cid, "cube", BLOCKING) == ((OK, cube) if runs else (REMOTE_ERROR, 0))
-
-
-@of("simxRemoveObject")
-def test_removing_all_leaves_nothing_and_the_selection_survives_otherwise(
-    cid: int, simx: Any, handle: Any
-) -> None:
-    v.simxSetObjectSelection(cid, [handle("lid")], BLOCKING)
-    simx(cid, handle("cube"), BLOCKING)
-    assert v.simxGetObjectSelection(cid, BLOCKING) == (OK, [handle("lid")])
-    assert simx(cid, ALL, BLOCKING) == OK
-    assert v.simxGetObjects(cid, ALL, BLOCKING) == (OK, [])
-
-
-@of("simxRemoveModel")
-def test_a_model_goes_with_its_whole_tree_and_anything_else_is_8(cid: int, simx: Any, handle: Any) -> None:
-    assert simx(cid, handle("lid"), BLOCKING) == REMOTE_ERROR, "no model base"
-    assert simx(cid, NO_OBJECT, BLOCKING) == REMOTE_ERROR
-    assert simx(cid, handle("crate"), BLOCKING) == OK
-    assert v.simxGetObjectHandle(cid, "lid", BLOCKING) == (REMOTE_ERROR, 0)
-
-
-_MODEL = (
-    "<mujoco><worldbody><body name='toy'><geom size='0.1'/><body name='part'/></body></worldbody></mujoco>"
-)
-
-
-@of("simxLoadModel")
-@pytest.mark.parametrize("runs", [False, True])
-def test_a_model_is_added_and_its_base_returned(
-    tmp_path: Path, cid: int, simx: Any, handle: Any, runs: bool
-) -> None:
-    (tmp_path / "toy.xml").write_text(_MODEL, encoding="utf-8")
-    if runs:
-        start_stepped(cid)
-    code, base = simx(cid, str(tmp_path / "toy.ttm"), 0, BLOCKING)
-    assert (code, base) == (OK, handle("toy"))
-    assert base > max(handle(name) for name in ("lid", "cube"))
-    assert v.simxGetObjectParent(cid, handle("part"), BLOCKING) == (OK, base)
-    assert simx(cid, "missing.ttm", 0, BLOCKING) == (REMOTE_ERROR, 0)
-
-
-@of("simxLoadModel")
-def test_a_model_file_of_the_client_is_transferred_first(
-    tmp_path_factory: pytest.TempPathFactory, cid: int, simx: Any, handle: Any
-) -> None:
-    mine = tmp_path_factory.mktemp("client") / "toy.xml"
-    mine.write_text(_MODEL, encoding="utf-8")
-    assert simx(cid, str(mine), 1, BLOCKING) == (OK, handle("toy"))
-    assert simx(cid, str(mine.with_name("missing.ttm")), 1, BLOCKING) == (v.simx_return_local_error_flag, 0)
-
-
-@of("simxCopyPasteObjects")
-def test_copies_have_new_handles_and_numbered_names_and_invalid_handles_are_skipped(
-    cid: int, simx: Any, handle: Any
-) -> None:
-    cube = handle("cube")
-    v.simxSetObjectSelection(cid, [cube], BLOCKING)
-    code, copies = simx(cid, [cube, NO_OBJECT], BLOCKING)
-    assert code == OK
-    assert copies == [handle("cube#0")]
-    assert_types(copies, [1])
-    assert copies[0] > cube
-    assert v.simxGetObjectSelection(cid, BLOCKING) == (OK, [cube]), "the selection is restored"
-    assert simx(cid, [cube], BLOCKING) == (OK, [handle("cube#1")])
-    assert simx(cid, [], BLOCKING) == (OK, [])
-
-
-@of("simxCopyPasteObjects")
-def test_a_copied_model_returns_only_its_base(cid: int, simx: Any, handle: Any) -> None:
-    code, copies = simx(cid, [handle("crate")], BLOCKING)
-    assert (code, copies) == (OK, [handle("crate#0")])
-    assert v.simxGetObjectParent(cid, handle("lid#0"), BLOCKING) == (OK, copies[0])
-
-
-@of("simxCreateDummy")
-@pytest.mark.parametrize("color", [None, [255, 0, 0] * 4])
-def test_a_dummy_is_created_at_the_origin(cid: int, simx: Any, color: Any) -> None:
-    highest = max(v.simxGetObjects(cid, ALL, BLOCKING)[1])
-    code, dummy = simx(cid, 0.1, color, BLOCKING)
-    assert code == OK
-    assert dummy > highest
-    assert dummy in v.simxGetObjects(cid, v.sim_object_dummy_type, BLOCKING)[1]
-    assert v.simxGetObjectPosition(cid, dummy, -1, BLOCKING) == (OK, [0.0] * 3)
-    assert simx(cid, 0.1, color, BLOCKING)[1] > dummy
-
-
-@of("simxGetObjectSelection")
-def test_the_selection_is_a_list_of_handles(cid: int, simx: Any, handle: Any) -> None:
-    assert simx(cid, BLOCKING) == (OK, [])
-    v.simxSetObjectSelection(cid, [handle("lid"), handle("cube")], BLOCKING)
-    assert sorted(simx(cid, BLOCKING)[1]) == sorted([handle("lid"), handle("cube")])
-    assert_types(simx(cid, BLOCKING), (0, [1]))
-
-
-@of("simxSetObjectSelection")
-def test_the_selection_is_replaced_and_invalid_handles_ignored(cid: int, simx: Any, handle: Any) -> None:
-    assert simx(cid, [handle("lid")], BLOCKING) == OK
-    assert simx(cid, [handle("cube"), NO_OBJECT], BLOCKING) == OK
-    assert v.simxGetObjectSelection(cid, BLOCKING) == (OK, [handle("cube")])
-    assert simx(cid, [], BLOCKING) == OK
-    assert v.simxGetObjectSelection(cid, BLOCKING) == (OK, [])

@@ -48,6 +48,37 @@ def test_stop_gives_back_the_state_of_the_start_at_once(world: Any, cid: int, si
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 0
 
 
+@of("simxStopSimulation")
+def test_only_the_stop_of_a_run_counts_as_a_request_and_ends_stepped_mode(
+    world: Any, cid: int, simx: Any
+) -> None:
+    def requests() -> int:
+        return v.simxGetIntegerParameter(cid, v.sim_intparam_stop_request_counter, BLOCKING)[1]
+
+    before = requests()
+    v.simxSynchronous(cid, True)
+    assert simx(cid, BLOCKING) == OK
+    assert requests() == before, "it was stopped already"
+    v.simxStartSimulation(cid, BLOCKING)
+    assert v.simxSynchronousTrigger(cid) == OK, "stepped mode is still on"
+    assert simx(cid, BLOCKING) == OK
+    assert requests() == before + 1
+    v.simxStartSimulation(cid, BLOCKING)
+    assert v.simxSynchronousTrigger(cid) == REMOTE_ERROR
+
+
+@of("simxPauseSimulation")
+def test_pause_leaves_stepped_mode_on(world: Any, cid: int, simx: Any) -> None:
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == OK
+    v.simxStartSimulation(cid, BLOCKING)
+    for _ in range(3):
+        world.engine.turn()
+    assert world.simulation.pass_count == 0
+    assert v.simxSynchronousTrigger(cid) == OK
+
+
 @of("simxLoadScene")
 def test_a_scene_is_loaded_while_stopped_from_the_folders_the_server_opens(
     tmp_path: Path, cid: int, simx: Any
@@ -63,6 +94,8 @@ def test_a_scene_is_loaded_while_stopped_from_the_folders_the_server_opens(
     assert v.simxGetObjectHandle(cid, "new", BLOCKING)[0] == OK, "the old scene stays"
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, str(tmp_path / "other.xml"), 0, BLOCKING) == REMOTE_ERROR
+    v.simxPauseSimulation(cid, BLOCKING)
+    assert simx(cid, str(tmp_path / "other.xml"), 0, BLOCKING) == REMOTE_ERROR, "paused is not stopped"
 
 
 @of("simxLoadScene")
@@ -97,6 +130,8 @@ def test_streams_survive_a_change_of_scene_and_then_give_8(
 def test_closing_leaves_an_empty_scene_and_is_8_while_running(cid: int, simx: Any) -> None:
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == REMOTE_ERROR
+    v.simxPauseSimulation(cid, BLOCKING)
+    assert simx(cid, BLOCKING) == REMOTE_ERROR, "paused is not stopped"
     v.simxStopSimulation(cid, BLOCKING)
     assert simx(cid, BLOCKING) == OK
     assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING) == (OK, [])

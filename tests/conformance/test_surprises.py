@@ -61,6 +61,15 @@ def test_03_of_unsent_sets_of_one_object_only_the_last_survives_whatever_it_is_r
     assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([-2, -3, 1.3], abs=1e-6)
 
 
+def test_03_without_a_pause_every_call_is_sent_at_once_and_executed(
+    world: Any, cid: int, handle: Any
+) -> None:
+    lid = handle("lid")
+    v.simxSetObjectPosition(cid, lid, -1, [5, 5, 5], ONESHOT)
+    v.simxSetObjectPosition(cid, lid, lid, [0, 0, 1], ONESHOT)
+    assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([5, 5, 6], abs=1e-6)
+
+
 @pytest.mark.parametrize("name", ["simxAppendStringSignal", "simxWriteStringStream"])
 def test_03_calls_of_the_functions_that_never_overwrite_are_all_sent(cid: int, name: str) -> None:
     v.simxPauseCommunication(cid, True)
