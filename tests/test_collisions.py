@@ -158,6 +158,41 @@ def test_model_that_is_not_collidable_counts_alone_but_not_among_others(world: W
     assert gap(world, "box", ALL) > 0.5
 
 
+def test_registered_objects_leave_out_even_a_single_shape_that_is_not_to_be_measured(world: World) -> None:
+    gap_handle = world.call("simxGetDistanceHandle", "gap")
+    touch = world.call("simxGetCollisionHandle", "touch")
+    place(world, "box", 1.2, 0, 0)
+    world.run()
+    assert world.call("simxReadCollision", touch) is True
+    assert world.call("simxReadDistance", gap_handle) == 0.0
+    world.call("simxSetModelProperty", world.handle("box"), 0x1 | 0x2)
+    world.sim.advance()
+    assert world.call("simxReadCollision", touch) is False
+    assert world.call("simxReadDistance", gap_handle) > 1e36
+
+
+def test_shapes_annotated_as_not_collidable_or_measurable_count_alone_but_not_among_others() -> None:
+    note = '<text name="simx:shape:ball" data="collidable=no"/><text name="simx:shape:pair" data="measurable=no"/>'
+    world = World(SCENE.replace("<custom>", "<custom>" + note))
+    place(world, "box", 1.2, 0, 0)
+    assert collides(world, "box", "ball") is True
+    assert collides(world, "box", ALL) is False
+    assert gap(world, "box", ALL) == 0.0, "measurable it is"
+    place(world, "box", 0, 2, 0)
+    assert gap(world, "box", "pair") == 0.0
+    assert gap(world, "box", "below") > 0.0
+    assert collides(world, "box", ALL) is True, "collidable it is"
+
+
+def test_all_others_are_not_the_members_of_the_first_collection(world: World) -> None:
+    """The rider sits in the pair; both are movers."""
+    assert collides(world, "rider", "pair") is True
+    assert collides(world, "movers", ALL) is False
+    assert gap(world, "movers", ALL) == pytest.approx(1.0)
+    place(world, "box", 1.2, 0, 0)
+    assert collides(world, "movers", ALL) is True
+
+
 def test_unknown_entities_and_nothing_to_measure_are_errors(world: World) -> None:
     box = world.handle("box")
     for command in ("simxCheckCollision", "simxCheckDistance"):
@@ -216,6 +251,51 @@ def test_explicit_registered_objects_wait_for_their_script(world: World) -> None
     world.sim.advance()
     assert world.call("simxReadCollision", collision) is False
     assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
+
+
+def test_with_handling_switched_off_the_last_results_go_with_the_next_pass(world: World) -> None:
+    touch = world.call("simxGetCollisionHandle", "touch")
+    asked = world.call("simxGetDistanceHandle", "asked")
+    world.run()
+    assert world.call("simxReadCollision", touch) is False
+    assert world.sim.meters.distances.handle(asked) == pytest.approx(1.0)
+    for number in (2, 3):
+        world.call("simxSetBooleanParameter", number, False)
+    assert world.call("simxReadCollision", touch) is False
+    world.sim.advance()
+    with pytest.raises(CommandError, match="has not been handled yet"):
+        world.call("simxReadCollision", touch)
+    assert world.call("simxReadDistance", asked) == pytest.approx(1.0)
+    assert world.sim.meters.distances.handle(asked) is None
+    assert world.call("simxReadDistance", asked) > 1e36
+    assert world.sim.meters.collisions.handle(touch) is False
+
+
+def test_registered_object_goes_with_what_it_measures(world: World) -> None:
+    gap_handle = world.call("simxGetDistanceHandle", "gap")
+    world.run()
+    world.call("simxRemoveObject", world.handle("ball"))
+    with pytest.raises(CommandError, match="no distance object named 'gap'; those of this scene: asked"):
+        world.call("simxGetDistanceHandle", "gap")
+    with pytest.raises(CommandError, match=f"no distance object with handle {gap_handle}"):
+        world.call("simxReadDistance", gap_handle)
+    assert world.call("simxGetCollisionHandle", "touch"), "the collection has other members"
+    world.sim.advance()
+    world.call("simxStopSimulation")
+    assert world.call("simxGetDistanceHandle", "gap") == gap_handle
+
+
+def test_collection_goes_with_the_last_of_what_it_was_made_of(world: World) -> None:
+    chain, movers = entity(world, "chain"), entity(world, "movers")
+    world.run()
+    world.call("simxRemoveObject", world.handle("rider"))
+    with pytest.raises(CommandError, match="no collection and no integer signal named 'chain'"):
+        world.call("simxGetCollectionHandle", "chain")
+    with pytest.raises(CommandError, match=f"no collection with handle {chain}"):
+        gap(world, "box", chain)
+    assert entity(world, "movers") == movers
+    world.call("simxStopSimulation")
+    assert entity(world, "chain") == chain
 
 
 def test_unknown_registered_names_list_those_there_are(world: World) -> None:

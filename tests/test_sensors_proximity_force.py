@@ -92,12 +92,19 @@ def test_explicit_sensor_waits_for_its_script() -> None:
     assert read(world, "asked")[0] is True
 
 
-def test_switched_off_handling_leaves_the_last_result() -> None:
+def test_with_handling_switched_off_the_last_result_goes_with_the_next_pass() -> None:
     world = World(RANGE)
     world.run()
     before = read(world, "ahead")
     world.call("simxSetBooleanParameter", 9, False)
-    world.call("simxSetObjectPosition", world.handle("obstacle"), -1, [1.9, 0.0, 0.5])
+    assert read(world, "ahead") == before
+    world.sim.advance()
+    with pytest.raises(CommandError, match="has not been handled yet"):
+        read(world, "ahead")
+    assert world.sim.proximity.handle(world.handle("ahead")) is None
+    with pytest.raises(CommandError, match="has not been handled yet"):
+        read(world, "ahead")
+    world.call("simxSetBooleanParameter", 9, True)
     world.sim.advance()
     assert read(world, "ahead") == before
 

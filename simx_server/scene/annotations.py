@@ -150,7 +150,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "samples": _count,
         "filter": _one_of("average", "median"),
     },
-    "shape": {"detectable": _switch},
+    "shape": {"detectable": _switch, "collidable": _switch, "measurable": _switch},
     "collection": {
         "objects": str,
         "tree": str,
@@ -169,6 +169,9 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
 
 REGISTERED = ("collection", "collision", "distance", "ui")
 """Kinds whose NAME is not that of an object but a name of its own."""
+
+MEASURED = ("collection", "collision", "distance")
+"""Those of them that a model brings along."""
 
 _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "ray": ((), ()),

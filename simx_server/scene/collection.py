@@ -2,7 +2,8 @@
 
 `objects=a,b` single objects, `tree=c` an object with all below it, `below=c` the same without the object itself,
 `chain=tip` an object with all above it, `all=yes` everything, `without=d,e` what is left out again. Names are looked
-up when the scene is loaded (where they must exist); what hangs on what is looked up anew at each use, as in V-REP.
+up when the scene or model is loaded (where they must exist); what hangs on what is looked up anew at each use, as in
+V-REP.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.scene.annotations import Annotation
 from simx_server.scene.objects import Scene
+from simx_server.scene.registered import Registry
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -22,6 +24,9 @@ FIRST_HANDLE = 2_000_000
 
 ALL = -2
 """`sim_handle_all`."""
+
+GONE = 0
+"""In place of the handle of what is named and not there (any more); no object has it."""
 
 _ELEMENTS = ("objects", "tree", "below", "chain", "without")
 
@@ -50,38 +55,47 @@ class Collection:
         found.difference_update(self.elements["without"])
         return [handle for handle in scene.objects if handle in found]
 
+    def is_alive(self, scene: Scene) -> bool:
+        """False when nothing is left of what it was made of: then V-REP removes it."""
+        parts = [element for element in _ELEMENTS if element != "without"]
+        if self.everything or not any(self.elements[part] for part in parts):
+            return True
+        return any(self._present(scene, part) for part in parts)
+
     def _present(self, scene: Scene, element: str) -> list[int]:
         return [handle for handle in self.elements[element] if handle in scene.objects]
 
 
 class Collections:
-    """All collections of the loaded scene."""
+    """All collections of the scene: those of its file, and those of the models loaded since."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._by_handle: dict[int, Collection] = {}
-        sim.on_load.append(self._load)
-        sim.on_close.append(self._by_handle.clear)
+        self._registry = Registry(
+            sim,
+            "collection",
+            FIRST_HANDLE,
+            lambda name, note: _read(sim.scene, name, note),
+            lambda collection: collection.is_alive(sim.scene),
+        )
 
     def __contains__(self, handle: int) -> bool:
-        return handle in self._by_handle
+        return self._registry.get(handle) is not None
 
     def find(self, name: str) -> int | None:
         """The handle of a collection, or None."""
-        return next((h for h, collection in self._by_handle.items() if collection.name == name), None)
+        return self._registry.find(name)
 
     def names(self) -> list[str]:
-        return [collection.name for collection in self._by_handle.values()]
+        return [name for name, _ in self._registry.all().values()]
 
     def members(self, handle: int) -> list[int]:
         """Handles of the objects that are in a collection now. Raises CommandError."""
-        try:
-            return self._by_handle[handle].members(self._sim.scene)
-        except KeyError:
-            known = ", ".join(f"{h} '{c.name}'" for h, c in self._by_handle.items()) or "none"
-            raise CommandError(
-                f"no collection with handle {handle}; collections of this scene: {known}"
-            ) from None
+        collection = self._registry.get(handle)
+        if collection is None:
+            known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
+            raise CommandError(f"no collection with handle {handle}; collections of this scene: {known}")
+        return collection.members(self._sim.scene)
 
     def entity(self, handle: int) -> list[int]:
         """The objects an entity stands for: an object, a collection, or all (`sim_handle_all`). Raises CommandError."""
@@ -95,26 +109,15 @@ class Collections:
         raise UnknownHandle(handle, scene.objects)
 
     def named(self, name: str) -> int:
-        """The handle of the object or collection that an annotation names, `all` for all. Raises CommandError."""
+        """The handle of the object or collection that an annotation names: ALL for `all`, GONE if it is not there."""
         if name == "all":
             return ALL
-        handle = self._sim.scene.by_name(name)
-        handle = self.find(name) if handle is None else handle
-        if handle is None:
-            raise CommandError(f"no object or collection named '{name}' is left in the scene")
-        return handle
-
-    def _load(self) -> None:
-        self._by_handle.clear()
-        scene = self._sim.scene
-        for name, note in scene.annotations.registered.get("collection", {}).items():
-            self._by_handle[FIRST_HANDLE + len(self._by_handle)] = _read(scene, name, note)
+        return self._sim.scene.by_name(name) or self.find(name) or GONE
 
 
 def _read(scene: Scene, name: str, note: Annotation) -> Collection:
     def handles(listed: str) -> tuple[int, ...]:
-        found = (scene.by_name(word) for word in filter(None, listed.split(",")))
-        return tuple(handle for handle in found if handle is not None)
+        return tuple(scene.by_name(word) or GONE for word in filter(None, listed.split(",")))
 
     elements = {kind: handles(str(note.get(kind, ""))) for kind in _ELEMENTS}
     return Collection(name, bool(note.get("all", False)), elements)

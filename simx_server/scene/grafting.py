@@ -6,7 +6,7 @@ The elements get a prefix that no other has; their objects get V-REP's names, wi
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -18,10 +18,14 @@ from simx_server.scene.recompile import edit
 from simx_server.scene.tree import GRAFT_END, Addition
 
 if TYPE_CHECKING:
+    from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
 
 _REFERENCES = ("parent", "master", "entity")
 """Keys of annotations that name another object."""
+
+_REGISTERED_REFERENCES = ("objects", "tree", "below", "chain", "without", "entity1", "entity2")
+"""Those of what is registered; several names stand between commas."""
 
 Element = tuple[str, str]
 """What carries an object: the MuJoCo kind and the element's name."""
@@ -37,6 +41,8 @@ class Graft:
     """The name of each object it carries, as it was."""
     annotations: Mapping[str, dict[str, Annotation]]
     """By these names."""
+    registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
+    """Collections, collision and distance objects it brings: per kind, by name."""
     copies: bool = False
     """Whether each element is named as one of the scene, whose state it takes over."""
     moved: Collection[Element] = ()
@@ -55,8 +61,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     """
     scene = sim.scene
     prefix = f"{scene.next_handle}{GRAFT_END}"
-    taken = {item.name for item in scene.objects.values()}
-    names = copy_names(set(addition.names.values()), taken)
+    names = _names(sim, addition)
     _strip(addition.spec)
 
     def surgery(spec: mujoco.MjSpec) -> None:
@@ -78,6 +83,8 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             hidden=frozenset(prefix + name for name in addition.hidden),
         ),
     )
+    if addition.registered:
+        _register(sim.scene, addition.registered, names)
     if addition.copies:
         model_names = {sim.model.geom(geom).name for geom in range(sim.model.ngeom)}
         for (name, array), value in scene.withheld.items():
@@ -89,6 +96,30 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
         for kind, name in addition.names
         if (kind, prefix + name) in handles
     }
+
+
+def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
+    """What everything it brings is called in the scene: all copy numbers rise alike, as in V-REP."""
+    wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
+    taken = {item.name for item in sim.scene.objects.values()}
+    if addition.registered:
+        meters = sim.meters.collisions, sim.meters.distances
+        taken |= {name for each in (sim.collections, *meters) for name in each.names()}
+    return copy_names(wanted, taken)
+
+
+def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names: Mapping[str, str]) -> None:
+    """Add to what is registered. The old mapping is left alone: the stop may bring it back."""
+    registered = {kind: dict(notes) for kind, notes in scene.annotations.registered.items()}
+    for kind, notes in added.items():
+        for name, note in notes.items():
+            registered.setdefault(kind, {})[names[name]] = {
+                key: ",".join(names.get(word, word) for word in str(value).split(","))
+                if key in _REGISTERED_REFERENCES
+                else value
+                for key, value in note.items()
+            }
+    scene.annotations = replace(scene.annotations, registered=registered)
 
 
 def _strip(spec: mujoco.MjSpec) -> None:

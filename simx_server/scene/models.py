@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES
-from simx_server.scene.annotations import SceneError
+from simx_server.scene.annotations import MEASURED, SceneError
 from simx_server.scene.grafting import Graft, graft
 from simx_server.scene.loader import build, read_spec
 from simx_server.scene.objects import Scene
@@ -55,6 +55,11 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
             spec=model.scene.spec.copy(),
             names={(item.element, item.element_name): item.name for item in objects.values()},
             annotations=notes,
+            registered={
+                kind: model.scene.annotations.registered[kind]
+                for kind in MEASURED
+                if kind in model.scene.annotations.registered
+            },
         ),
     )
     found = handles[base.element, base.element_name]
@@ -63,6 +68,7 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
         added = handles.get((item.element, item.element_name))
         if added is not None and added != found:
             sim.scene.override_parent(added, found)
+    sim.object_settings.apply_masks()
     sim.changed()
     logger.info("model '%s' is loaded with %d objects", sim.scene.get(found).name, len(handles))
     return found

@@ -27,6 +27,7 @@ ALL_MASKS = 0xFFFF
 _LOCAL, _GLOBAL = 0x00FF, 0xFF00
 
 _EXCLUSION = INTERNAL + "mask:"
+"""Part of the names of what masks exclude; in what was copied something stands before it."""
 
 
 def collect_masks(model: mujoco.MjModel) -> None:
@@ -51,13 +52,13 @@ def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:
                 f"'{item.name}' is a part of the world itself; make it a body to give it a mask"
             )
     wanted = _excluded_pairs(sim, masks)
-    present = {_pair(e) for e in sim.scene.spec.excludes if e.name.startswith(_EXCLUSION)}
+    present = {_pair(e) for e in sim.scene.spec.excludes if _EXCLUSION in e.name}
     if wanted == present:
         return
 
     def surgery(spec: mujoco.MjSpec) -> None:
         for exclude in list(spec.excludes):
-            if exclude.name.startswith(_EXCLUSION):
+            if _EXCLUSION in exclude.name:
                 spec.delete(exclude)
         in_file = {_pair(exclude) for exclude in spec.excludes}
         for index, (first, second) in enumerate(sorted(wanted - in_file)):

@@ -72,8 +72,15 @@ class ProximitySensors:
         return self._results[handle]
 
     def handle(self, handle: int) -> Detection | None:
-        """Compute a sensor now, explicitly handled or not; what `sim.handleProximitySensor` does."""
+        """Compute a sensor now, explicitly handled or not; what `sim.handleProximitySensor` does.
+
+        While handling is switched off it forgets the last result instead.
+        """
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        self._handled_by_hand.pop(handle, None)
+        if not self.enabled:
+            self._results.pop(handle, None)
+            return None
         found = self._handled_by_hand[handle] = self._detect(self._sim.instants.now(), handle)
         return found
 
@@ -95,13 +102,15 @@ class ProximitySensors:
         self._entities[handle] = ALL if entity == -1 else entity
 
     def _sense(self) -> None:
-        if self.enabled and self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
-            self._instant = self._sim.instants.now()
-            self._results.clear()
-            for handle in list(self._handled_by_hand):
-                item = self._sim.scene.objects.get(handle)
-                if item is None or not _is_explicit(item):
-                    del self._handled_by_hand[handle]
+        """Results of the last pass end with it, also while handling is switched off."""
+        if not self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
+            return
+        self._instant = self._sim.instants.now() if self.enabled else None
+        self._results.clear()
+        for handle in list(self._handled_by_hand):
+            item = self._sim.scene.objects.get(handle)
+            if item is None or not _is_explicit(item):
+                del self._handled_by_hand[handle]
 
     def _forget(self) -> None:
         self._results.clear()

@@ -148,16 +148,18 @@ class VisionSensors:
         Colours are bytes / 255 and their means whole bytes before that, as in V-REP. Nothing here can trigger.
 
         Raises:
-            CommandError: no pass was made yet, or the sensor is handled explicitly and was not.
+            CommandError: no pass was made yet, handling is switched off, or the sensor is handled explicitly or takes
+                images from outside and got none.
         """
         settings = self._sensor(handle)
         drawn = settings.drawn
-        handled = settings.picture is not None or (self._sim.pass_count > 0 and not settings.explicit)
+        by_itself = self.enabled and not settings.explicit and not settings.external
+        handled = settings.picture is not None or (by_itself and self._sim.pass_count > 0)
         if drawn is None and not handled:
             name = self._sim.scene.get(handle).name
             raise CommandError(
                 f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
-                "or by its script when it is handled explicitly"
+                "(unless that is switched off), or by its script when it is handled explicitly"
             )
         shows_depth = settings.shows_depth and drawn is None
         picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True)
@@ -169,9 +171,12 @@ class VisionSensors:
         return then(picture, convert)
 
     def handle(self, handle: int) -> None:
-        """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does."""
+        """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does. Switched off it keeps none."""
         settings = self._sensor(handle)
         if settings.external:
+            return
+        if not self.enabled:
+            settings.picture = None
             return
         settings.picture = self._request(handle, rgb=True, depth=True)
         settings.drawn = None

@@ -1,0 +1,83 @@
+"""What `<custom>` registers under names of its own (collections, collision and distance objects), by handle.
+
+The scene's annotations say what is there: an edit hands them on, loading a model adds to them, and the stop brings the
+old ones back. An entry lives as long as its annotation is among them and the objects it is made of are there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from simx_server.scene.annotations import Annotation
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class _Entry(Generic[_T]):
+    name: str
+    note: Annotation
+    """That of the scene it was read from; another one of the same name is another entry."""
+    item: _T
+
+
+class Registry(Generic[_T]):
+    """All of one kind. Handles count from `first_handle` and are not given again before another scene is loaded."""
+
+    def __init__(
+        self,
+        sim: Simulation,
+        kind: str,
+        first_handle: int,
+        read: Callable[[str, Annotation], _T],
+        is_alive: Callable[[_T], bool],
+    ) -> None:
+        self._sim = sim
+        self._kind = kind
+        self._first_handle = first_handle
+        self._read = read
+        self._is_alive = is_alive
+        self._entries: dict[int, _Entry[_T]] = {}
+        self._seen: object = None
+        sim.on_load.append(self._forget)
+        sim.on_close.append(self._forget)
+
+    def get(self, handle: int) -> _T | None:
+        """What has this handle now, or None."""
+        self._look()
+        entry = self._entries.get(handle)
+        return entry.item if entry is not None and self._is_there(entry) else None
+
+    def all(self) -> dict[int, tuple[str, _T]]:
+        """Handle to name and item of all that are there now."""
+        self._look()
+        return {h: (each.name, each.item) for h, each in self._entries.items() if self._is_there(each)}
+
+    def find(self, name: str) -> int | None:
+        """The handle that a name has now, or None."""
+        return next((handle for handle, (known, _) in self.all().items() if known == name), None)
+
+    def _is_there(self, entry: _Entry[_T]) -> bool:
+        present = self._sim.scene.annotations.registered.get(self._kind, {})
+        return present.get(entry.name) is entry.note and self._is_alive(entry.item)
+
+    def _look(self) -> None:
+        """Read what was not read yet. An edit hands on the same annotations, so this costs one comparison."""
+        registered = self._sim.scene.annotations.registered
+        if registered is self._seen:
+            return
+        self._seen = registered
+        known = {id(entry.note) for entry in self._entries.values()}
+        for name, note in registered.get(self._kind, {}).items():
+            if id(note) not in known:
+                handle = self._first_handle + len(self._entries)
+                self._entries[handle] = _Entry(name, note, self._read(name, note))
+
+    def _forget(self) -> None:
+        self._entries.clear()
+        self._seen = None
