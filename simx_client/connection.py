@@ -210,11 +210,11 @@ class Connection:
                 return shape.failure(c.simx_return_illegal_opmode_flag)
             return self.blocking(shape, values)
         with self._lock:
-            is_linked = self._check_link()
-            if is_linked:
+            is_open = self._check_link() and not self._pauses
+            if is_open:
                 self._drain()
             result = self._modes.call(shape, values, mode)
-            if is_linked and not self._pauses:
+            if is_open:
                 self._flush()
             return result
 
@@ -313,7 +313,10 @@ class Connection:
     # --- what the local functions need -----------------------------------------------------------
 
     def pause(self, enable: bool) -> None:
-        """Hold calls back, or send what was held back. Pauses nest."""
+        """Hold calls back, or send what was held back. Pauses nest.
+
+        Nothing is taken in either meanwhile: what is read during a pause is of one instant, as in the original.
+        """
         with self._lock:
             if enable:
                 self._pauses += 1
@@ -329,7 +332,7 @@ class Connection:
     def header_field(self, info_type: int) -> int | None:
         """A field of the newest reply's header, or None for an unknown one."""
         with self._lock:
-            if self._check_link():
+            if self._check_link() and not self._pauses:
                 self._drain()
             header = self._header
             if header is None:

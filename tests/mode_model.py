@@ -79,7 +79,8 @@ class Model:
     def call(self, question: Question, mode: str) -> Any:
         if mode == "blocking":
             return self._blocking(question)
-        self._receive()
+        if not self.is_paused:
+            self._receive()
         key = question.key
         if mode == "remove":
             return self._shown(question, OK if self.inbox.pop(key, None) else NOVALUE)

@@ -111,6 +111,35 @@ def test_what_was_called_while_paused_arrives_together_and_only_the_last_of_a_ke
     assert simx(99, True) == 64
 
 
+@of("simxPauseCommunication")
+def test_what_is_read_while_paused_is_of_the_instant_of_the_pause(
+    world: Any, cid: int, simx: Any, handle: Any
+) -> None:
+    falling = handle("falling")
+    v.simxStartSimulation(cid, BLOCKING)
+    v.simxGetObjectPosition(cid, falling, -1, STREAMING)
+    world.engine.turn()
+    at_pause = v.simxGetObjectPosition(cid, falling, -1, BUFFER)
+    simx(cid, True)
+    state = v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_time)
+    for _ in range(3):
+        world.engine.turn()
+        assert v.simxGetObjectPosition(cid, falling, -1, BUFFER) == at_pause
+    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_time) == state
+    simx(cid, False)
+    assert v.simxGetObjectPosition(cid, falling, -1, BUFFER)[1][2] < at_pause[1][2]
+
+
+@of("simxPauseCommunication")
+def test_two_pauses_need_two_resumes_and_a_ping_meanwhile_is_3(cid: int, simx: Any) -> None:
+    assert (simx(cid, True), simx(cid, True)) == (OK, OK)
+    assert simx(cid, False) == OK
+    code, milliseconds = v.simxGetPingTime(cid)
+    assert (code, type(milliseconds)) == (3, int)
+    assert simx(cid, False) == OK
+    assert v.simxGetPingTime(cid)[0] == OK
+
+
 @of("simxSynchronous")
 def test_stepped_mode_holds_time_until_a_trigger(world: Any, cid: int, simx: Any) -> None:
     assert simx(cid, True) == OK
