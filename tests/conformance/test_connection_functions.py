@@ -9,10 +9,13 @@ import struct
 from typing import Any
 
 import pytest
-from conforming import BLOCKING, BUFFER, OK, ONESHOT, REMOTE_ERROR, STREAMING, of
+from conforming import BLOCKING, BUFFER, NOVALUE, OK, ONESHOT, REMOTE_ERROR, STREAMING, of
 from real_world import start_stepped
 
 import simx_client as v
+from simx_client.clients import CLIENTS, Clients
+from simx_client.connection import Connection
+from simx_client.errors import ConnectionFailed
 
 STATE = v.simx_headeroffset_server_state
 
@@ -23,6 +26,22 @@ def test_start_gives_minus_1_for_a_port_that_cannot_be(simx: Any, port: int) -> 
     client = simx("127.0.0.1", port, True, True, 200, 5)
     assert client == -1
     assert type(client) is int
+
+
+def test_the_lowest_of_255_ids_is_given_and_minus_1_when_all_are_used() -> None:
+    def unreachable() -> Any:
+        raise ConnectionFailed("nobody there")
+
+    clients = Clients()
+    connections = [Connection(unreachable, where=str(number)) for number in range(256)]
+    assert [clients.add(each) for each in connections[:255]] == list(range(255))
+    assert clients.add(connections[255]) == -1
+    clients.remove(7)
+    clients.remove(3)
+    assert clients.add(connections[0]) == -1, "this place has one already"
+    assert clients.add(connections[255]) == 3
+    clients.remove(-1)
+    assert clients.get(0) is None
 
 
 @of("simxFinish")
@@ -47,11 +66,27 @@ def test_finish_lets_the_oneshots_before_it_be_executed(world: Any, cid: int, si
 
 
 @of("simxGetConnectionId")
-def test_connection_id_is_1_minus_1_while_lost_and_counts_reconnections(cid: int, simx: Any) -> None:
+def test_connection_id_is_1_minus_1_while_lost_and_counts_reconnections(
+    world: Any, cid: int, simx: Any
+) -> None:
     assert simx(cid) == 1
     assert type(simx(cid)) is int
     assert simx(99) == -1
-    assert simx(cid != -1) == -1
+    v.simxGetObjects(cid, v.sim_handle_all, STREAMING)
+    world.engine.turn()
+    assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER)[0] == OK
+    connection = CLIENTS.get(cid)
+    assert connection is not None
+    transport: Any = connection._transport
+    transport.lose()
+    assert simx(cid) == -1
+    assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER) == (NOVALUE, []), (
+        "streams are gone, and it is not 64"
+    )
+    assert v.simxGetInMessageInfo(cid, STATE) == (-1, 0)
+    transport._connected = True  # a server is there again
+    assert simx(cid) == 2
+    assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING)[0] == OK
 
 
 @of("simxGetPingTime")
@@ -152,6 +187,7 @@ def test_stepped_mode_holds_time_until_a_trigger(world: Any, cid: int, simx: Any
     world.engine.turn()
     assert world.simulation.pass_count > 0
     assert type(simx(cid, 1)) is int
+    assert simx(99, True) == 64
 
 
 @of("simxSynchronousTrigger")

@@ -35,16 +35,21 @@ def test_pause_holds_time_and_is_success_when_nothing_runs(world: Any, cid: int,
 
 @of("simxStopSimulation")
 def test_stop_gives_back_the_state_of_the_start_at_once(world: Any, cid: int, simx: Any, handle: Any) -> None:
-    falling, elbow = handle("falling"), handle("elbow")
+    falling, elbow, lid = handle("falling"), handle("elbow"), handle("lid")
     assert simx(cid, BLOCKING) == OK, "already stopped"
     v.simxStartSimulation(cid, BLOCKING)
     v.simxSetJointTargetPosition(cid, elbow, 1.0, BLOCKING)
+    v.simxSetObjectParent(cid, lid, handle("target"), True, BLOCKING)
+    v.simxSetObjectPosition(cid, lid, -1, [0, 0, 9], BLOCKING)
     for _ in range(10):
         world.engine.turn()
     assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING)[1][2] < 50
     assert simx(cid, BLOCKING) == OK
     assert v.simxGetObjectPosition(cid, falling, -1, BLOCKING) == (OK, [2.0, 1.0, 50.0])
     assert v.simxGetJointPosition(cid, elbow, BLOCKING) == (OK, 0.0)
+    assert v.simxGetObjectParent(cid, lid, BLOCKING) == (OK, handle("crate"))
+    assert v.simxGetObjectPosition(cid, lid, -1, BLOCKING)[1] == pytest.approx([-2, -3, 0.65], abs=1e-6)
+    assert v.simxGetLastCmdTime(cid) == 0
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 0
 
 

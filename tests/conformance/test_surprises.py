@@ -14,6 +14,7 @@ from conforming import BLOCKING, BUFFER, FOLDER, NO_OBJECT, NOVALUE, OK, ONESHOT
 from real_world import start_stepped, step
 
 import simx_client as v
+from simx_client.protocol.commands import BY_NAME
 from simx_server.simulation import SimulationState
 
 
@@ -80,6 +81,13 @@ def test_03_calls_of_the_functions_that_never_overwrite_are_all_sent(cid: int, n
     assert v.simxGetStringSignal(cid, "s", BLOCKING) == (OK, bytearray(b"xxx"))
     dummies = v.simxGetObjects(cid, v.sim_object_dummy_type, BLOCKING)[1]
     assert len(dummies) == 1 + 3
+
+
+def test_03_these_functions_never_overwrite() -> None:
+    assert {name for name, command in BY_NAME.items() if command.keeps_every_call} == {
+        "simxAddStatusbarMessage", "simxCreateDummy", "simxCallScriptFunction", "simxAuxiliaryConsolePrint",
+        "simxCopyPasteObjects", "simxAppendStringSignal", "simxWriteStringStream",
+    }  # fmt: skip
 
 
 def test_04_a_blocking_script_call_returns_its_own_outputs(cid: int) -> None:
