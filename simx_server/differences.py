@@ -356,6 +356,107 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_engine.py::test_all_stepped_clients_must_trigger",
         "simxSynchronousTrigger",
     ),
+    Difference(
+        "simxCheckDistance gives 0 while distance handling is switched off, and 8 when there is nothing to measure.",
+        "V-REP answered both with success and an undefined number.",
+        "tests/test_collisions.py::test_switched_off_handling_answers_success",
+        "simxCheckDistance",
+    ),
+    Difference(
+        "While stopped, and before the first pass, pictures show the scene as it is.",
+        "V-REP gave the background colour and depth 1.",
+        "tests/test_handlers_vision.py::test_image_is_rgb_or_grey_bytes_without_a_running_simulation",
+        "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
+    ),
+    Difference(
+        "With vision sensors switched off (boolean parameter 10) pictures are the background.",
+        "In V-REP the last picture stayed. simxReadVisionSensor is 8 in both.",
+        "tests/test_sensors_vision.py::test_switched_off_handling_shows_the_background",
+        "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
+    ),
+    Difference(
+        "Any options but 0 mean a grey picture.",
+        "With 2 and the like V-REP sent colours, of which its Python binding took the first third.",
+        _SENSORS + "test_a_grey_picture_is_the_mean_of_the_colours",
+        "simxGetVisionSensorImage",
+    ),
+    Difference(
+        "An image given to a sensor with external input goes with the stop, and its statistics last until then.",
+        "In V-REP the image stayed after the stop, and the statistics went with the next pass.",
+        "tests/test_sensors_vision.py::test_external_input_stays_and_nothing_is_rendered",
+        "simxSetVisionSensorImage simxReadVisionSensor",
+    ),
+    Difference(
+        "What cameras do not see, proximity sensors do not detect",
+        "(MuJoCo's geom groups from 3 on, what is wholly transparent), nor what is annotated as not detectable. "
+        "V-REP's shapes say both separately.",
+        "tests/test_sensors_proximity_force.py::test_sensor_sees_visible_groups_only",
+        "simxReadProximitySensor",
+    ),
+    Difference(
+        "Switches of what needs a window read False, may be switched off, and are 8 when switched on.",
+        "V-REP without a window answered 8 to all of it.",
+        "tests/test_parameters.py::test_what_needs_a_window_is_off_and_says_so",
+        "simxGetBooleanParameter simxSetBooleanParameter",
+    ),
+    Difference(
+        "Parameters of V-REP's drawing and machinery are not there (code 8):",
+        "fog, background and ambient light, threads, warning masks, video and the like. The colour of the fog is the "
+        "background of pictures.",
+        "tests/test_parameters.py::test_parameters_of_vreps_own_drawing_and_machinery_are_refused",
+        "simxGetIntegerParameter simxSetIntegerParameter simxGetFloatingParameter simxSetFloatingParameter "
+        "simxGetStringParameter simxGetArrayParameter simxSetArrayParameter",
+    ),
+    Difference(
+        "Parameters of objects that mean nothing in MuJoCo are not there (code 8);",
+        "the text of the error says why, or lists those that are there. A part of the world has no mass and no mask.",
+        "tests/test_object_parameters.py::test_what_v_rep_knows_and_means_nothing_here_says_why",
+        "simxGetObjectFloatParameter simxSetObjectFloatParameter simxGetObjectIntParameter simxSetObjectIntParameter",
+    ),
+    Difference(
+        "Random numbers are the same in every run of the server.",
+        "So a script that takes them from there does the same again.",
+        "tests/test_parameters.py::test_random_numbers_are_the_same_in_every_server",
+        "simxGetFloatingParameter simxGetArrayParameter",
+    ),
+    Difference(
+        "A target drives a joint that has no annotation,",
+        "whose motor and control loop are switched as the target needs it. V-REP's joints say in their file how they "
+        "are driven; so do annotated ones.",
+        "tests/test_joints_modes.py::test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it",
+        "simxSetJointTargetPosition simxSetJointTargetVelocity",
+    ),
+    Difference(
+        "The first simxGetJointForce of a run may be that of the last physics step,",
+        "in scenes without position controllers. All later ones are means over the pass, as in V-REP.",
+        "tests/test_joints_modes.py::test_force_is_the_motors_mean_over_the_pass",
+        "simxGetJointForce",
+    ),
+    Difference(
+        "A script goes on after an error in a function that a client called.",
+        "V-REP 4.2 ended the script.",
+        _SCRIPTS + "test_every_trouble_in_a_script_call_is_8_with_a_text",
+        "simxCallScriptFunction",
+    ),
+    Difference(
+        "Signals, consoles, dialogs and custom UIs have an upper number and length (code 8 above it).",
+        "V-REP took more until its memory was full.",
+        "tests/test_signals.py::test_too_many_or_too_large_signals_are_refused",
+        "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal simxAuxiliaryConsoleOpen "
+        "simxDisplayDialog simxLoadUI",
+    ),
+    Difference(
+        "Dialogs and custom UIs need no window:",
+        "any program that looks at the simulation sees, answers and operates them.",
+        "tests/test_user_interface_dialogs.py::test_another_client_sees_and_answers_a_dialog_through_the_add_on",
+        "simxDisplayDialog simxLoadUI",
+    ),
+    Difference(
+        "There are limits:",
+        "4096 streams of a client (more are executed once), lists of a million items, texts of a million characters, "
+        "64 MiB of binary data. What is larger is code 8.",
+        _CONNECTION + "test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on",
+    ),
 )
 
 

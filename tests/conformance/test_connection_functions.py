@@ -16,6 +16,7 @@ import simx_client as v
 from simx_client.clients import CLIENTS, Clients
 from simx_client.connection import Connection
 from simx_client.errors import ConnectionFailed
+from simx_client.protocol.kinds import MAX_ITEMS, MAX_TEXT
 
 STATE = v.simx_headeroffset_server_state
 
@@ -315,3 +316,22 @@ def test_a_stream_with_a_rate_and_modes_with_unknown_bits_are_accepted(world: An
     v.simxGetObjects(cid, v.sim_object_joint_type, 0x80000)
     world.engine.turn()
     assert v.simxGetObjects(cid, v.sim_object_joint_type, BUFFER)[0] == OK
+
+
+def test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on(
+    world: Any, cid: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert v.simxAddStatusbarMessage(cid, "x" * (MAX_TEXT + 1), BLOCKING) == REMOTE_ERROR
+    assert v.simxSetObjectSelection(cid, [1] * (MAX_ITEMS + 1), BLOCKING) == REMOTE_ERROR
+    monkeypatch.setattr("simx_server.engine.MAX_STREAMS", 3)
+    v.simxStartSimulation(cid, BLOCKING)
+    for number in range(4):
+        v.simxSetIntegerSignal(cid, f"s{number}", 1, BLOCKING)
+        v.simxGetIntegerSignal(cid, f"s{number}", STREAMING)
+    world.engine.turn()
+    for number in range(4):
+        v.simxSetIntegerSignal(cid, f"s{number}", 2, BLOCKING)
+    world.engine.turn()
+    values = [v.simxGetIntegerSignal(cid, f"s{number}", BUFFER) for number in range(4)]
+    assert values == [(OK, 2)] * 3 + [(OK, 1)], "the fourth was executed once"
+    assert "at most 3 streams" in v.simxGetLastErrors(cid, BLOCKING)[1][-1]
