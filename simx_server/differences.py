@@ -390,7 +390,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "What cameras do not see, proximity sensors do not detect",
         "(MuJoCo's geom groups from 3 on, what is wholly transparent), nor what is annotated as not detectable. "
         "V-REP's shapes say both separately.",
-        "tests/test_sensors_proximity_force.py::test_sensor_sees_visible_groups_only",
+        "tests/test_sensors_proximity_force.py::test_what_cameras_do_not_see_is_not_detected",
         "simxReadProximitySensor",
     ),
     Difference(

@@ -80,6 +80,7 @@ _OFF = {
 """Switches that are off for good, by the reason."""
 
 _ON = {
+    "models are always copied whole here": (c.sim_boolparam_full_model_copy_from_api,),
     "joints always move here": (c.sim_boolparam_joint_motion_handling_enabled,),
     "pictures are always drawn beside the physics here": (c.sim_boolparam_threaded_rendering_enabled,),
     "the pictures of this server are always drawn with it": (c.sim_boolparam_shape_textures_are_visible,),

@@ -183,13 +183,18 @@ def test_cameras_lights_and_linked_dummies_have_their_own(world: World) -> None:
         read_int(world, "far", 10000)
 
 
-@pytest.mark.parametrize(("number", "value"), [(32, -1), (28, 0.0)])
-def test_what_can_have_one_value_only_says_so(world: World, number: int, value: float) -> None:
-    kind = "Int" if number == 32 else "Float"
-    assert world.call(f"simxGetObject{kind}Parameter", world.handle("ball"), number) == value
-    world.call(f"simxSetObject{kind}Parameter", world.handle("ball"), number, value)
+@pytest.mark.parametrize(
+    ("name", "kind", "number", "value"),
+    [("ball", "Int", 32, -1), ("ball", "Float", 28, 0.0), ("eye", "Int", 1008, -1)],
+)
+def test_what_can_have_one_value_only_says_so(
+    world: World, name: str, kind: str, number: int, value: float
+) -> None:
+    handle = world.handle(name)
+    assert world.call(f"simxGetObject{kind}Parameter", handle, number) == value
+    world.call(f"simxSetObject{kind}Parameter", handle, number, value)
     with pytest.raises(CommandError, match="it stays"):
-        world.call(f"simxSetObject{kind}Parameter", world.handle("ball"), number, value + 1)
+        world.call(f"simxSetObject{kind}Parameter", handle, number, value + 1)
 
 
 @pytest.mark.parametrize("number", [29, 30, 31])

@@ -55,6 +55,7 @@ def test_what_needs_a_window_is_off_and_says_so(world: World, number: int) -> No
         (22, False, "drawn without it"),
         (29, False, "records no videos"),
         (7, True, "joints always move"),
+        (24, True, "always copied whole"),
         (15, True, "always drawn with it"),
         (32, True, "beside the physics"),
     ],
@@ -184,6 +185,29 @@ def test_strings_tell_scene_and_folders(world: World, tmp_path: Path) -> None:
     assert Path(world.call("simxGetStringParameter", 0)).is_dir()
     world.call("simxCloseScene")
     assert [world.call("simxGetStringParameter", number) for number in (13, 14)] == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [
+        *(("Integer", number) for number in (3, 4, 5, 6, 13, 21, 25, 26, 32, 33, 35)),
+        ("Floating", 2),
+        ("String", 1),
+        *(("Array", number) for number in (1, 3, 4, 5)),
+    ],
+)
+def test_parameters_of_vreps_own_drawing_and_machinery_are_refused(
+    world: World, kind: str, number: int
+) -> None:
+    with pytest.raises(CommandError, match=f"parameter {number} cannot be read; those that can: "):
+        world.call(f"simxGet{kind}Parameter", number)
+
+
+def test_random_numbers_are_the_same_in_every_server(world: World) -> None:
+    other = World()
+    for command, number in (("simxGetFloatingParameter", 0), ("simxGetArrayParameter", 6)):
+        drawn = [world.call(command, number) for _ in range(4)]
+        assert drawn == [other.call(command, number) for _ in range(4)]
 
 
 def test_read_only_floats_and_arrays_cannot_be_set(world: World) -> None:

@@ -50,6 +50,13 @@ def test_sensor_sees_the_nearest_thing_in_its_own_frame() -> None:
     assert read(world, "behind") == (False, [0.0] * 3, -1, [0.0] * 3)
 
 
+@pytest.mark.parametrize("hidden", ['group="3"', 'rgba="1 1 1 0"'])
+def test_what_cameras_do_not_see_is_not_detected(hidden: str) -> None:
+    world = World(RANGE.replace('size="0.1 0.1 0.1" group="3"', f'size="0.1 0.1 0.1" {hidden}'))
+    world.run()
+    assert read(world, "ahead")[2] == world.handle("obstacle")
+
+
 def test_sensor_does_not_see_beyond_its_range() -> None:
     world = World(RANGE)
     world.run()

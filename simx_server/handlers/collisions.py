@@ -26,7 +26,10 @@ def check_collision(sim: Simulation, entity1: int, entity2: int) -> bool:
 
 @handler("simxCheckDistance")
 def check_distance(sim: Simulation, entity1: int, entity2: int) -> float:
-    """Metres, 0 where they meet. With distance handling switched off it is 0, where V-REP left it undefined.
+    """Metres, 0 where they meet.
+
+    Differs: with distance handling switched off it is 0, where V-REP left it undefined; so it did when there is
+    nothing to measure, which is an error here.
 
     Raises:
         CommandError: there is nothing to measure, as with an empty collection.
@@ -41,7 +44,7 @@ def check_distance(sim: Simulation, entity1: int, entity2: int) -> float:
 
 @handler("simxReadCollision")
 def read_collision(sim: Simulation, collision_object: int) -> bool:
-    """Raises CommandError when it was not handled in this run."""
+    """Raises CommandError when it was not handled in the last pass, as before the first one and when switched off."""
     found = sim.meters.collisions.read(collision_object)
     if found is None:
         raise CommandError(
@@ -53,7 +56,7 @@ def read_collision(sim: Simulation, collision_object: int) -> bool:
 
 @handler("simxReadDistance")
 def read_distance(sim: Simulation, distance_object: int) -> float:
-    """Metres; a number above 1e36 when it was not handled in this run."""
+    """Metres; a number above 1e36 when it was not handled in the last pass, or measured nothing."""
     found = sim.meters.distances.read(distance_object)
     return NOT_HANDLED if found is None else found
 

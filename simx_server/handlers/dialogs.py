@@ -20,7 +20,10 @@ def display_dialog(
     title_colors: list[float] | None,
     dialog_colors: list[float] | None,
 ) -> tuple[int, int]:
-    """The dialog's handle and that of the custom UI it is made of."""
+    """The dialog's handle and that of the custom UI it is made of.
+
+    Differs: it needs no window; any program that looks at the simulation may answer it.
+    """
     dialog = sim.user_interface.dialogs.display(
         title, text, dialog_type, initial_text, title_colors, dialog_colors
     )

@@ -39,13 +39,19 @@ def set_spherical_joint_matrix(sim: Simulation, joint: int, matrix: list[float])
 
 @handler("simxSetJointTargetVelocity")
 def set_joint_target_velocity(sim: Simulation, joint: int, velocity: float) -> None:
-    """Accepted in every mode; moves the joint in force mode with the control loop off, and in motion mode."""
+    """Accepted in every mode; moves the joint in force mode with the control loop off, and in motion mode.
+
+    Differs: a joint without annotation is switched to that; V-REP's joints say in their file how they are driven.
+    """
     sim.joints.set_target_velocity(joint, velocity)
 
 
 @handler("simxSetJointTargetPosition")
 def set_joint_target_position(sim: Simulation, joint: int, position: float) -> None:
-    """Code 8 outside force mode."""
+    """Code 8 outside force mode.
+
+    Differs: a joint without annotation is switched to position control, and its motor on.
+    """
     sim.joints.set_target_position(joint, position)
 
 
@@ -54,6 +60,8 @@ def get_joint_force(sim: Simulation, joint: int) -> float:
     """N m or N of the motor along +z on the child: positive pushes towards greater positions; mean of the last pass.
 
     0 while stopped, and when no motor or spring acts.
+
+    Differs: in a scene without position controllers the first call of a run is answered with the last physics step's.
     """
     return sim.joints.force(joint)
 

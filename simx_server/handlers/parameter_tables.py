@@ -126,6 +126,7 @@ _VISION: dict[int, Entry] = dict(
         _view("visionintparam_resolution_y", "height"),
         _view("visionfloatparam_perspective_angle", "angle"),
         _view("visionfloatparam_ortho_size", "orthographic_size"),
+        _entry("visionintparam_entity_to_render", *_only(-1, "a vision sensor here sees every object")),
     ]
 )
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 @handler("simxGetBooleanParameter")
 def get_boolean_parameter(sim: Simulation, parameter: int) -> bool:
+    """Differs: what needs a window is False here, where the original without one answered with an error."""
     return sim.parameters.booleans.get(parameter)
 
 
@@ -47,9 +48,11 @@ def get_string_parameter(sim: Simulation, parameter: int) -> str:
 
 @handler("simxGetArrayParameter")
 def get_array_parameter(sim: Simulation, parameter: int) -> list[float]:
+    """Differs: fog (its colour is the background of pictures), background and ambient light are errors."""
     return sim.parameters.arrays.get(parameter)
 
 
 @handler("simxSetArrayParameter")
 def set_array_parameter(sim: Simulation, parameter: int, values: list[float]) -> None:
+    """Differs: as for reading."""
     sim.parameters.arrays.set(parameter, values)

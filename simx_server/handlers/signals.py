@@ -88,6 +88,8 @@ def clear_string_signal(sim: Simulation, name: str) -> None:
 def append_string_signal(sim: Simulation, name: str, value: bytes) -> None:
     """Creates the signal when there is none.
 
+    Differs: there is a longest string; V-REP's grew until its memory was full.
+
     Raises:
         CommandError: the signal would become longer than one message can carry.
     """

@@ -10,10 +10,17 @@ from .registry import handler
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
+_GREY = 1
+"""The option bit of a grey image."""
+
 
 @handler("simxGetVisionSensorImage")
 def get_vision_sensor_image(sim: Simulation, sensor: int, options: int) -> Future[tuple[list[int], bytes]]:
-    """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h)."""
+    """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h).
+
+    Differs: with other options than 1 the original sent colours, of which its binding then took the first third; and
+    while stopped, or before the first pass, it gave the background.
+    """
     return sim.vision.image(sensor, as_grey=options != 0)
 
 
@@ -27,7 +34,9 @@ def get_vision_sensor_depth_buffer(sim: Simulation, sensor: int) -> Future[tuple
 def set_vision_sensor_image(sim: Simulation, sensor: int, image: bytes, options: int) -> None:
     """Stays until the sensor is handled next: with the next pass, or by hand for explicit handling.
 
+    Differs: with external input it goes with the stop, as all else that a run changed; in V-REP it stayed.
+
     Raises:
         CommandError: not w x h x 3 bytes (w x h with option bit 0).
     """
-    sim.vision.set_image(sensor, image, as_grey=options != 0)
+    sim.vision.set_image(sensor, image, as_grey=bool(options & _GREY))

@@ -81,7 +81,7 @@ def test_a_passive_joint_is_moved_while_the_simulation_runs_and_may_be_streamed(
 
 @of("simxGetJointMatrix")
 def test_the_matrix_turns_about_or_moves_along_z(
-    cid: int, simx: Any, elbow: int, rail: int, ball: int
+    cid: int, simx: Any, handle: Any, elbow: int, rail: int, ball: int
 ) -> None:
     v.simxSetJointPosition(cid, elbow, 0.5, BLOCKING)
     v.simxSetJointPosition(cid, rail, 0.25, BLOCKING)
@@ -90,7 +90,8 @@ def test_the_matrix_turns_about_or_moves_along_z(
     assert simx(cid, rail, BLOCKING)[1] == pytest.approx([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.25], abs=1e-6)
     assert simx(cid, ball, BLOCKING)[1] == pytest.approx([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], abs=1e-6)
     assert_types(simx(cid, elbow, BLOCKING), (0, [0.0]))
-    assert simx(cid, NO_OBJECT, BLOCKING) == (REMOTE_ERROR, [0.0] * 12)
+    for wrong in (NO_OBJECT, handle("cube")):
+        assert simx(cid, wrong, BLOCKING) == (REMOTE_ERROR, [0.0] * 12)
 
 
 @of("simxSetSphericalJointMatrix")
@@ -151,10 +152,13 @@ def test_the_force_is_0_while_stopped_and_the_motors_torque_in_a_run(
     assert simx(cid, shoulder, BLOCKING) == (OK, 0.0)
     assert_types(simx(cid, shoulder, BLOCKING), (0, 0.0))
     start_stepped(cid)
+    assert simx(cid, shoulder, BLOCKING) == (OK, 0.0), "no pass was made yet"
     v.simxSetJointForce(cid, shoulder, 2.0, BLOCKING)
     v.simxSetJointTargetVelocity(cid, shoulder, 10000.0, BLOCKING)
     step(cid, 0.1)
-    assert abs(simx(cid, shoulder, BLOCKING)[1]) == pytest.approx(2.0, rel=0.05)
+    assert simx(cid, shoulder, BLOCKING)[1] == pytest.approx(2.0, rel=0.05), "it pushes the child upwards"
+    v.simxStopSimulation(cid, BLOCKING)
+    assert simx(cid, shoulder, BLOCKING) == (OK, 0.0)
     for each in wrong:
         assert simx(cid, each, BLOCKING) == (REMOTE_ERROR, 0.0)
 

@@ -162,6 +162,14 @@ def test_boolean_parameters_are_bool_and_unknown_ones_8(cid: int, simx: Any) -> 
 
 
 @of("simxSetBooleanParameter")
+def test_a_window_may_be_switched_off_and_cannot_be_switched_on(cid: int, simx: Any) -> None:
+    for number in (v.sim_boolparam_display_enabled, v.sim_boolparam_browser_visible):
+        assert simx(cid, number, False, BLOCKING) == OK
+        assert v.simxGetBoolParam(cid, number, BLOCKING) == (OK, False)
+        assert simx(cid, number, True, BLOCKING) == REMOTE_ERROR
+
+
+@of("simxSetBooleanParameter")
 def test_real_time_is_settable_only_while_stopped_and_success_otherwise(cid: int, simx: Any) -> None:
     real_time = v.sim_boolparam_realtime_simulation
     assert simx(cid, real_time, True, BLOCKING) == OK

@@ -100,6 +100,25 @@ def test_a_vision_sensor_that_was_never_handled_has_no_statistics(cid: int, simx
     assert simx(cid, handle("colour"), BLOCKING) == (REMOTE_ERROR, False, [])
 
 
+@of("simxReadVisionSensor")
+def test_vision_sensors_that_are_not_handled_any_more_are_8(cid: int, simx: Any, handle: Any) -> None:
+    start_stepped(cid)
+    step(cid, 0.05)
+    assert simx(cid, handle("colour"), BLOCKING)[0] == OK
+    v.simxSetBoolParam(cid, v.sim_boolparam_vision_sensor_handling_enabled, False, BLOCKING)
+    step(cid, 0.05)
+    assert simx(cid, handle("colour"), BLOCKING) == (REMOTE_ERROR, False, [])
+
+
+@of("simxReadProximitySensor")
+def test_proximity_sensors_that_are_not_handled_any_more_are_8(cid: int, simx: Any, handle: Any) -> None:
+    start_stepped(cid)
+    step(cid, 0.05)
+    v.simxSetBoolParam(cid, v.sim_boolparam_proximity_sensor_handling_enabled, False, BLOCKING)
+    step(cid, 0.05)
+    assert simx(cid, handle("ahead"), BLOCKING) == NOT_THERE
+
+
 @of("simxGetVisionSensorImage")
 def test_a_picture_is_signed_bytes_from_the_bottom_row_up(cid: int, simx: Any, handle: Any) -> None:
     code, resolution, image = simx(cid, handle("colour"), 0, BLOCKING)
@@ -114,7 +133,7 @@ def test_a_picture_is_signed_bytes_from_the_bottom_row_up(cid: int, simx: Any, h
 
 
 @of("simxGetVisionSensorImage")
-@pytest.mark.parametrize("options", [1, 3])
+@pytest.mark.parametrize("options", [1, 3, 2])
 def test_a_grey_picture_is_the_mean_of_the_colours(cid: int, simx: Any, handle: Any, options: int) -> None:
     code, resolution, image = simx(cid, handle("colour"), options, BLOCKING)
     assert (code, resolution, len(image)) == (OK, [8, 6], 48)
@@ -155,6 +174,8 @@ def test_a_picture_of_another_size_is_8(cid: int, simx: Any, handle: Any) -> Non
     assert simx(cid, sensor, [0] * 48, 0, BLOCKING) == REMOTE_ERROR
     assert simx(cid, sensor, [7] * 48, 1, BLOCKING) == OK, "grey has one byte a pixel"
     assert set(v.simxGetVisionSensorImage(cid, sensor, 0, BLOCKING)[2]) == {7}
+    assert simx(cid, sensor, [9] * 144, 2, BLOCKING) == OK, "only bit 0 counts"
+    assert set(v.simxGetVisionSensorImage(cid, sensor, 0, BLOCKING)[2]) == {9}
     assert simx(cid, handle("cube"), [0] * 144, 0, BLOCKING) == REMOTE_ERROR
 
 
@@ -198,6 +219,47 @@ def test_distance_is_the_least_one_in_metres(cid: int, simx: Any, handle: Any) -
     assert simx(cid, NO_OBJECT, handle("target"), BLOCKING) == (REMOTE_ERROR, 0.0)
 
 
+@of("simxCheckDistance")
+def test_distance_to_a_collection_to_all_others_and_switched_off(cid: int, simx: Any, handle: Any) -> None:
+    target, boxes = handle("target"), v.simxGetCollectionHandle(cid, "boxes", BLOCKING)[1]
+    v.simxSetObjectPosition(cid, target, -1, [0, -3, 0.3], BLOCKING)
+    for pair in ((boxes, target), (target, boxes)):
+        assert simx(cid, *pair, BLOCKING) == (OK, pytest.approx(1.4, abs=1e-4))
+    code, nearest = simx(cid, target, v.sim_handle_all, BLOCKING)
+    assert (code, nearest) == (OK, 0.0), "it stands in the floor"
+    v.simxSetBoolParam(cid, v.sim_boolparam_distance_handling_enabled, False, BLOCKING)
+    assert simx(cid, boxes, target, BLOCKING) == (OK, 0.0)
+
+
+@of("simxReadCollision")
+def test_a_collision_object_is_read_once_it_was_handled(cid: int, simx: Any, handle: Any) -> None:
+    bump, asked = (v.simxGetCollisionHandle(cid, name, BLOCKING)[1] for name in ("bump", "asked"))
+    assert simx(cid, bump, BLOCKING) == (REMOTE_ERROR, False), "stopped"
+    start_stepped(cid)
+    step(cid, 0.05)
+    assert simx(cid, bump, BLOCKING) == (OK, False)
+    assert simx(cid, asked, BLOCKING) == (REMOTE_ERROR, False), "handled explicitly, by nobody"
+    v.simxSetObjectPosition(cid, handle("target"), -1, [-2, -3, 0.3], BLOCKING)
+    step(cid, 0.05)
+    assert simx(cid, bump, BLOCKING) == (OK, True)
+    assert_types(simx(cid, bump, BLOCKING), (0, True))
+    v.simxStopSimulation(cid, BLOCKING)
+    assert simx(cid, bump, BLOCKING) == (REMOTE_ERROR, False)
+
+
+@of("simxReadDistance")
+def test_a_distance_object_is_above_1e36_until_it_was_handled(cid: int, simx: Any, handle: Any) -> None:
+    clearance = v.simxGetDistanceHandle(cid, "clearance", BLOCKING)[1]
+    code, distance = simx(cid, clearance, BLOCKING)
+    assert code == OK
+    assert distance > 1e36
+    v.simxSetObjectPosition(cid, handle("target"), -1, [0, -3, 0.3], BLOCKING)
+    start_stepped(cid)
+    step(cid, 0.05)
+    assert simx(cid, clearance, BLOCKING) == (OK, pytest.approx(1.4, abs=1e-4))
+    assert_types(simx(cid, clearance, BLOCKING), (0, 0.0))
+
+
 @of("simxReadCollision")
 def test_a_collision_object_that_nobody_registered_is_8(cid: int, simx: Any) -> None:
     assert simx(cid, NO_OBJECT, BLOCKING) == (REMOTE_ERROR, False)
@@ -211,15 +273,23 @@ def test_a_distance_object_that_nobody_registered_is_8(cid: int, simx: Any) -> N
 @of("simxGetCollisionHandle")
 def test_the_handle_of_an_unknown_collision_object_is_8(cid: int, simx: Any) -> None:
     assert simx(cid, "Collision", BLOCKING) == (REMOTE_ERROR, 0)
+    code, found = simx(cid, "bump", BLOCKING)
+    assert (code, type(found)) == (OK, int)
+    assert simx(cid, "bump#", BLOCKING) == (OK, found)
 
 
 @of("simxGetDistanceHandle")
 def test_the_handle_of_an_unknown_distance_object_is_8(cid: int, simx: Any) -> None:
     assert simx(cid, "Distance", BLOCKING) == (REMOTE_ERROR, 0)
+    code, found = simx(cid, "clearance", BLOCKING)
+    assert (code, type(found)) == (OK, int)
 
 
 @of("simxGetCollectionHandle")
 def test_a_collection_may_be_an_integer_signal_and_an_unknown_one_is_8(cid: int, simx: Any) -> None:
+    code, boxes = simx(cid, "boxes", BLOCKING)
+    assert (code, boxes) == (OK, 2_000_000)
+    assert_types((code, boxes), (0, 0))
     assert simx(cid, "my collection", BLOCKING) == (REMOTE_ERROR, 0)
     v.simxSetIntegerSignal(cid, "my collection", 2_000_007, BLOCKING)
     assert simx(cid, "my collection", BLOCKING) == (OK, 2_000_007)
