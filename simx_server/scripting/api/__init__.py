@@ -18,19 +18,64 @@ from ...errors import CommandError
 from ..signature import Signature
 from .base import HANDLE_SELF, ApiPart
 from .collisions import CollisionFunctions
+from .drawing import DrawingFunctions
+from .graphs import GraphFunctions
 from .joints import JointFunctions
 from .messages import MessageFunctions
 from .objects import ObjectFunctions
 from .poses import PoseFunctions
+from .scripts import ScriptFunctions
 from .sensors import SensorFunctions
+from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .simulation import SimulationFunctions
+from .vision import VisionFunctions
 
 __all__ = ["HANDLE_SELF", "SimApi", "invoke", "known_constants", "signatures"]
 
 _LATER_CONSTANTS = MappingProxyType(
     {
         "handleflag_axis": 0x400000,
+        "handleflag_greyscale": 0x400000,
+        "handleflag_codedstring": 0x400000,
+        "handleflag_extended": 0x400000,
+        "handleflag_depthbuffer": 0x800000,
+        "handleflag_depthbuffermeters": 0x800000,
+        "handleflag_addmultiple": 0x1000000,
+        "handleflag_setmultiple": 0x400000,
+        "drawing_linestrip": 8,
+        "drawing_trianglepts": 9,
+        "drawing_quadpts": 10,
+        "drawing_discpts": 11,
+        "drawing_cubepts": 12,
+        "drawing_spherepts": 7,
+        "drawing_local": 0x800000,
+        "jointmode_kinematic": 0,
+        "jointmode_dynamic": 5,
+        "jointdynctrl_free": 0,
+        "jointdynctrl_force": 1,
+        "jointdynctrl_velocity": 4,
+        "jointdynctrl_position": 8,
+        "jointdynctrl_spring": 12,
+        "customizationscriptattribute_activeduringsimulation": 0,
+        "scriptattribute_executionorder": 1,
+        "scriptattribute_executioncount": 2,
+        "childscriptattribute_automaticcascadingcalls": 3,
+        "childscriptattribute_enabled": 4,
+        "scriptattribute_enabled": 4,
+        "scriptattribute_debuglevel": 6,
+        "scriptattribute_scripttype": 7,
+        "scriptattribute_scripthandle": 8,
+        "scriptexecorder_first": 0,
+        "scriptexecorder_normal": 1,
+        "scriptexecorder_last": 2,
+        **{
+            f"{start}_{shape}": number
+            for start in ("pure_primitive", "primitiveshape")
+            for number, shape in enumerate(
+                ("none", "plane", "disc", "cuboid", "spheroid", "cylinder", "cone", "heightfield", "capsule")
+            )
+        },
         "handle_scene": -12,
         "handle_app": -13,
         "verbosity_none": 100,
@@ -58,6 +103,11 @@ class SimApi(
     SignalFunctions,
     SimulationFunctions,
     MessageFunctions,
+    VisionFunctions,
+    ShapeFunctions,
+    DrawingFunctions,
+    ScriptFunctions,
+    GraphFunctions,
 ):
     """What one script may do to the simulation."""
 
