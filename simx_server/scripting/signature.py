@@ -1,8 +1,9 @@
 """How the values that a script passes become the typed arguments of a ``sim`` function.
 
 The annotations of the Python method are the whole description: ``int``, ``float``, ``bool``, ``str``,
-``bytes``, ``list`` of these, and ``X | None`` for what may be left out or nil. Numbers behave as they do in
-Lua 5.1, which knew one kind of number: an integer may be given as 3.0 and loses a fraction.
+``bytes``, ``list`` of these, ``Any`` plain value, ``dict`` for a table with names, ``X | Y`` for the first that fits,
+and ``X | None`` for what may be left out or nil. Numbers behave as they do in Lua 5.1, which knew one kind of number:
+an integer may be given as 3.0 and loses a fraction.
 """
 
 from __future__ import annotations
@@ -56,12 +57,27 @@ def to_text(value: Any) -> str:
     return to_bytes(value).split(b"\0", 1)[0].decode("utf-8", "surrogateescape")
 
 
+def to_dict(value: Any) -> dict[Any, Any]:
+    """A table with names; an empty one may have arrived as an empty list. Names are text."""
+    if isinstance(value, list) and not value:
+        return {}
+    if isinstance(value, dict):
+        return {to_text(name) if isinstance(name, bytes) else name: item for name, item in value.items()}
+    raise TypeError("a table with named values")
+
+
+def to_any(value: Any) -> Any:
+    return value
+
+
 _SCALARS: dict[Any, Callable[[Any], Any]] = {
     int: to_int,
     float: to_float,
     bool: to_bool,
     bytes: to_bytes,
     str: to_text,
+    dict: to_dict,
+    Any: to_any,
 }
 
 
@@ -80,15 +96,32 @@ def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
     return convert
 
 
+def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The first conversion that fits."""
+
+    def convert(value: Any) -> Any:
+        wanted: list[str] = []
+        for kind in kinds:
+            try:
+                return kind(value)
+            except TypeError as problem:
+                wanted.append(str(problem))
+        raise TypeError(" or ".join(wanted))
+
+    return convert
+
+
 def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
     """The conversion for an annotation, and whether None passes."""
     arguments = typing.get_args(annotation)
     if isinstance(annotation, types.UnionType):
-        (inner,) = [argument for argument in arguments if argument is not type(None)]
-        return _converter(inner)[0], True
+        kinds = [_converter(argument)[0] for argument in arguments if argument is not type(None)]
+        return kinds[0] if len(kinds) == 1 else to_first(*kinds), type(None) in arguments
     if typing.get_origin(annotation) is list:
         return to_list(_SCALARS[arguments[0]]), False
-    return _SCALARS[annotation], False
+    if typing.get_origin(annotation) is dict:
+        return to_dict, False
+    return _SCALARS[annotation], annotation is Any
 
 
 @dataclass(frozen=True, slots=True)
