@@ -233,3 +233,8 @@ def test_scene_is_found_by_path_by_name_and_in_place_of_a_vrep_file(
     assert "is a V-REP file" in caplog.text
     with pytest.raises(CommandError, match=r"no scene 'nothing\.ttt'; shipped scenes: .*ur5_rg2_kinect"):
         find_scene("nothing.ttt")
+
+
+def test_model_is_found_by_the_path_that_vrep_has_it_under() -> None:
+    found = find_scene("models/robots/mobile/pioneer p3dx.ttm")
+    assert found.parts[-3:] == ("scenes", "models", "pioneer_p3dx.xml")

@@ -1,0 +1,152 @@
+"""Stock wheeled robots do what scripts drive them for: keep off walls, turn away, follow a line; and are as V-REP has them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from wheeled_stock import PIONEER
+
+import simx_client as vrep
+
+World = tuple[RealWorld, int]
+
+
+@pytest.fixture
+def world() -> Iterator[Callable[[str], World]]:
+    """Opens a scene: the world, and a client of it."""
+    opened: list[RealWorld] = []
+
+    def open_scene(scene: str) -> World:
+        opened.append(RealWorld(scene))
+        return opened[-1], opened[-1].client()
+
+    yield open_scene
+    for each in opened:
+        each.close()
+
+
+MODELS = {"models/robots/mobile/pioneer p3dx.ttm": PIONEER}
+SCENES = {
+    "pioneer_p3dx": ("Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_caster_wheel"),
+}
+
+
+@pytest.mark.parametrize("file", MODELS)
+def test_model_and_its_copy_are_vreps(world: Callable[[str], World], file: str) -> None:
+    opened, client = world("stock_kinect")
+    rows = MODELS[file]
+    load_model(client, file, (0.0, 0.0))
+    load_model(client, file, (1.0, 1.5))
+    check_stock(opened, client, rows)
+    check_stock(opened, client, rows, suffix="#0", shift=(1.0, 1.5, 0.0))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_scene_stands_still_for_a_minute(
+    world: Callable[[str], World], scene: str, record_property: Callable[[str, str], None]
+) -> None:
+    opened, client = world(scene)
+    start_stepped(client)
+    check_idle(client, SCENES[scene])
+    record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
+
+
+class Drive:
+    """A robot with two wheels, as scripts drive it: by target velocities, and odometry from the joints."""
+
+    def __init__(self, client: int, base: str, left: str, right: str, radius: float, track: float) -> None:
+        self.client = client
+        self.base = handle_of(client, base)
+        self.motors = handle_of(client, left), handle_of(client, right)
+        self._radius, self._track = radius, track
+        self._angles = self._wheels()
+        self.path = self.turned = 0.0
+        """Metres and radians by odometry."""
+        self.x = self.y = self.heading = 0.0
+        """Where odometry has the point between the wheels, from where it began."""
+
+    def _wheels(self) -> list[float]:
+        return [vrep.simxGetJointPosition(self.client, motor, BLOCKING)[1] for motor in self.motors]
+
+    def set(self, left: float, right: float) -> None:
+        for motor, velocity in zip(self.motors, (left, right), strict=True):
+            vrep.simxSetJointTargetVelocity(self.client, motor, velocity, vrep.simx_opmode_oneshot)
+
+    def count(self) -> None:
+        """Take the wheels' turn since the last time into account."""
+        angles = self._wheels()
+        # Positions of cyclic joints jump by a whole turn.
+        left, right = (
+            self._radius * ((new - old + math.pi) % (2 * math.pi) - math.pi)
+            for new, old in zip(angles, self._angles, strict=True)
+        )
+        self._angles = angles
+        middle = self.heading + (right - left) / self._track / 2
+        self.x += (left + right) / 2 * math.cos(middle)
+        self.y += (left + right) / 2 * math.sin(middle)
+        self.heading += (right - left) / self._track
+        self.path += abs(left + right) / 2
+
+
+def heading_of(client: int, base: int) -> float:
+    rotation = rotation_of(client, base)
+    return math.atan2(rotation[1, 0], rotation[0, 0])
+
+
+def read_distances(client: int, sensors: list[int], beyond: float) -> list[float]:
+    """Metres to what each sensor detects; `beyond` where it detects nothing."""
+    found = []
+    for sensor in sensors:
+        _, state, point, _, _ = vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_buffer)
+        found.append(math.dist(point, (0, 0, 0)) if state else beyond)
+    return found
+
+
+def test_pioneer_drives_by_its_sensors_for_a_minute_and_touches_nothing(
+    world: Callable[[str], World], record_property: Callable[[str, str], None]
+) -> None:
+    opened, client = world("pioneer_p3dx")
+    robot = Drive(
+        client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331
+    )
+    sensors = [handle_of(client, f"Pioneer_p3dx_ultrasonicSensor{number}") for number in range(1, 17)]
+    for sensor in sensors:
+        vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_streaming)
+    start_stepped(client)
+    step(client, 0.2)
+    begin = position_of(client, robot.base)
+    places = [begin]
+    nearest = 9.0
+    side = 1.0
+    for _ in range(1200):
+        distances = read_distances(client, sensors, 1.0)
+        nearest = min(nearest, *distances)
+        left, right = min(distances[0:4]), min(distances[4:8])
+        if min(left, right) > 0.6:
+            side = 1.0 if left > right else -1.0
+            robot.set(4.0, 4.0)
+        elif min(distances[1:7]) < 0.45:
+            robot.set(-1.5 * side, 1.5 * side)
+        else:
+            lean = 3.0 * (left - right)
+            robot.set(2.5 - lean, 2.5 + lean)
+        step(client, 0.05)
+        robot.count()
+        places.append(position_of(client, robot.base))
+        assert_nothing_touched(opened)
+    path = sum(math.dist(a, b) for a, b in zip(places, places[1:], strict=False))
+    record_property("figures", f"pioneer: {path:.1f} m, nothing nearer than {nearest:.2f} m")
+    assert path > 8.0
+    assert max(x for x, _, _ in places) - min(x for x, _, _ in places) > 2.0
+
+
+def assert_nothing_touched(world: RealWorld) -> None:
+    """All contacts are those of the floor."""
+    model, data = world.simulation.model, world.simulation.data
+    floor = model.body("ResizableFloor_5_25_element").id
+    bodies = model.geom_bodyid[data.contact.geom]
+    assert (bodies == floor).any(axis=1).all(), {model.body(b).name for b in bodies.ravel()}

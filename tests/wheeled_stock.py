@@ -1,0 +1,67 @@
+"""V-REP's stock wheeled robots: every object, in world axes, with the robot standing at x = y = 0."""
+
+from __future__ import annotations
+
+import math
+
+from model_checks import CONE, FORCE, REVOLUTE, SHAPE, Stock
+
+FULL_TURN = 6.28
+
+
+def _sonar(number: int, x: float, y: float, z: float, bearing_deg: float) -> Stock:
+    bearing = math.radians(bearing_deg)
+    axis = (math.cos(bearing), math.sin(bearing), 0.0)
+    name = f"Pioneer_p3dx_ultrasonicSensor{number}"
+    return Stock(name, CONE, (x, y, z), axis, reach=1.0, offset=0.0, angle_deg=30, explicit=False)
+
+
+def _wheel(name: str, x: float, y: float, z: float, max_force: float, axis=(0.0, 1.0, 0.0)) -> Stock:
+    return Stock(
+        name, REVOLUTE, (x, y, z), axis, interval="cyclic", mode=5, position_q=0.0,
+        max_force=max_force, upper_velocity=FULL_TURN,
+    )  # fmt: skip
+
+
+PIONEER = (
+    Stock("Pioneer_p3dx", SHAPE, (0, 0, 0.1388), euler_deg=(0, 0, 0), mass=16),
+    _wheel("Pioneer_p3dx_rightMotor", 0.0445, -0.1655, 0.0975, 3),
+    Stock("Pioneer_p3dx_rightWheel", SHAPE, (0.0445, -0.1655, 0.0975), mass=1.5),
+    _wheel("Pioneer_p3dx_leftMotor", 0.0445, 0.1655, 0.0975, 3),
+    Stock("Pioneer_p3dx_leftWheel", SHAPE, (0.0445, 0.1655, 0.0975), mass=1.5),
+    _wheel("Pioneer_p3dx_caster_freeJoint1", -0.149, 0, 0.061, 11.99, (0, 0, 1)),
+    _wheel("Pioneer_p3dx_caster_freeJoint2", -0.1268, 0, 0.0299, 11.99, (0, -1, 0)),
+    Stock("Pioneer_p3dx_caster_wheel", SHAPE, (-0.1268, 0, 0.0299), mass=0.25),
+    _sonar(1, 0.1064, 0.1382, 0.2069, 90),
+    _sonar(2, 0.1554, 0.125, 0.2069, 50),
+    _sonar(3, 0.1906, 0.0831, 0.2069, 30),
+    _sonar(4, 0.2092, 0.0273, 0.2069, 10),
+    _sonar(5, 0.2092, -0.0273, 0.2069, -10),
+    _sonar(6, 0.1905, -0.0785, 0.2069, -30),
+    _sonar(7, 0.1555, -0.1202, 0.2069, -50),
+    _sonar(8, 0.1064, -0.1381, 0.2069, -90),
+    _sonar(9, -0.1103, -0.1382, 0.207, -90),
+    _sonar(10, -0.1596, -0.1202, 0.207, -130),
+    _sonar(11, -0.1946, -0.0785, 0.207, -150),
+    _sonar(12, -0.2132, -0.0273, 0.207, -170),
+    _sonar(13, -0.2132, 0.0273, 0.207, 170),
+    _sonar(14, -0.1946, 0.0785, 0.207, 150),
+    _sonar(15, -0.1596, 0.1203, 0.207, 130),
+    _sonar(16, -0.1103, 0.1382, 0.207, 90),
+    *(
+        Stock(f"Pioneer_p3dx_connection{number}", FORCE, (x, y, z), (0, 0, 1))
+        for number, x, y, z in (
+            (1, 0.0445, 0, 0.2371),
+            (2, 0.0445, 0.13, 0.2371),
+            (3, 0.1364, 0.0919, 0.2371),
+            (4, 0.1645, 0, 0.2371),
+            (5, 0.1364, -0.0919, 0.2371),
+            (6, 0.0445, -0.13, 0.2371),
+            (7, -0.0455, 0, 0.2371),
+            (8, -0.1374, -0.105, 0.2371),
+            (9, -0.1655, 0, 0.2371),
+            (10, -0.1374, 0.105, 0.2371),
+            (11, 0.2195, 0, 0.0677),
+        )
+    ),
+)
