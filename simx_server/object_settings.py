@@ -20,6 +20,9 @@ _LAYERS = 0xFFFF
 _SHOWN, _HIDDEN = 0x0001, 0x0100
 """V-REP's first layer, which cameras show, and the ninth, where its models keep what they hide."""
 
+_VISIBLE = 0x00FF
+"""The layers that the cameras of a new scene show."""
+
 _STILL = (0.0,) * 6
 
 
@@ -40,7 +43,7 @@ class ObjectSettings:
         self._sim = sim
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
-        self.visible_layers = 0x00FF
+        self.visible_layers = _VISIBLE
         """`sim_intparam_visible_layers`: what cameras show."""
         sim.on_load.append(self._forget)
         sim.on_close.append(self._forget)
@@ -141,6 +144,7 @@ class ObjectSettings:
 
     def _forget(self) -> None:
         self._known = {}
+        self.visible_layers = _VISIBLE
 
     def _begin_run(self) -> None:
         self._before_the_run = dict(self._known)

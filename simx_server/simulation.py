@@ -87,7 +87,7 @@ class Simulation:
         self.scene_id = 0
         """Another number for every scene that was loaded, and for the empty one after closing."""
         self.dynamics_enabled = True
-        """Boolean parameter 6: off, passes go by without physics."""
+        """Boolean parameter 6: off, passes go by without physics. Another scene begins with them on."""
         self.signals = Signals()
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []
@@ -277,6 +277,7 @@ class Simulation:
         self.scene, self.model = scene, model
         self.scene_id += 1
         self.data = mujoco.MjData(model)
+        self.dynamics_enabled = True
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True
         mujoco.mj_forward(model, self.data)

@@ -138,6 +138,25 @@ def test_masks_decide_who_meets_whom(world: World) -> None:
         write_int(world, "ball", 3019, -1)
 
 
+def test_masks_act_by_their_other_byte_when_what_held_two_trees_together_is_removed() -> None:
+    world = World(
+        """
+        <mujoco><worldbody>
+          <site name="top"/>
+          <body name="a"><freejoint/><geom size="0.1"/></body>
+          <body name="b" pos="0 0 1"><freejoint/><geom size="0.1"/></body>
+        </worldbody></mujoco>
+        """
+    )
+    a, b, top = (world.handle(name) for name in ("a", "b", "top"))
+    for handle in (a, b):
+        world.call("simxSetObjectParent", handle, top, True)
+    write_int(world, "a", 3019, 0x00FF)
+    assert not world.sim.scene.spec.excludes
+    world.call("simxRemoveObject", top)
+    assert len(world.sim.scene.spec.excludes) == 1
+
+
 def test_shape_that_meets_nothing_falls_through_the_floor_until_the_stop(world: World) -> None:
     world.run(1)
     write_int(world, "ball", 3019, 0x00FF)

@@ -34,6 +34,31 @@ def real(tmp_path: Path) -> Iterator[RealWorld]:
     world.close()
 
 
+def test_switches_and_colours_belong_to_the_scene_and_outlive_a_run(world: World, tmp_path: Path) -> None:
+    switches = (2, 3, 6, 9, 10)
+
+    def state() -> list[object]:
+        on = [world.call("simxGetBooleanParameter", number) for number in switches]
+        return [*on, world.call("simxGetIntegerParameter", 11), world.call("simxGetArrayParameter", 2)]
+
+    at_first = state()
+    assert at_first == [True] * 5 + [0x00FF, [0.0, 0.0, 0.0]]
+    for number in switches:
+        world.call("simxSetBooleanParameter", number, False)
+    world.call("simxSetIntegerParameter", 11, 1)
+    world.call("simxSetArrayParameter", 2, [0.5, 0.5, 0.5])
+    changed = state()
+    assert changed[:5] == [False] * 5
+    world.run(1)
+    world.call("simxStopSimulation")
+    assert state() == changed, "it is no run's"
+    world.call("simxLoadScene", "scene.xml", 0)
+    assert state() == at_first
+    world.call("simxSetBooleanParameter", 6, False)
+    world.call("simxCloseScene")
+    assert state() == at_first
+
+
 # --- booleans -------------------------------------------------------------------------------------
 
 

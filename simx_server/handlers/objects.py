@@ -90,6 +90,7 @@ def remove_object(sim: Simulation, handle: int) -> None:
         editing.remove_all(sim)
     else:
         editing.remove_object(sim, handle)
+        sim.object_settings.apply_masks()
 
 
 @handler("simxRemoveModel")

@@ -56,7 +56,7 @@ class Meter(Generic[_R]):
         """`nothing`: what handling gives while it is switched off. `left_out`: the bit of a model's property, and
         `own_key` the key of a shape's annotation, that say what is not to be measured."""
         self.enabled = True
-        """Boolean parameter 2 or 3."""
+        """Boolean parameter 2 or 3; it belongs to the scene."""
         self._sim = sim
         self._kind = kind
         self._measure = measure
@@ -71,8 +71,10 @@ class Meter(Generic[_R]):
         self._handled: frozenset[int] = frozenset()
         """What was registered at that instant."""
         sim.on_sensing.append(self._sense)
-        for listeners in (sim.on_start, sim.on_stop, sim.on_load, sim.on_close):
-            listeners.append(self._forget)
+        sim.on_start.append(self._forget)
+        sim.on_stop.append(self._forget)
+        sim.on_load.append(self._change_scene)
+        sim.on_close.append(self._change_scene)
 
     def check(self, first: int, second: int) -> _R:
         """Measure two entities as they are now. The second may be all others (`sim_handle_all`).
@@ -168,6 +170,10 @@ class Meter(Generic[_R]):
         self._results.clear()
         self._by_hand.clear()
         self._instant = None
+
+    def _change_scene(self) -> None:
+        self._forget()
+        self.enabled = True
 
     def _register(self, _name: str, note: Annotation) -> _Registered:
         named = self._sim.collections.named

@@ -8,9 +8,11 @@ from where everything was in the sensing phase of the last pass.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import CommandError
 from ..scene.annotations import Annotation
@@ -35,11 +37,13 @@ class ProximitySensors:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self.enabled = True
-        """Boolean parameter 9: whether the sensing phase handles sensors."""
+        """Boolean parameter 9: whether the sensing phase handles sensors; it belongs to the scene."""
         self._optics: dict[int, Optics] = {}
         self._entities: dict[int, int] = {}
         self._results: dict[int, Detection | None] = {}
         self._handled_by_hand: dict[int, Detection | None] = {}
+        self._reset: set[int] = set()
+        """Sensors whose result was forgotten on demand since the last pass."""
         self._instant: Instant | None = None
         """That of the last pass in which sensors were handled."""
         sim.on_sensing.append(self._sense)
@@ -63,12 +67,13 @@ class ProximitySensors:
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run"
             )
         if handle not in self._results:
-            if self._instant is None or handle not in self._instant.scene.objects:
+            instant = self._instant
+            if instant is None or handle not in instant.scene.objects or handle in self._reset:
                 raise CommandError(
                     f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
                     "simulation"
                 )
-            self._results[handle] = self._detect(self._instant, handle)
+            self._results[handle] = self._detect(instant, handle)
         return self._results[handle]
 
     def handle(self, handle: int) -> Detection | None:
@@ -78,11 +83,35 @@ class ProximitySensors:
         """
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         self._handled_by_hand.pop(handle, None)
+        self._reset.discard(handle)
         if not self.enabled:
             self._results.pop(handle, None)
             return None
         found = self._handled_by_hand[handle] = self._detect(self._sim.instants.now(), handle)
         return found
+
+    def reset(self, handle: int) -> None:
+        """Forget what a sensor detected, until it is handled again. Raises UnknownHandle, WrongKind."""
+        self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        self._results.pop(handle, None)
+        self._handled_by_hand.pop(handle, None)
+        self._reset.add(handle)
+
+    def check(self, handle: int, entity: int, **looks: str | float) -> Detection | None:
+        """What a sensor would detect of one entity now; results of handling stay as they are.
+
+        `looks`: fields of Optics (faces, least_cosine, least_distance) to use in place of the sensor's own. An object
+        or collection is detected even if it is not detectable. Raises UnknownHandle, WrongKind, CommandError.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        members = self._sim.collections.entity(entity)
+        instant = self._sim.instants.now()
+        wanted = instant.detectable if entity == ALL else np.isin(instant.surroundings.owners, members)
+        return self._look_at(instant, item, replace(self._look(item), **looks), wanted)  # type: ignore[arg-type]
+
+    def is_explicit(self, handle: int) -> bool:
+        """Whether passes leave a sensor alone, for a script to handle it. Raises UnknownHandle, WrongKind."""
+        return _is_explicit(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR))
 
     def volume_type(self, handle: int) -> int:
         """`sim_proximitysensor_*_subtype`. Raises UnknownHandle, WrongKind."""
@@ -107,6 +136,7 @@ class ProximitySensors:
             return
         self._instant = self._sim.instants.now() if self.enabled else None
         self._results.clear()
+        self._reset.clear()
         for handle in list(self._handled_by_hand):
             item = self._sim.scene.objects.get(handle)
             if item is None or not _is_explicit(item):
@@ -115,24 +145,32 @@ class ProximitySensors:
     def _forget(self) -> None:
         self._results.clear()
         self._handled_by_hand.clear()
+        self._reset.clear()
         self._instant = None
 
     def _forget_all(self) -> None:
         self._forget()
+        self.enabled = True
         self._optics.clear()
         self._entities.clear()
 
     def _detect(self, instant: Instant, handle: int) -> Detection | None:
         item = instant.scene.objects[handle]
         wanted = instant.detectable
-        carrier = instant.scene.owner_of_body(item.body, instant.model)
-        if carrier != -1:
-            wanted = wanted & (instant.surroundings.owners != carrier)
         entity = self._entity(item)
         if entity != ALL:
             wanted = wanted & np.isin(instant.surroundings.owners, self._sim.collections.entity(entity))
+        return self._look_at(instant, item, self._look(item), wanted)
+
+    def _look_at(
+        self, instant: Instant, item: SceneObject, looks: Optics, wanted: NDArray[np.bool_]
+    ) -> Detection | None:
+        """`wanted`: (ngeom,); what carries the sensor is left out."""
+        carrier = instant.scene.owner_of_body(item.body, instant.model)
+        if carrier != -1:
+            wanted = wanted & (instant.surroundings.owners != carrier)
         rotation = instant.site_xmat[item.id].reshape(3, 3)
-        return detect(instant, self._look(item), instant.site_xpos[item.id], rotation, wanted)
+        return detect(instant, looks, instant.site_xpos[item.id], rotation, wanted)
 
     def _look(self, item: SceneObject) -> Optics:
         known = self._optics.get(item.handle)

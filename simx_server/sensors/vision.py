@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 _A = TypeVar("_A")
 _B = TypeVar("_B")
 
+BLACK = (0.0, 0.0, 0.0)
+
 DEFAULT_SIDE = 256
 """Pixels a side for a camera without a resolution; V-REP's own new sensors have 32."""
 
@@ -74,11 +76,11 @@ class VisionSensors:
         self._sim = sim
         self.enabled = True
         """Boolean parameter 10: whether sensors are handled at all; off, pictures are the background."""
-        self.background = (0.0, 0.0, 0.0)
+        self.background = BLACK
         """RGB 0..1 where nothing is seen; V-REP takes the colour of the scene's fog, black at first."""
         self._settings: dict[int, VisionSettings] = {}
-        sim.on_load.append(self._settings.clear)
-        sim.on_close.append(self._settings.clear)
+        sim.on_load.append(self._change_scene)
+        sim.on_close.append(self._change_scene)
         sim.on_start.append(self._forget_pictures)
         sim.on_stop.append(self._forget_pictures)
 
@@ -244,6 +246,12 @@ class VisionSensors:
             )
         except ValueError as problem:
             raise CommandError(str(problem)) from None
+
+    def _change_scene(self) -> None:
+        """Another scene has its own switch, its own colour of the fog and its own sensors."""
+        self.enabled = True
+        self.background = BLACK
+        self._settings.clear()
 
     def _forget_pictures(self) -> None:
         for settings in self._settings.values():
