@@ -204,7 +204,7 @@ class Connection:
         """One legacy call in one operation mode; returns what the legacy function returns."""
         values = shape.coerce(arguments)
         if mode.__class__ is not int:
-            mode = int(mode)
+            mode = shape.mode(mode)
         if mode & MODE_MASK == c.simx_opmode_blocking:
             if shape.command.never_blocking and mode == c.simx_opmode_blocking:
                 return shape.failure(c.simx_return_illegal_opmode_flag)

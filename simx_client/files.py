@@ -14,7 +14,7 @@ from .clients import CLIENTS
 from .connection import Connection
 from .modes import MODE_MASK
 from .protocol import constants as c
-from .protocol.commands import CARRIED
+from .protocol.commands import BY_NAME, CARRIED
 from .protocol.files import MAX_FILE, twins
 from .protocol.kinds import to_int32, to_text
 from .shape import Shape
@@ -32,6 +32,7 @@ _SENDING = (
     c.simx_opmode_streaming_split,
 )
 
+_TRANSFER = Shape(BY_NAME["simxTransferFile"])
 _STORE, _LEND = (Shape(command) for command in CARRIED)
 
 
@@ -50,16 +51,17 @@ def simxTransferFile(
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag
-    mode, milliseconds = to_int32(operationMode), to_int32(timeOut)
+    path, name, milliseconds, mode = _TRANSFER.coerce(
+        (filePathAndName, fileName_serverSide, timeOut, operationMode)
+    )
     data: bytes | None = b""
     if mode != c.simx_opmode_remove:
-        data = _read("simxTransferFile", Path(to_text(filePathAndName)))
+        data = _read("simxTransferFile", Path(path))
     if data is None:
         return c.simx_return_local_error_flag
     if mode & MODE_MASK == c.simx_opmode_blocking:
-        values = _STORE.coerce((fileName_serverSide, data))
-        return connection.blocking(_STORE, values, milliseconds / 1000 if milliseconds > 0 else None)
-    return connection.invoke(_STORE, (fileName_serverSide, data), mode)
+        return connection.blocking(_STORE, [name, data], milliseconds / 1000 if milliseconds > 0 else None)
+    return connection.invoke(_STORE, (name, data), mode)
 
 
 def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
@@ -68,7 +70,7 @@ def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mod
     if connection is None:
         return shape.failure(c.simx_return_initialize_error_flag)
     path, options = to_text(arguments[0]), to_int32(arguments[1])
-    if options & FILE_IS_HERE and int(mode) & MODE_MASK in _SENDING:
+    if options & FILE_IS_HERE and shape.mode(mode) & MODE_MASK in _SENDING:
         code = _lend(connection, shape.command.name, path)
         if code:
             return shape.failure(code)

@@ -25,7 +25,7 @@ from .errors import ConnectionFailed
 from .files import simxTransferFile as simxTransferFile
 from .protocol import constants as c
 from .protocol.commands import BY_NAME
-from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints, to_text
+from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints
 from .redirect import redirected
 from .shape import Shape
 from .transport import ZenohTransport
@@ -53,9 +53,16 @@ def simxStart(
     Returns:
         The lowest free client id, from 0; -1 with one line in the log that says why.
     """
-    address = to_text(connectionAddress)
-    port = to_int32(connectionPort)
-    milliseconds = to_int32(timeOutInMs)
+    address, port, waits, once, milliseconds, _ = _START.coerce(
+        (
+            connectionAddress,
+            connectionPort,
+            waitUntilConnected,
+            doNotReconnectOnceDisconnected,
+            timeOutInMs,
+            commThreadCycleInMs,
+        )
+    )
     if not 0 < port < 65536:
         logger.warning(
             "no connection to %s:%d: the port must be 1..65535; the shared-memory transport behind negative "
@@ -69,9 +76,8 @@ def simxStart(
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
-    once = bool(doNotReconnectOnceDisconnected)
     patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
-    attempt = patience if waitUntilConnected else 0.0  # in the background there is always a next one
+    attempt = patience if waits else 0.0  # in the background there is always a next one
     connection = Connection(
         lambda: ZenohTransport(host, target, connect_timeout=attempt, retry=not once, asked_port=port),
         where=f"{address}:{port}",
@@ -81,7 +87,7 @@ def simxStart(
     client_id = CLIENTS.add(connection)
     if client_id == -1:
         return -1
-    if not waitUntilConnected:
+    if not waits:
         connection.connect_in_background()
         return client_id
     try:
@@ -222,6 +228,7 @@ def simxQuery(
         time.sleep(0.001)
 
 
+_START = Shape(BY_NAME["simxStart"])
 _VERSION = Shape(BY_NAME["simxGetIntegerParameter"])
 _CLEAR_STRING = Shape(BY_NAME["simxClearStringSignal"])
 _TAKE_STRING = Shape(BY_NAME["simxGetAndClearStringSignal"])

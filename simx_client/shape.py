@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from .protocol.commands import Command
-from .protocol.kinds import DEPTHS, Kind
+from .protocol.kinds import DEPTHS, Kind, to_int32
 from .values import DepthBuffer, VisionImage
 
 Key = tuple[Any, ...]
@@ -42,6 +42,13 @@ class Shape:
                 except (TypeError, IndexError) as error:
                     raise type(error)(f"{self.command.name}: {name} {error}") from None
             raise
+
+    def mode(self, value: Any) -> int:
+        """An operation mode that is no plain int: numpy's, a bool. Raises TypeError for anything else."""
+        try:
+            return to_int32(value)
+        except TypeError as error:
+            raise TypeError(f"{self.command.name}: operationMode {error}") from None
 
     def key(self, arguments: list[Any]) -> Key:
         """What makes two calls the same command: the function and its identifying arguments."""

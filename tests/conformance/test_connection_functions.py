@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
+import numpy as np
 import pytest
 from conforming import BLOCKING, BUFFER, NOVALUE, OK, ONESHOT, REMOTE_ERROR, STREAMING, of
 from real_world import start_stepped
@@ -43,6 +44,14 @@ def test_the_lowest_of_255_ids_is_given_and_minus_1_when_all_are_used() -> None:
     assert clients.add(connections[255]) == 3
     clients.remove(-1)
     assert clients.get(0) is None
+
+
+@of("simxStart")
+def test_start_names_an_argument_of_a_wrong_kind(simx: Any) -> None:
+    with pytest.raises(TypeError, match="simxStart: connectionPort needs an integer, got str '19997'"):
+        simx("127.0.0.1", "19997", True, True, 5000, 5)
+    with pytest.raises(TypeError, match="simxStart: connectionAddress needs a string"):
+        simx(None, 19997, True, True, 5000, 5)
 
 
 @of("simxFinish")
@@ -294,6 +303,18 @@ def test_numbers_come_back_in_single_precision_and_ints_wrap(cid: int) -> None:
     assert v.simxGetIntegerSignal(cid, "i", BLOCKING) == (OK, 5)
     with pytest.raises(TypeError, match="signalValue needs an integer"):
         v.simxSetIntegerSignal(cid, "i", 1.5, BLOCKING)
+
+
+@pytest.mark.parametrize("mode", [None, 65536.0, "blocking"])
+def test_a_mode_that_is_no_integer_is_refused_by_name(cid: int, mode: Any) -> None:
+    calls: list[Any] = [
+        (v.simxGetObjects, [v.sim_handle_all]), (v.simxLoadModel, ["x.ttm", 1]),
+        (v.simxTransferFile, ["x.ttm", "x.ttm", 5000]),
+    ]  # fmt: skip
+    for function, arguments in calls:
+        with pytest.raises(TypeError, match=f"{function.__name__}: operationMode needs an integer"):
+            function(cid, *arguments, mode)
+    assert v.simxGetObjects(cid, v.sim_handle_all, np.int64(BLOCKING))[0] == OK
 
 
 def test_names_end_at_a_nul_and_bytes_are_taken_as_they_are(cid: int) -> None:
