@@ -6,6 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol import constants as c
+
 from .errors import CommandError
 from .scene.objects import ObjectKind, SceneObject
 from .scene.placing import body_pose, free_joint
@@ -73,8 +75,9 @@ class ObjectSettings:
         self._set(handle, layers=layers)
 
     def is_visible(self, handle: int) -> bool:
-        """Whether cameras show the object."""
-        return bool(self.layers(handle) & self.visible_layers)
+        """Whether cameras show the object: neither its layers nor its models hide it. Raises UnknownHandle."""
+        by_layer = self.layers(handle) & self.visible_layers
+        return bool(by_layer) and not self._sim.scene.overridden(handle) & c.sim_modelproperty_not_visible
 
     def first_velocity(self, handle: int) -> tuple[float, ...]:
         """Linear m/s and angular rad/s, 6 numbers, world axes; zero once the shape got it.
@@ -160,11 +163,13 @@ class ObjectSettings:
         self._known[handle] = replace(self._of(handle), **values)
 
     def _is_drawn(self, item: SceneObject) -> bool:
+        """By its own geom groups, whatever models take from it."""
         if item.kind != ObjectKind.SHAPE:
             return True
         model, scene = self._sim.model, self._sim.scene
         return any(
-            model.geom_group[geom] in VISIBLE_GROUPS
+            scene.withheld.get((model.geom(geom).name, "geom_group"), model.geom_group[geom])
+            in VISIBLE_GROUPS
             for geom in range(model.ngeom)
             if scene.owner_of_geom(geom, model) == item.handle
         )

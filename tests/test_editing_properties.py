@@ -136,6 +136,23 @@ def test_not_detectable_and_not_renderable_are_independent(world: World) -> None
     assert not world.call("simxReadProximitySensor", ray)[0]
 
 
+def test_what_is_not_visible_is_in_no_picture_and_still_detected(world: World) -> None:
+    box, sim = world.handle("box"), world.sim
+    geoms = [g for g in range(sim.model.ngeom) if sim.scene.owner_of_geom(g, sim.model) == box]
+    for bits, group, visible in (
+        (c.sim_modelproperty_not_visible, 5, 0),
+        (c.sim_modelproperty_not_visible | c.sim_modelproperty_not_renderable, 5, 0),
+        (c.sim_modelproperty_not_renderable, 5, 1),
+        (0, 0, 1),
+    ):
+        world.call("simxSetModelProperty", box, bits)
+        assert [int(sim.model.geom_group[g]) for g in geoms] == [group]
+        assert world.call("simxGetObjectIntParameter", box, 36) == visible
+        world.run(1)
+        assert world.call("simxReadProximitySensor", world.handle("ray"))[0]
+        world.call("simxStopSimulation")
+
+
 def test_not_reset_stays_where_the_run_brought_it(world: World) -> None:
     box, sim = world.handle("box"), world.sim
     world.call("simxSetModelProperty", box, c.sim_modelproperty_not_reset)

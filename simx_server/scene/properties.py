@@ -29,9 +29,10 @@ _UNSEEN_GROUP = 5
 
 _GEOM_VALUES = {
     c.sim_modelproperty_not_respondable: {"geom_contype": 0, "geom_conaffinity": 0},
-    c.sim_modelproperty_not_renderable: {"geom_group": _UNSEEN_GROUP},
+    c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible: {"geom_group": _UNSEEN_GROUP},
 }
-"""What a bit makes of the geoms of a model: model array to number."""
+"""What any of these bits makes of the geoms of a model: model array to number. In V-REP too, vision sensors
+do not see what is not visible because of its model, other than what is so by its layers."""
 
 _ON_GEOMS = sum(_GEOM_VALUES)
 
@@ -73,13 +74,13 @@ def _restrict_geoms(sim: Simulation) -> None:
     scene, model = sim.scene, sim.model
     for geom in range(model.ngeom):
         name, bits = model.geom(geom).name, scene.overridden(scene.owner_of_geom(geom, model))
-        for bit, values in _GEOM_VALUES.items():
+        for forbidding, values in _GEOM_VALUES.items():
             for array, value in values.items():
                 numbers = getattr(model, array)
-                if bits & bit and (name, array) not in scene.withheld:
+                if bits & forbidding and (name, array) not in scene.withheld:
                     scene.withheld[name, array] = int(numbers[geom])
                     numbers[geom] = value
-                elif not bits & bit and (name, array) in scene.withheld:
+                elif not bits & forbidding and (name, array) in scene.withheld:
                     numbers[geom] = scene.withheld.pop((name, array))
     collect_masks(model)
     sim.model_edited()
