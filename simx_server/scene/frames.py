@@ -27,6 +27,9 @@ PARENT = -11
 JOINT_BASE_FLAG = 0x400000
 """`sim_handleflag_reljointbaseframe`; on quaternions also `sim_handleflag_wxyzquat`."""
 
+_OFF_ROTATION = 1e-2
+"""How far the products of a matrix's columns may be from 0 and 1; single precision and a user's rounding are finer."""
+
 _GIMBAL_LOCK = 0.999995
 """|sin beta| from which alpha is taken as 0 (V-REP's own limit)."""
 
@@ -87,6 +90,13 @@ def set_quaternion(sim: Simulation, handle: int, relative_to: int, quaternion: S
     place(sim, item, compose(reference, (local[0], quat)))
 
 
+def set_pose(sim: Simulation, handle: int, relative_to: int, pose: Pose) -> None:
+    """Move and turn an object at once, with all below it."""
+    _checked([*pose[0], *pose[1]], 7, "a pose")
+    item, reference, _ = _current(sim, handle, relative_to)
+    place(sim, item, compose(reference, pose))
+
+
 def euler_from_quat(quat_wxyz: Quaternion) -> list[float]:
     """[alpha, beta, gamma] with R = Rx(alpha) Ry(beta) Rz(gamma)."""
     rows = poses.matrix(quat_wxyz)
@@ -114,6 +124,32 @@ def matrix12(pose: Pose) -> list[float]:
     """A pose as V-REP's 12 numbers: three rows of rotation and position."""
     rows = poses.matrix(pose[1])
     return [value for row, offset in zip(rows, pose[0], strict=True) for value in (*row, offset)]
+
+
+def pose_from_matrix12(values: Sequence[float]) -> Pose:
+    """The pose that 12 numbers mean; the rotation nearest to the upper 3 x 3 part is taken when it is slightly off.
+
+    Raises CommandError: not 12 finite numbers, or the columns are far from perpendicular unit vectors.
+    """
+    numbers = _checked(values, 12, "a matrix")
+    rows = [numbers[start : start + 3] for start in (0, 4, 8)]
+    for i in range(3):
+        for j in range(3):
+            product = sum(rows[k][i] * rows[k][j] for k in range(3))
+            if abs(product - (i == j)) > _OFF_ROTATION:
+                raise CommandError(
+                    f"the matrix {numbers} holds no rotation: its columns must be perpendicular and of length 1"
+                )
+    return (numbers[3], numbers[7], numbers[11]), poses.from_rows(rows)
+
+
+def wxyz_from_xyzw(quat_xyzw: Sequence[float]) -> Quaternion:
+    """Scalar first, of length 1. Raises CommandError: not 4 finite numbers, or all of them 0."""
+    x, y, z, w = _checked(quat_xyzw, 4, "a quaternion")
+    try:
+        return normalised((w, x, y, z))
+    except ValueError as error:
+        raise CommandError(f"{error} is no rotation; give [x, y, z, w]") from None
 
 
 def _has_flag(handle: int) -> bool:

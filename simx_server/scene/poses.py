@@ -102,3 +102,24 @@ def matrix(q: Quaternion) -> tuple[Vector, Vector, Vector]:
         (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
         (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
+
+
+def from_rows(rows: Sequence[Sequence[float]]) -> Quaternion:
+    """The quaternion of a rotation matrix, from its largest component, which is never near 0 (Shepperd's method)."""
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    candidates = (
+        (1 + a + e + i, h - f, c - g, d - b),
+        (h - f, 1 + a - e - i, b + d, c + g),
+        (c - g, b + d, 1 - a + e - i, f + h),
+        (d - b, c + g, f + h, 1 - a - e + i),
+    )
+    return normalised(max(enumerate(candidates), key=lambda entry: entry[1][entry[0]])[1])
+
+
+def blend(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
+    """The rotation on the shorter way from a to b: 0 gives a, 1 gives b."""
+    vector = rotation_vector(multiply(conjugate(a), b))
+    angle = math.sqrt(sum(component * component for component in vector))
+    if angle < 1e-15:
+        return a
+    return multiply(a, about(scale(vector, 1 / angle), angle * share))

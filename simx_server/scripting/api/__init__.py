@@ -17,19 +17,30 @@ from simx_client.protocol import constants
 from ...errors import CommandError
 from ..signature import Signature
 from .base import HANDLE_SELF, ApiPart
+from .buffers import BufferFunctions
 from .collisions import CollisionFunctions
+from .custom_data import CustomDataFunctions
 from .drawing import DrawingFunctions
+from .dynamics import DynamicsFunctions
 from .graphs import GraphFunctions
 from .joints import JointFunctions
+from .matrices import MatrixFunctions
 from .messages import MessageFunctions
+from .object_names import ObjectNameFunctions
+from .object_parameters import ObjectParameterFunctions
 from .objects import ObjectFunctions
+from .packing import PackingFunctions
+from .parameters import ParameterFunctions
 from .poses import PoseFunctions
 from .scripts import ScriptFunctions
+from .selection import SelectionFunctions
 from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .simulation import SimulationFunctions
+from .topic_constants import TOPIC_CONSTANTS
 from .vision import VisionFunctions
+from .window import WindowFunctions
 
 __all__ = ["HANDLE_SELF", "SimApi", "invoke", "known_constants", "signatures"]
 
@@ -103,6 +114,16 @@ class SimApi(
     SignalFunctions,
     SimulationFunctions,
     MessageFunctions,
+    BufferFunctions,
+    CustomDataFunctions,
+    DynamicsFunctions,
+    MatrixFunctions,
+    ObjectNameFunctions,
+    ObjectParameterFunctions,
+    PackingFunctions,
+    ParameterFunctions,
+    SelectionFunctions,
+    WindowFunctions,
     VisionFunctions,
     ShapeFunctions,
     DrawingFunctions,
@@ -131,7 +152,7 @@ def known_constants() -> Mapping[str, int]:
         for name, value in vars(constants).items()
         if name.startswith("sim_") and isinstance(value, int)
     }
-    return MappingProxyType(found | _LATER_CONSTANTS)
+    return MappingProxyType(found | dict(_LATER_CONSTANTS) | dict(TOPIC_CONSTANTS))
 
 
 def invoke(api: SimApi, name: str, values: list[Any]) -> tuple[Any, ...]:
