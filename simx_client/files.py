@@ -51,8 +51,8 @@ def simxTransferFile(
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag
-    path, name, milliseconds, mode = _TRANSFER.coerce(
-        (filePathAndName, fileName_serverSide, timeOut, operationMode)
+    _, path, name, milliseconds, mode = _TRANSFER.coerce(
+        (clientID, filePathAndName, fileName_serverSide, timeOut, operationMode)
     )
     data: bytes | None = b""
     if mode != c.simx_opmode_remove:
