@@ -1,14 +1,15 @@
-"""Stock wheeled robots do what scripts drive them for: keep off walls, turn away, follow a line; and are as V-REP has them."""
+"""Stock wheeled robots do what scripts drive them for: keep off walls, turn away; and they are as V-REP has them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import pytest
 from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
-from wheeled_stock import PIONEER
+from wheeled_stock import BUBBLE_ROB, PIONEER, REMOTE_BUBBLE_ROB
 
 import simx_client as vrep
 
@@ -29,9 +30,15 @@ def world() -> Iterator[Callable[[str], World]]:
         each.close()
 
 
-MODELS = {"models/robots/mobile/pioneer p3dx.ttm": PIONEER}
+MODELS = {
+    "models/robots/mobile/pioneer p3dx.ttm": PIONEER,
+    "bubbleRob.ttm": BUBBLE_ROB,
+    "remoteApiControlledBubbleRob.ttm": REMOTE_BUBBLE_ROB,
+}
 SCENES = {
     "pioneer_p3dx": ("Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_caster_wheel"),
+    "bubblerob": ("remoteApiControlledBubbleRob", "remoteApiControlledBubbleRobLeftMotor"),
+    "bubblerob_tutorial": ("bubbleRob", "bubbleRob_leftMotor"),
 }
 
 
@@ -64,8 +71,8 @@ class Drive:
         self.motors = handle_of(client, left), handle_of(client, right)
         self._radius, self._track = radius, track
         self._angles = self._wheels()
-        self.path = self.turned = 0.0
-        """Metres and radians by odometry."""
+        self.path = 0.0
+        """Metres by odometry."""
         self.x = self.y = self.heading = 0.0
         """Where odometry has the point between the wheels, from where it began."""
 
@@ -81,7 +88,7 @@ class Drive:
         angles = self._wheels()
         # Positions of cyclic joints jump by a whole turn.
         left, right = (
-            self._radius * ((new - old + math.pi) % (2 * math.pi) - math.pi)
+            self._radius * math.remainder(new - old, 2 * math.pi)
             for new, old in zip(angles, self._angles, strict=True)
         )
         self._angles = angles
@@ -101,47 +108,76 @@ def read_distances(client: int, sensors: list[int], beyond: float) -> list[float
     """Metres to what each sensor detects; `beyond` where it detects nothing."""
     found = []
     for sensor in sensors:
-        _, state, point, _, _ = vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_buffer)
+        _, state, point, _, _ = vrep.simxReadProximitySensor(client, sensor, BLOCKING)
         found.append(math.dist(point, (0, 0, 0)) if state else beyond)
     return found
 
 
-def test_pioneer_drives_by_its_sensors_for_a_minute_and_touches_nothing(
+def place_of(client: int, base: int, ahead: float) -> tuple[float, float]:
+    """The point so far in front of a robot's base, on the floor."""
+    x, y, _ = position_of(client, base)
+    heading = heading_of(client, base)
+    return x + ahead * math.cos(heading), y + ahead * math.sin(heading)
+
+
+def test_pioneer_drives_by_its_sensors_for_a_minute_and_its_odometry_holds(
     world: Callable[[str], World], record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world("pioneer_p3dx")
-    robot = Drive(
-        client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331
-    )
+    robot = Drive(client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331)
     sensors = [handle_of(client, f"Pioneer_p3dx_ultrasonicSensor{number}") for number in range(1, 17)]
-    for sensor in sensors:
-        vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_streaming)
     start_stepped(client)
     step(client, 0.2)
-    begin = position_of(client, robot.base)
-    places = [begin]
+    places = [place_of(client, robot.base, 0.0445)]
+    robot.x, robot.y = places[0]
     nearest = 9.0
-    side = 1.0
-    for _ in range(1200):
+    for _ in range(240):
         distances = read_distances(client, sensors, 1.0)
         nearest = min(nearest, *distances)
-        left, right = min(distances[0:4]), min(distances[4:8])
-        if min(left, right) > 0.6:
-            side = 1.0 if left > right else -1.0
-            robot.set(4.0, 4.0)
-        elif min(distances[1:7]) < 0.45:
-            robot.set(-1.5 * side, 1.5 * side)
-        else:
-            lean = 3.0 * (left - right)
-            robot.set(2.5 - lean, 2.5 + lean)
+        robot.set(*pioneer_velocities(distances))
+        for _ in range(5):
+            step(client, 0.05)
+            robot.count()
+            places.append(place_of(client, robot.base, 0.0445))
+            assert_nothing_touched(opened)
+    path = sum(math.dist(a, b) for a, b in pairwise(places))
+    error = math.dist((robot.x, robot.y), places[-1])
+    record_property(
+        "figures",
+        f"pioneer: {path:.1f} m, nothing nearer than {nearest:.2f} m, odometry off by {error:.3f} m",
+    )
+    assert path > 8.0
+    assert max(x for x, _ in places) - min(x for x, _ in places) > 2.0
+    assert robot.path == pytest.approx(path, rel=0.02)
+    assert error < 0.02 * path
+
+
+def pioneer_velocities(distances: list[float]) -> tuple[float, float]:
+    """Ahead where it is free, else away from the nearer side; on the spot when something is close."""
+    left, right = min(distances[0:4]), min(distances[4:8])
+    lean = left - right
+    if min(distances[1:7]) < 0.45:
+        turn = -1.5 if lean > 0 else 1.5
+        return turn, -turn
+    if min(left, right) > 0.7:
+        return 4.0, 4.0
+    return 2.5 - 3.0 * lean, 2.5 + 3.0 * lean
+
+
+def test_pioneer_turns_as_far_as_its_wheels_say(world: Callable[[str], World]) -> None:
+    _, client = world("pioneer_p3dx")
+    robot = Drive(client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331)
+    start_stepped(client)
+    turned, last = 0.0, heading_of(client, robot.base)
+    robot.set(-2.0, 2.0)
+    for _ in range(160):
         step(client, 0.05)
         robot.count()
-        places.append(position_of(client, robot.base))
-        assert_nothing_touched(opened)
-    path = sum(math.dist(a, b) for a, b in zip(places, places[1:], strict=False))
-    record_property("figures", f"pioneer: {path:.1f} m, nothing nearer than {nearest:.2f} m")
-    assert path > 8.0
-    assert max(x for x, _, _ in places) - min(x for x, _, _ in places) > 2.0
+        heading = heading_of(client, robot.base)
+        turned += math.remainder(heading - last, 2 * math.pi)
+        last = heading
+    assert turned > 9.0
+    assert robot.heading == pytest.approx(turned, rel=0.02)
 
 
 def assert_nothing_touched(world: RealWorld) -> None:
@@ -150,3 +186,41 @@ def assert_nothing_touched(world: RealWorld) -> None:
     floor = model.body("ResizableFloor_5_25_element").id
     bodies = model.geom_bodyid[data.contact.geom]
     assert (bodies == floor).any(axis=1).all(), {model.body(b).name for b in bodies.ravel()}
+
+
+@pytest.mark.parametrize(
+    ("scene", "base", "left", "right", "nose"),
+    [
+        ("bubblerob", "remoteApiControlledBubbleRob", "LeftMotor", "RightMotor", "SensingNose"),
+        ("bubblerob_tutorial", "bubbleRob", "_leftMotor", "_rightMotor", "_sensingNose"),
+    ],
+)
+def test_bubble_rob_turns_away_from_what_is_before_its_nose(
+    world: Callable[[str], World], scene: str, base: str, left: str, right: str, nose: str
+) -> None:
+    opened, client = world(scene)
+    robot = Drive(client, base, base + left, base + right, 0.04, 0.2)
+    sensor = handle_of(client, base + nose)
+    vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_streaming)
+    start_stepped(client)
+    step(client, 0.1)
+    begin = place_of(client, robot.base, 0.05)
+    (robot.x, robot.y), robot.heading = begin, heading_of(client, robot.base)
+    met, back_until = 0, 0.0
+    for number in range(200):
+        now = number * 0.05
+        _, state, point, detected, _ = vrep.simxReadProximitySensor(client, sensor, vrep.simx_opmode_buffer)
+        if state and now > back_until:
+            back_until = now + 3.0
+            met += 1
+            assert 0.0 < math.hypot(*point) <= 0.155
+            assert detected == handle_of(client, "Cylinder")
+        robot.set(*((-3.5, -1.5) if now < back_until else (4.0, 4.0)))
+        step(client, 0.05)
+        robot.count()
+        assert_nothing_touched(opened)
+    assert met == 1
+    assert abs(heading_of(client, robot.base)) > 0.5
+    end = place_of(client, robot.base, 0.05)
+    assert math.dist(begin, end) > 0.3
+    assert math.dist((robot.x, robot.y), end) < 0.02 * robot.path

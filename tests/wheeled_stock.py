@@ -65,3 +65,31 @@ PIONEER = (
         )
     ),
 )
+
+
+def _bubble_rob(base: str, names: tuple[str, ...], angle_deg: float, offset: float) -> tuple[Stock, ...]:
+    nose, left_motor, left_wheel, right_motor, right_wheel, link, caster = (base + name for name in names)
+    return (
+        Stock(base, SHAPE, (0, 0, 0.12), euler_deg=(0, 0, 0), mass=4.19),
+        Stock(nose, CONE, (0.1, 0, 0.12), (1, 0, 0), reach=0.15, offset=offset, angle_deg=angle_deg),
+        _wheel(left_motor, 0.05, 0.1, 0.04, 2.5),
+        Stock(left_wheel, SHAPE, (0.05, 0.1, 0.04), mass=0.804),
+        _wheel(right_motor, 0.05, -0.1, 0.04, 2.5),
+        Stock(right_wheel, SHAPE, (0.05, -0.1, 0.04), mass=0.804),
+        Stock(link, FORCE, (-0.07, 0, 0.05), (0, 0, 1)),
+        Stock(caster, SHAPE, (-0.07, 0, 0.025), mass=0.524),
+    )
+
+
+REMOTE_BUBBLE_ROB = _bubble_rob(
+    "remoteApiControlledBubbleRob",
+    ("SensingNose", "LeftMotor", "LeftWheel", "RightMotor", "RightWheel", "Link", "Caster"),
+    angle_deg=60,
+    offset=0.0,
+)
+BUBBLE_ROB = _bubble_rob(
+    "bubbleRob",
+    ("_sensingNose", "_leftMotor", "_leftWheel", "_rightMotor", "_rightWheel", "_connection", "_slider"),
+    angle_deg=30,
+    offset=0.005,
+)
