@@ -246,7 +246,7 @@ def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
         if item.element == "light":
             spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
 
-    edit(sim, surgery, {(_PREFIX[item.element], item.element_name)})
+    edit(sim, surgery, {(_PREFIX[item.element], item.element_name)}, parents={item.handle: parent})
 
 
 def _free_name(spec: mujoco.MjSpec, stem: str) -> str:

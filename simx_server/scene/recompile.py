@@ -15,6 +15,7 @@ from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition, build_scene
 
 if TYPE_CHECKING:
+    from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
 
 Surgery = Callable[[mujoco.MjSpec], None]
@@ -77,7 +78,28 @@ def edit(
         if handle in scene.objects:
             scene.override_parent(handle, parent)
     scene.reindex()
+    _check_tree(scene)
     sim.replace_model(scene, model, data)
+
+
+def _check_tree(scene: Scene) -> None:
+    """Raises CommandError where an object would be its own ancestor.
+
+    What hangs on what in the model and what the tree was told may contradict each other: a moved body takes along
+    joints and sensors that the tree has elsewhere.
+    """
+    sound: set[int] = {-1}
+    for handle in scene.objects:
+        way: list[int] = []
+        while handle not in sound:
+            if handle in way:
+                names = ", ".join(f"'{scene.objects[each].name}'" for each in way[way.index(handle) :])
+                raise CommandError(
+                    f"that would make each of {names} an ancestor of itself; give one another parent first"
+                )
+            way.append(handle)
+            handle = scene.objects[handle].parent if handle in scene.objects else -1
+        sound.update(way)
 
 
 def _take_weight(model: mujoco.MjModel, names: set[str]) -> None:

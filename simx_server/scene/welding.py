@@ -22,7 +22,7 @@ def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
     """The physical side of a new parent, for a body or what stands for one."""
     body = item.body
     name = sim.model.body(body).name
-    target = body_under(sim, parent)
+    target, parents = body_under(sim, parent), {item.handle: parent}
     if target != 0 and is_carried(sim.model, target, body):
         raise CommandError(
             f"'{item.name}' cannot get '{sim.scene.get(parent).name}' as parent, whose body hangs on it"
@@ -30,12 +30,12 @@ def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
     links = parent != -1 and sim.scene.get(parent).kind == ObjectKind.FORCE_SENSOR
     if free_joint(sim.model, body) >= 0:
         if links:
-            _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False)
+            _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False, parents=parents)
     elif name in sim.scene.welded_bodies and not links:
-        release(sim, body)
+        release(sim, body, parents)
     elif target != int(sim.model.body_parentid[body]):
         weightless = sim.model.body_weldid[body] == 0 and sim.model.body_weldid[target] != 0
-        _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless)
+        _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless, parents=parents)
 
 
 def set_static(sim: Simulation, handle: int, static: bool) -> None:
@@ -72,7 +72,15 @@ def is_link(sim: Simulation, body: int) -> bool:
     return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
 
 
-def _weld(sim: Simulation, body: int, target: int, welded: set[str], *, weightless: bool) -> None:
+def _weld(
+    sim: Simulation,
+    body: int,
+    target: int,
+    welded: set[str],
+    *,
+    weightless: bool,
+    parents: dict[int, int] | None = None,
+) -> None:
     """Fix a body to another where it is now. `weightless`: it adds no mass (else it has its own)."""
     model = sim.model
     sim.refresh()
@@ -87,10 +95,11 @@ def _weld(sim: Simulation, body: int, target: int, welded: set[str], *, weightle
         {("body_", name)},
         welded=welded,
         weightless=weights,
+        parents=parents,
     )
 
 
-def release(sim: Simulation, body: int) -> None:
+def release(sim: Simulation, body: int, parents: dict[int, int] | None = None) -> None:
     """Give a body a free joint, the velocity it has, and its weight."""
     name = sim.model.body(body).name
     sim.refresh()
@@ -101,6 +110,7 @@ def release(sim: Simulation, body: int) -> None:
         {("body_", name)},
         welded=sim.scene.welded_bodies - {name},
         weightless=sim.scene.weightless_bodies - rigid_bodies(sim, body),
+        parents=parents,
     )
     set_free(sim, name, pose, motion)
 
