@@ -172,6 +172,12 @@ class VisionSensors:
 
         return then(picture, convert)
 
+    def check(self, handle: int) -> Future[list[list[float]]]:
+        """The statistics of a picture made now, whatever was handled or set. Raises UnknownHandle, WrongKind."""
+        shows_depth = self._sensor(handle).shows_depth
+        picture = self._request(handle, rgb=True, depth=True)
+        return then(picture, lambda made: [statistics(made, shows_depth)])
+
     def handle(self, handle: int) -> None:
         """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does. Switched off it keeps none."""
         settings = self._sensor(handle)
