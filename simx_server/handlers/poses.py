@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..scene import frames
+from ..scene.poses import Pose
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -51,6 +52,17 @@ def set_object_quaternion(sim: Simulation, handle: int, relative_to: int, quater
     """As simxSetObjectPosition, about the object's own origin."""
     frames.set_quaternion(sim, handle, relative_to, quaternion)
     _launch(sim, handle)
+
+
+def set_object_pose(sim: Simulation, handle: int, relative_to: int, pose: Pose) -> None:
+    """Position and rotation at once, for scripts; the remote API has no such command."""
+    frames.set_pose(sim, handle, relative_to, pose)
+    _launch(sim, handle)
+
+
+def reset_dynamic_object(sim: Simulation, handle: int) -> None:
+    """As if the physics met the object and all below it for the first time: at rest, or with its first velocity."""
+    set_object_pose(sim, handle, frames.WORLD, frames.get_pose(sim, handle))
 
 
 def _launch(sim: Simulation, handle: int) -> None:
