@@ -1,0 +1,307 @@
+"""The process of one Python script: standard library only, started by `python_interpreter.py`.
+
+It obeys one message at a time. While the script waits for an answer of the server, further requests may come and are
+carried out on top of it (call-backs while ``sysCall_thread`` waits, a function of ``sim`` that calls the script back);
+each is over before the one below it goes on. So ``sysCall_thread`` needs no thread: its waiting call is answered late.
+"""
+
+from __future__ import annotations
+
+import builtins
+import faulthandler
+import importlib.abc
+import importlib.util
+import io
+import os
+import random
+import signal
+import sys
+import types
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+import python_guard
+from python_wire import HEADER, Packer, Unpacker
+
+_LINE = 1 << 16
+"""Characters of printed text without a line end that are kept together."""
+
+
+class ApiError(RuntimeError):
+    """A function of the server refused; the text names it."""
+
+
+class Abandoned(BaseException):
+    """The script's thread is replaced by another one: what it was doing ends here."""
+
+
+class Link:
+    """The two pipes to the server."""
+
+    def __init__(self, reading: int, writing: int) -> None:
+        self._reading, self._writing = reading, writing
+        self._functions: list[Callable[..., Any]] = []
+        self._numbers: dict[int, int] = {}
+        self._packer = Packer(self._number_of)
+        self._unpacker = Unpacker(self.function)
+
+    def function(self, number: int) -> Callable[..., Any]:
+        return self._functions[number]
+
+    def _number_of(self, value: Any) -> int:
+        """Functions that were handed out stay alive: their `id` is theirs for good."""
+        if not callable(value):
+            raise TypeError(f"a {type(value).__name__} cannot leave the script")
+        number = self._numbers.get(id(value))
+        if number is None:
+            number = self._numbers[id(value)] = len(self._functions)
+            self._functions.append(value)
+        return number
+
+    def send(self, *message: Any) -> None:
+        rest = memoryview(self._packer.pack(list(message)))
+        while rest:
+            rest = rest[os.write(self._writing, rest) :]
+
+    def receive(self) -> list[Any]:
+        text, blobs = self._unpacker.lengths(self._read(HEADER.size))
+        return self._unpacker.unpack(self._read(text + blobs), text)
+
+    def _read(self, length: int) -> bytes:
+        data = os.read(self._reading, length)
+        if len(data) < length:
+            parts = [data]
+            missing = length - len(data)
+            while missing:
+                data = os.read(self._reading, min(missing, 1 << 20))
+                if not data:
+                    os._exit(0)  # the server is gone
+                parts.append(data)
+                missing -= len(data)
+            data = b"".join(parts)
+        return data
+
+
+class Output(io.TextIOBase):
+    """What the script prints, sent by whole lines."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._pending = ""
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        *lines, self._pending = (self._pending + text).split("\n")
+        for line in lines:
+            self._link.send("print", line)
+        if len(self._pending) > _LINE:
+            self.finish()
+        return len(text)
+
+    def finish(self) -> None:
+        """Send what has no line end yet."""
+        if self._pending:
+            text, self._pending = self._pending, ""
+            self._link.send("print", text)
+
+
+class Namespace(types.ModuleType):
+    """``sim`` and its like: constants as they are, functions that ask the server; ``import sim`` finds it too."""
+
+    def __init__(self, name: str, known: dict[str, Any], invoke: Callable[..., Any]) -> None:
+        super().__init__(name, "Functions and constants of the simulation.")
+        self._invoke = invoke
+        for key, constant in known.items():
+            setattr(self, key, self._function(key) if constant is None else constant)
+
+    def _function(self, key: str) -> Callable[..., Any]:
+        invoke, full = self._invoke, f"{self.__name__}.{key}"
+
+        def function(*arguments: Any) -> Any:
+            return invoke(full, arguments)
+
+        function.__name__ = function.__qualname__ = key
+        return function
+
+    def __getattr__(self, key: str) -> NoReturn:
+        if key.startswith("__"):
+            raise AttributeError(key)
+        try:
+            self._invoke(f"{self.__name__}.{key}", ())
+        except ApiError as problem:
+            raise AttributeError(str(problem)) from None
+        raise AttributeError(f"{self.__name__}.{key}: is not provided")
+
+
+class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
+    """The script's module, the requests that come for it, and modules that lie beside the scene."""
+
+    def __init__(self, link: Link, name: str, namespaces: dict[str, dict[str, Any]]) -> None:
+        self._link = link
+        self._name = name
+        self._files = {name}
+        self._output = Output(link)
+        self._told: set[str] = set()
+        self._sources: dict[str, bytes] = {}
+        module = types.ModuleType("__main__")
+        self._globals = module.__dict__
+        sys.modules["__main__"] = module
+        sys.stdout = sys.stderr = self._output
+        self._globals.update(__file__=name, self=types.SimpleNamespace(), require=importlib.import_module)
+        for key, known in namespaces.items():
+            sys.modules[key] = self._globals[key] = Namespace(key, known, self._invoke)
+        sys.meta_path.append(self)
+
+    def serve(self) -> list[Any]:
+        """Carry out requests until the answer to the innermost open question comes."""
+        while True:
+            message = self._link.receive()
+            kind = message[0]
+            if kind == "ok":
+                return message[1]
+            if kind == "refused":
+                raise ApiError(message[1])
+            if kind == "abandon":
+                raise Abandoned
+            self._obey(message)
+
+    def _obey(self, message: list[Any]) -> None:
+        kind, *arguments = message
+        try:
+            results = getattr(self, f"_do_{kind}")(*arguments)
+            self._output.finish()
+            self._link.send("done", results, self._new_names())
+        except Abandoned:
+            self._link.send("done", [], self._new_names())
+        except BaseException as problem:
+            text = self._describe(problem)
+            del problem  # its frames may hold what filled the memory
+            self._output.finish()
+            self._link.send("failed", text, self._new_names())
+
+    def _do_run(self, source: bytes) -> list[Any]:
+        exec(compile(source, self._name, "exec"), self._globals)
+        return []
+
+    def _do_has(self, name: str) -> list[Any]:
+        return [callable(self._find(name))]
+
+    def _do_call(self, name: str, arguments: list[Any]) -> list[Any]:
+        function = self._find(name)
+        if not callable(function):
+            raise ApiError(f"has no function '{name}'")
+        return _results(function(*arguments))
+
+    def _do_call_number(self, number: int, arguments: list[Any]) -> list[Any]:
+        return _results(self._link.function(number)(*arguments))
+
+    def _find(self, name: str) -> Any:
+        first, *rest = name.split(".")
+        value = self._globals.get(first)
+        for part in rest:
+            value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+        return value
+
+    def _new_names(self) -> list[str] | None:
+        """Names of all functions if they are not what they were; asking for each would cost a round trip."""
+        names = {key for key, value in self._globals.items() if callable(value) and isinstance(key, str)}
+        if names == self._told:
+            return None
+        self._told = names
+        return sorted(names)
+
+    def _invoke(self, name: str, arguments: Sequence[Any]) -> Any:
+        try:
+            self._link.send("invoke", name, arguments)
+        except (TypeError, ValueError) as problem:
+            raise ApiError(f"{name}: {problem}") from None
+        results = self.serve()
+        if len(results) == 1:
+            return results[0]
+        return tuple(results) if results else None
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
+        if path is None and fullname not in self._sources:
+            self._link.send("module", fullname)
+            (source,) = self.serve()
+            if source is None:
+                return None
+            self._sources[fullname] = source
+        return importlib.util.spec_from_loader(fullname, self) if fullname in self._sources else None
+
+    def get_source(self, fullname: str) -> str:
+        return importlib.util.decode_source(self._sources[fullname])
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        file = f"{fullname}.py"
+        self._files.add(file)
+        return compile(self._sources[fullname], file, "exec")
+
+    def _describe(self, problem: BaseException) -> str:
+        """``file:line: what``; the line is the innermost of the script's own."""
+        if isinstance(problem, SyntaxError) and problem.filename in self._files:
+            return f"{problem.filename}:{problem.lineno}: {problem.msg}"
+        place, trace = self._name, problem.__traceback__
+        while trace:
+            if trace.tb_frame.f_code.co_filename in self._files:
+                place = f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
+            trace = trace.tb_next
+        if isinstance(problem, MemoryError):
+            return f"{place}: used more than {python_guard.MEMORY_LIMIT >> 20} MiB of memory"
+        if isinstance(problem, ApiError):
+            return f"{place}: {problem}"
+        if isinstance(problem, SystemExit):
+            return f"{place}: a script cannot end the program (sys.exit)"
+        try:
+            text = str(problem)
+        except Exception:  # of a class of the script's own
+            text = ""
+        return f"{place}: {type(problem).__name__}{text and ': ' + text}"
+
+
+def _results(value: Any) -> list[Any]:
+    if value is None:
+        return []
+    return list(value) if isinstance(value, tuple) else [value]
+
+
+def main() -> None:
+    """Take over the pipes, build the walls, obey."""
+    link = Link(os.dup(0), os.dup(1))
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    # The server reads standard error only when this process has ended: a full pipe must not stop the script.
+    os.set_blocking(2, False)
+    end_with_the_server()
+    faulthandler.register(signal.SIGUSR1, all_threads=True)
+    _, name, namespaces, folder = link.receive()
+    random.seed(1)
+    sys.dont_write_bytecode = True
+    folders = python_guard.library_folders()
+    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in folders]
+    if folder is not None:
+        folders.append(os.path.realpath(folder))
+        os.chdir(folder)
+    script = Script(link, name, namespaces)
+    builtins.__dict__.pop("exit", None)
+    builtins.__dict__.pop("quit", None)
+    python_guard.limit_resources()
+    python_guard.refuse(folders)
+    while True:
+        script.serve()
+
+
+def end_with_the_server() -> None:
+    """Be killed when the server's end of standard error closes, whatever the script is doing then."""
+    import fcntl
+
+    fcntl.fcntl(2, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(2, fcntl.F_SETSIG, signal.SIGKILL)
+    fcntl.fcntl(2, fcntl.F_SETFL, fcntl.fcntl(2, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,264 @@
+"""One Python script, in a process of its own as CoppeliaSim has it; see `interpreter.Interpreter`.
+
+What a script finds: ``sim`` and the other namespaces (also by ``import sim`` and ``require('sim')``), ``self`` to keep
+things in, modules beside the scene, Python's library and the installed packages. Its global functions ``sysCall_init``
+and so on are the call-backs. There are no flat old names: Python came after them.
+
+Several results of a function of the server are a tuple, one is itself, none is None. Strings: every ``str`` leaves as
+bytes; what comes is ``str`` when it is text (UTF-8 without control characters) and ``bytes`` otherwise, but results of
+functions that pack, and of those that give pictures, buffers or data blocks, are always ``bytes``. CoppeliaSim's choice
+between the two depends on the data as well. Lists, dicts and numbers are what they are, arrays of numpy leave as lists.
+
+What a script may do is in `python_guard.py`, how long in `python_process.py`. A script that was killed has ended: each
+later call says why. An error inside it leaves it usable.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import time
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+from ..errors import CommandError
+from .interpreter import NOT_IN_A_THREAD, TIME_LIMIT, Api, ScriptError, Waiting
+from .python_process import PythonProcess
+from .python_wire import Packer, Unpacker
+
+logger = logging.getLogger(__name__)
+
+_GIVES_BYTES = re.compile(r"\.pack|\.transform(Image|Buffer)|Buffer|Img|Image|Data(Block)?$|saveImage|base64")
+"""Functions whose results are bytes even when these could be text."""
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+
+
+class PythonFunction:
+    """A function that a script handed out; see `interpreter.Function`."""
+
+    def __init__(self, interpreter: PythonInterpreter, number: int) -> None:
+        self.interpreter = interpreter
+        self.number = number
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        return self.interpreter.apply(self, arguments)
+
+
+class PythonInterpreter:
+    """The parent's side of one running script."""
+
+    def __init__(
+        self, name: str, api: Api, *, time_limit: float = TIME_LIMIT, folder: Path | None = None
+    ) -> None:
+        """`folder`: the scene's, whose files the script may read; None: none.
+
+        The process starts here and gets ready while the server goes on.
+        """
+        self.name = name
+        self._api = api
+        self._names: set[str] = set()
+        self._depth = 0
+        self._in_thread = False
+        self._resumed = 0.0
+        self._thread = ""
+        """The thread's function while it has not begun."""
+        self._held: list[Any] | Waiting | None = None
+        """What the waiting thread will be answered: its results, or what is not over yet."""
+        self._process = PythonProcess(
+            name, Packer(self._number_of), Unpacker(self._function_of), api.serve_others, time_limit
+        )
+        self._process.begin()
+        known = {space: dict(names) for space, names in api.namespaces().items()}
+        self._process.send("hello", name, known, None if folder is None else str(folder))
+
+    def close(self) -> None:
+        """End the script's process."""
+        self._process.ended = self._process.ended or f"{self.name}: the script has ended"
+        self._forget_thread()
+        self._process.close()
+
+    def run(self, source: bytes) -> None:
+        """Execute the script's text. Raises ScriptError."""
+        self._ask("run", source)
+
+    def has(self, function: str) -> bool:
+        """Whether a function of this name exists; dots reach into objects, modules and dicts."""
+        if self._process.ended:
+            return False
+        if "." not in function and not self._depth:
+            return function in self._names
+        return bool(self._ask("has", function)[0])
+
+    def call(self, function: str, *arguments: Any) -> list[Any]:
+        """Call a function with plain values; its results. Raises ScriptError."""
+        return self._ask("call", function, [_to_script(value) for value in arguments])
+
+    def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
+        """Call a function that was handed out."""
+        return self._ask("call_number", function.number, [_to_script(value) for value in arguments])
+
+    def start_thread(self, function: str) -> None:
+        """Make a function the script's thread; what an earlier one was waiting for raises there and ends it."""
+        if not self.has(function):
+            raise ScriptError(f"{self.name}: has no function '{function}'")
+        if self._held is not None:
+            self._forget_thread()
+            self._ask("abandon")
+        self._thread = function
+
+    def resume(self) -> bool:
+        """Let the thread go on until it waits; True while it is still alive."""
+        if self._depth:
+            raise ScriptError(f"{self.name}: its thread cannot go on while another function of it runs")
+        if self._thread:
+            function, self._thread = self._thread, ""
+            self._ask("call", function, [], in_thread=True)
+        elif self._held is not None:
+            held, self._held = self._held, None
+            answer = self._advance("sim", held) if isinstance(held, Generator) else held
+            if answer is not None:
+                self._ask(*answer, in_thread=True)
+        return self._held is not None
+
+    def _forget_thread(self) -> None:
+        held, self._held, self._thread = self._held, None, ""
+        if isinstance(held, Generator):
+            held.close()
+
+    def _ask(self, *message: Any, in_thread: bool = False) -> list[Any]:
+        """Send a request and serve the script until it is done, or until its thread waits."""
+        if self._process.ended:
+            raise ScriptError(self._process.ended)
+        if not self._depth:
+            self._process.begin()
+            self._resumed = time.monotonic()
+        outer, self._in_thread = self._in_thread, in_thread
+        self._depth += 1
+        try:
+            self._process.send(*message)
+            return self._serve()
+        except (TypeError, ValueError) as problem:
+            raise ScriptError(f"{self.name}: {problem}") from problem
+        finally:
+            self._depth -= 1
+            self._in_thread = outer
+
+    def _serve(self) -> list[Any]:
+        while True:
+            kind, *rest = self._process.receive()
+            match kind, rest:
+                case "invoke", [str(name), list(arguments)]:
+                    answer = self._invoke(name, arguments)
+                    if answer is None:
+                        return []
+                    self._process.send(*answer)
+                case "print", [str(text)]:
+                    self._api.output(text.encode("utf-8", "replace").decode())
+                case "module", [str(name)]:
+                    self._process.send(*self._module(name))
+                case "done", [list(results), names]:
+                    self._learn(names)
+                    return [self._from_script(value) for value in results]
+                case "failed", [str(text), names]:
+                    self._learn(names)
+                    raise ScriptError(text)
+                case _:
+                    raise self._process.kill(f"{self.name}: its process sent an unknown message")
+
+    def _learn(self, names: Any) -> None:
+        if isinstance(names, list):
+            self._names = {name for name in names if isinstance(name, str)}
+
+    def _invoke(self, name: str, arguments: list[Any]) -> list[Any] | None:
+        """The answer to a call of the API; None when the thread is to wait for it."""
+
+        try:
+            results = self._api.invoke(name, [self._from_script(value) for value in arguments])
+            if isinstance(results, Generator):
+                if not self._in_thread:
+                    raise CommandError(NOT_IN_A_THREAD)
+                return self._advance(name, results)
+            answer = [
+                "ok",
+                [_to_script(value, as_bytes=bool(_GIVES_BYTES.search(name))) for value in results],
+            ]
+        except Exception as problem:
+            return self._refusal(name, problem)
+        switching = self._api.switching
+        if self._in_thread and not switching.level and time.monotonic() > self._resumed + switching.seconds:
+            self._held = answer
+            return None
+        return answer
+
+    def _advance(self, name: str, waiting: Waiting) -> list[Any] | None:
+        try:
+            next(waiting)
+        except StopIteration as end:
+            return ["ok", [_to_script(value) for value in end.value or ()]]
+        except Exception as problem:
+            return self._refusal(name, problem)
+        self._held = waiting
+        return None
+
+    def _refusal(self, name: str, problem: Exception) -> list[Any]:
+        if isinstance(problem, CommandError):
+            return ["refused", f"{name}: {problem}"]
+        logger.error("%s failed inside script %s", name, self.name, exc_info=problem)
+        return ["refused", f"{name}: failed inside the server; its log says why"]
+
+    def _module(self, name: str) -> list[Any]:
+        try:
+            return ["ok", [self._api.module(name)]]
+        except CommandError as problem:
+            return ["refused", f"import {name}: {problem}"]
+
+    def _number_of(self, value: Any) -> int:
+        if isinstance(value, PythonFunction):
+            if value.interpreter is self:
+                return value.number
+            raise TypeError("a function of one script cannot be given to another")
+        raise TypeError(f"a {type(value).__name__} cannot enter a script in Python")
+
+    def _function_of(self, number: int) -> PythonFunction:
+        if not isinstance(number, int):
+            raise TypeError
+        return PythonFunction(self, number)
+
+    def _from_script(self, value: Any) -> Any:
+        """Every string as bytes."""
+        if isinstance(value, str):
+            return _encoded(value)
+        if isinstance(value, list):
+            return [self._from_script(item) for item in value]
+        if isinstance(value, dict):
+            return {
+                key if isinstance(key, (str, int)) else str(key): self._from_script(item)
+                for key, item in value.items()
+            }
+        return value
+
+
+def _encoded(text: str) -> bytes:
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:  # a lone surrogate of another kind, which no text has
+        return text.encode("utf-8", "replace")
+
+
+def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
+    """Text as str, other strings as bytes; see the module's text."""
+    if isinstance(value, bytes):
+        if as_bytes:
+            return value
+        try:
+            text = value.decode()
+        except UnicodeDecodeError:
+            return value
+        return value if _CONTROL.search(text) else text
+    if isinstance(value, (list, tuple)):
+        return [_to_script(item, as_bytes=as_bytes) for item in value]
+    if isinstance(value, dict):
+        return {_to_script(key): _to_script(item, as_bytes=as_bytes) for key, item in value.items()}
+    return value

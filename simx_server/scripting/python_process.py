@@ -1,0 +1,210 @@
+"""The process of one Python script as the server sees it: messages in and out, time, its end.
+
+Nothing that comes from it is believed: what is not a message ends the process with an error, and so does its own end.
+
+**Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not shorten,
+and four times that by the wall clock, for what waits instead of computing. Python cannot be interrupted for certain
+(``except:`` and C code stop nothing), so a late process is killed; just before, it says by a signal where it is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from .interpreter import PATIENCE, ScriptError
+from .python_wire import HEADER, Packer, Unpacker, WireError
+
+WALL_FACTOR = 4
+"""Wall seconds per processor second of the time limit."""
+
+_CHUNK = 1 << 16
+
+_LAST_WORDS = 0.1
+"""Seconds that a late process has to say where it is."""
+
+_CHILD = Path(__file__).with_name("python_child.py")
+
+_ENVIRONMENT = {
+    # The order of sets repeats, as everything in stepped mode must.
+    "PYTHONHASHSEED": "0",
+    # Numeric libraries start a thread per processor otherwise, each with its own memory.
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "LANG": "C.UTF-8",
+}
+
+
+class PythonProcess:
+    """Starts the process; `send` and `receive` within one `begin`.
+
+    Raises ScriptError where there are no Python scripts.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        packer: Packer,
+        unpacker: Unpacker,
+        serve_others: Callable[[], None],
+        time_limit: float,
+    ) -> None:
+        if sys.platform != "linux":
+            raise ScriptError(
+                f"{name}: scripts in Python run on Linux only, since elsewhere their process cannot be confined; "
+                "write this one in Lua"
+            )
+        self.name = name
+        self.ended = ""
+        """Why there is no process any more."""
+        self._packer, self._unpacker = packer, unpacker
+        self._serve_others = serve_others
+        self._time_limit = time_limit
+        self._buffer = bytearray()
+        self._child = subprocess.Popen(
+            [sys.executable, "-s", "-B", str(_CHILD)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            bufsize=0,
+            cwd="/",
+            env=_ENVIRONMENT,
+            start_new_session=True,
+        )
+        assert self._child.stdin and self._child.stdout and self._child.stderr
+        self._in, self._out = self._child.stdin.fileno(), self._child.stdout.fileno()
+        self._errors = self._child.stderr.fileno()
+        os.set_blocking(self._in, False)
+        self._readable, self._writable = select.poll(), select.poll()
+        self._readable.register(self._out, select.POLLIN)
+        self._writable.register(self._in, select.POLLOUT)
+        # The processor time of another process by its number: what clock_getcpuclockid gives on Linux.
+        self._clock = (~self._child.pid << 3) | 2
+        self._look_at = self._wall_end = self._processor_end = self._next_service = 0.0
+
+    def begin(self) -> None:
+        """A request starts: its time runs from now."""
+        now = time.monotonic()
+        self._look_at = now + self._time_limit
+        self._wall_end = now + WALL_FACTOR * self._time_limit
+        self._processor_end = self._processor_time() + self._time_limit
+        self._next_service = now + PATIENCE
+
+    def send(self, *message: Any) -> None:
+        """Raises TypeError or ValueError for what cannot travel, before anything is sent; ScriptError."""
+        rest = memoryview(self._packer.pack(list(message)))
+        while True:
+            with contextlib.suppress(BlockingIOError):
+                try:
+                    rest = rest[os.write(self._in, rest) :]
+                except BrokenPipeError:
+                    raise self._died() from None
+            if not rest:
+                return
+            self._wait(self._writable)
+
+    def receive(self) -> list[Any]:
+        """The next message; others are served while it is long in coming. Raises ScriptError."""
+        try:
+            while not (message := self._take()):
+                self._wait(self._readable)
+                data = os.read(self._out, _CHUNK)
+                if not data:
+                    raise self._died()
+                self._buffer += data
+        except WireError as problem:
+            raise self.kill(f"{self.name}: its process sent {problem}") from problem
+        if time.monotonic() > self._look_at:
+            self._check_time()
+        return message
+
+    def close(self) -> None:
+        """End the process and wait for that."""
+        if self._child.returncode is None:
+            self._child.kill()
+            self._child.wait()
+        for pipe in (self._child.stdin, self._child.stdout, self._child.stderr):
+            if pipe:
+                pipe.close()
+
+    def kill(self, why: str) -> ScriptError:
+        """End the process; the error to raise."""
+        self.ended = why
+        self.close()
+        return ScriptError(why)
+
+    def _take(self) -> list[Any]:
+        """The first whole message of what was read; empty when there is none yet."""
+        if len(self._buffer) < HEADER.size:
+            return []
+        text, blobs = self._unpacker.lengths(bytes(self._buffer[: HEADER.size]))
+        end = HEADER.size + text + blobs
+        if len(self._buffer) < end:
+            return []
+        body = bytes(self._buffer[HEADER.size : end])
+        del self._buffer[:end]
+        return self._unpacker.unpack(body, text)
+
+    def _wait(self, ready: select.poll) -> None:
+        while not ready.poll(max(1.0, 1000 * (self._next_service - time.monotonic()))):
+            now = time.monotonic()
+            if now >= self._next_service:
+                self._serve_others()
+                spent = time.monotonic() - now
+                self._look_at += spent
+                self._wall_end += spent
+                self._next_service = time.monotonic() + PATIENCE
+            if now > self._look_at:
+                self._check_time()
+
+    def _check_time(self) -> None:
+        now = time.monotonic()
+        left = self._processor_end - self._processor_time()
+        if left < 0 or now > self._wall_end:
+            place = self._place() or self.name
+            raise self.kill(f"{place}: took too long and was stopped (an endless loop?)")
+        self._look_at = min(now + max(left, PATIENCE), self._wall_end)
+
+    def _processor_time(self) -> float:
+        try:
+            return time.clock_gettime(self._clock)
+        except OSError:  # it has ended; the pipe will say so
+            return 0.0
+
+    def _place(self) -> str:
+        """``file:line`` where the script is now; empty when it does not say.
+
+        The running thread's innermost frame that is neither this project's nor the library's comes first.
+        """
+        self._child.send_signal(signal.SIGUSR1)
+        ready = select.poll()
+        ready.register(self._errors, select.POLLIN)
+        text = ""
+        end = time.monotonic() + _LAST_WORDS
+        while "python_child.py" not in text and ready.poll(max(0.0, 1000 * (end - time.monotonic()))):
+            data = os.read(self._errors, _CHUNK)
+            if not data:
+                break
+            text += data.decode("utf-8", "replace")
+        for file, line in re.findall(r'File "([^"]*)", line (\d+)', text):
+            if "/" not in file and not file.startswith("<"):
+                return f"{file}:{line}"
+        return ""
+
+    def _died(self) -> ScriptError:
+        """The pipe is closed: why."""
+        self._child.kill()
+        code = self._child.wait()
+        how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
+        last = os.read(self._errors, _CHUNK).decode("utf-8", "replace").strip().rpartition("\n")[2]
+        return self.kill(f"{self.name}: its process {how}{last and ': ' + last[:200]}")
