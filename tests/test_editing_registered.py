@@ -98,6 +98,22 @@ def test_removed_model_takes_them_along_and_frees_their_names(world: World) -> N
     assert world.call("simxGetCollisionHandle", "touch")
 
 
+def test_copies_bring_what_is_registered_of_them(world: World) -> None:
+    world.call("simxCopyPasteObjects", [load(world)])
+    assert members(world, "fingers#0") == {"finger#0", "feeler#0"}
+    assert world.call("simxGetCollisionHandle", "touch#0")
+    world.run()
+    assert world.call("simxReadDistance", world.call("simxGetDistanceHandle", "gap#0")) == pytest.approx(0.3)
+    world.call("simxCopyPasteObjects", [world.handle("finger")])
+    assert members(world, "fingers#1") == {"finger#1"}, "what is left of the collection"
+    with pytest.raises(CommandError, match="those of this scene: gap, gap#0"):
+        world.call("simxGetDistanceHandle", "gap#1")
+    world.call("simxCopyPasteObjects", [world.handle("cube")])
+    assert world.sim.collections.names() == ["fingers", "fingers#0", "fingers#1"]
+    world.call("simxStopSimulation")
+    assert world.sim.collections.names() == ["fingers", "fingers#0"]
+
+
 def test_shapes_of_a_loaded_model_and_of_copies_are_masked_like_all_others(world: World) -> None:
     def excluded() -> set[tuple[str, ...]]:
         return {tuple(sorted((e.bodyname1, e.bodyname2))) for e in world.sim.scene.spec.excludes}

@@ -2,8 +2,9 @@
 
 The spec is copied, everything that is not to be copied is deleted from it together with what refers to that, and the
 rest is added to the scene. So joints, motors, sensors, tendons and equalities between copied things work in the copy,
-and those that reach outside are left out. A copy lies where its original is now and has its state; what was carried by
-something that is not copied stands at the top of the tree.
+and those that reach outside are left out. Collections, collision and distance objects are copied with what they
+concern. A copy lies where its original is now and has its state; what was carried by something that is not copied
+stands at the top of the tree.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from simx_server.scene import properties
 from simx_server.scene.grafting import Element, Graft, graft
 from simx_server.scene.placing import body_pose, element_pose, free_joint
 from simx_server.scene.poses import compose, inverse
+from simx_server.scene.registered import concerning
 from simx_server.scene.transplant import delete, delete_all, move_body, move_leaf
 from simx_server.scene.welding import start_pose
 
@@ -84,6 +86,7 @@ class _Pruned:
             spec=self.spec,
             names={(item.element, item.element_name): item.name for item in self.items},
             annotations={item.name: dict(item.annotations) for item in self.items if item.annotations},
+            registered=concerning(self.sim, {item.name for item in self.items}),
             copies=True,
             moved=self.moved,
             hidden=(bodies & scene.hidden_bodies) | self.carriers,

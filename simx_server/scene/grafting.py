@@ -15,6 +15,7 @@ import numpy as np
 from simx_server.scene.annotations import PREFIX, Annotation
 from simx_server.scene.names import copy_names
 from simx_server.scene.recompile import edit
+from simx_server.scene.registered import LISTS
 from simx_server.scene.tree import GRAFT_END, Addition
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 _REFERENCES = ("parent", "master", "entity")
 """Keys of annotations that name another object."""
 
-_REGISTERED_REFERENCES = ("objects", "tree", "below", "chain", "without", "entity1", "entity2")
-"""Those of what is registered; several names stand between commas."""
+_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2"}
+"""Those of what is registered."""
 
 Element = tuple[str, str]
 """What carries an object: the MuJoCo kind and the element's name."""

@@ -6,7 +6,7 @@ old ones back. An entry lives as long as its annotation is among them and the ob
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from simx_server.simulation import Simulation
 
 _T = TypeVar("_T")
+
+LISTS = frozenset({"objects", "tree", "below", "chain", "without"})
+"""Keys of a collection's annotation that name objects, with commas between them."""
 
 
 @dataclass(frozen=True)
@@ -81,3 +84,26 @@ class Registry(Generic[_T]):
     def _forget(self) -> None:
         self._entries.clear()
         self._seen = None
+
+
+def concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
+    """What is registered of objects with these names, per kind and name: what copies of them bring along.
+
+    As in V-REP: of a collection what is left when all else is taken out of it, if anything is; a collision or distance
+    object when both its entities are copied, or one that is held against all others.
+    """
+    present = sim.scene.annotations.registered
+    found: dict[str, dict[str, Annotation]] = {"collection": {}, "collision": {}, "distance": {}}
+    for name in sim.collections.names():
+        note = dict(present["collection"][name])
+        for key in LISTS & note.keys():
+            note[key] = ",".join(word for word in str(note[key]).split(",") if word in objects)
+        if any(note.get(key) for key in LISTS - {"without"}):
+            found["collection"][name] = note
+    entities = {*objects, *found["collection"]}
+    for kind, meter in (("collision", sim.meters.collisions), ("distance", sim.meters.distances)):
+        for name in meter.names():
+            note = present[kind][name]
+            if note["entity1"] in entities and note.get("entity2", "all") in {*entities, "all"}:
+                found[kind][name] = note
+    return {kind: notes for kind, notes in found.items() if notes}
