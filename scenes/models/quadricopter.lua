@@ -16,8 +16,8 @@ local YAW_SHARE = 0.35          -- N that a rotor may spare for turning about th
 local PLACE_RATE = 3.0          -- 1/s: how fast an error of place goes away
 local TILT_RATE = 20            -- 1/s: the same for the direction of the thrust,
 local YAW_RATE = 3.5            -- 1/s: and for the heading, on which the rotors act but weakly
-local LEARN_RATE = 0.5          -- 1/s: of what a load or a wind needs
-local SETTLED = 0.1             -- m/s: faster, an error is an approach and no load
+local LEARN_RATE = 0.7          -- 1/s: of what a load or a wind needs
+local SETTLED = 0.12            -- m/s: faster, an error is an approach and no load
 local FARTHEST = 1.5            -- m: a target farther off is gone to as if it were so near, hence at 2.2 m/s
 local TARGET_SPEED = 1.5        -- m/s: a faster one is a jump, which is not to be followed as a motion
 local TARGET_MEMORY = 0.1       -- s over which the target's speed is averaged: it may be moved every few passes only
@@ -71,7 +71,7 @@ local function wanted_acceleration(dt)
         wanted_speed[i] = keep * wanted_speed[i] + (1 - keep) * moved
         local gap = limited(goal[i] - place[i], FARTHEST)
         local slip = wanted_speed[i] - now(speed[i], pushed[i], dt)
-        if math.abs(slip) < SETTLED then
+        if math.abs(wanted_speed[i] - speed[i]) < SETTLED then
             trim[i] = limited(trim[i] + LEARN_RATE * PLACE_RATE ^ 2 * limited(gap, 0.2) * dt, 4)
         end
         wanted[i] = PLACE_RATE ^ 2 * gap + 2 * PLACE_RATE * slip + trim[i]
