@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .applied_forces import AppliedForces
+from .custom_data import CustomData
 from .object_settings import ObjectSettings
 from .parameters import Parameters
 from .scene.collection import Collections
@@ -38,6 +40,8 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     for happened in (sim.on_load, sim.on_close):
         happened.append(partial(_select_nothing, sim))  # another scene may have the same handles
     sim.status_bar = StatusBar()
+    sim.applied_forces = AppliedForces(sim)
+    sim.custom_data = CustomData(sim)
     sim.object_settings = ObjectSettings(sim)
     sim.parameters = Parameters(sim)
     sim.collections = Collections(sim)

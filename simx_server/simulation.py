@@ -23,6 +23,8 @@ from simx_server.snapshot import Snapshot
 from simx_server.velocities import Velocities
 
 if TYPE_CHECKING:
+    from simx_server.applied_forces import AppliedForces
+    from simx_server.custom_data import CustomData
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
     from simx_server.scene.collection import Collections
@@ -60,6 +62,8 @@ class Simulation:
     """One world: scene, model, state, joints, signals, and who listens to its life."""
 
     # Given by `parts.attach_parts` (a bare simulation works without them).
+    applied_forces: AppliedForces
+    custom_data: CustomData
     object_settings: ObjectSettings
     parameters: Parameters
     scripts: Scripts

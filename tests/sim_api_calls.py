@@ -93,6 +93,7 @@ class ScriptWorld(World):
         (folder / "scene.xml").write_text(xml.replace("</mujoco>", note), encoding="utf-8")
         super().__init__(file=folder / "scene.xml", workspace=folder)
         self.owner = owner
+        self.scene_file = folder / "scene.xml"
         self.run(0)
 
     def lua(self, source: str) -> list[Any]:
@@ -107,8 +108,8 @@ class ScriptWorld(World):
         return ast.literal_eval(buffer.decode("latin-1"))
 
     def value(self, source: str) -> Any:
-        """The one result of a Lua expression."""
-        (found,) = self.lua(f"return {source}")
+        """The first result of a Lua expression."""
+        (found,) = self.lua(f"return ({source})")
         return found
 
     def fails(self, source: str, match: str) -> None:

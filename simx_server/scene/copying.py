@@ -59,6 +59,7 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
     sim.joints.copy_settings(copies)
     sim.vision.copy_settings(copies)
     sim.object_settings.copy_settings(copies)
+    sim.custom_data.copy(copies)
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
 

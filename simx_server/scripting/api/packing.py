@@ -57,6 +57,28 @@ def _float32(value: float) -> bytes:
         return struct.pack("<f", float("inf") if value > 0 else float("-inf"))
 
 
+def pack_table(table: Any) -> bytes:
+    """Raises CommandError for what is no table, and for functions in it."""
+    if not isinstance(table, (list, dict)):
+        raise CommandError("only a table can be packed")
+    try:
+        return _TABLE_MARK + msgpack.packb(_sorted(table))
+    except (TypeError, ValueError, OverflowError) as problem:
+        raise CommandError(f"the table cannot be packed: {problem}") from None
+
+
+def unpack_table(data: bytes) -> Any:
+    """Raises CommandError for what `pack_table` did not make."""
+    if not data.startswith(_TABLE_MARK):
+        raise CommandError(
+            "this was not made by packTable of this server, whose data is the only one it reads"
+        )
+    try:
+        return msgpack.unpackb(data[len(_TABLE_MARK) :], strict_map_key=False)
+    except (ValueError, msgpack.UnpackException) as problem:
+        raise CommandError(f"the packed table is damaged: {problem}") from None
+
+
 class PackingFunctions(ApiPart):
     """Tables of numbers, and tables of anything."""
 
@@ -140,25 +162,13 @@ class PackingFunctions(ApiPart):
 
         Partly: the form is one of this server's own, also for the CBOR schemes 1 and 2; other programs cannot read it.
         """
-        if not isinstance(table, (list, dict)):
-            raise CommandError("only a table can be packed")
         if scheme not in (0, 1, 2):
             raise CommandError(f"the scheme is 0, 1 or 2, not {scheme}")
-        try:
-            return _TABLE_MARK + msgpack.packb(_sorted(table))
-        except (TypeError, ValueError, OverflowError) as problem:
-            raise CommandError(f"the table cannot be packed: {problem}") from None
+        return pack_table(table)
 
     def unpackTable(self, data: bytes) -> Any:
         """What `packTable` packed."""
-        if not data.startswith(_TABLE_MARK):
-            raise CommandError(
-                "this was not made by packTable of this server, whose data is the only one it reads"
-            )
-        try:
-            return msgpack.unpackb(data[len(_TABLE_MARK) :], strict_map_key=False)
-        except (ValueError, msgpack.UnpackException) as problem:
-            raise CommandError(f"the packed table is damaged: {problem}") from None
+        return unpack_table(data)
 
 
 def _sorted(value: Any) -> Any:
