@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from model_checks import CONE, FORCE, REVOLUTE, SHAPE, Stock
+from model_checks import CONE, DUMMY, FORCE, REVOLUTE, SHAPE, VISION, Stock, Vector
 
 FULL_TURN = 6.28
 
@@ -16,9 +16,17 @@ def _sonar(number: int, x: float, y: float, z: float, bearing_deg: float) -> Sto
     return Stock(name, CONE, (x, y, z), axis, reach=1.0, offset=0.0, angle_deg=30, explicit=False)
 
 
-def _wheel(name: str, x: float, y: float, z: float, max_force: float, axis=(0.0, 1.0, 0.0)) -> Stock:
+def _wheel(
+    name: str,
+    x: float,
+    y: float,
+    z: float,
+    max_force: float,
+    axis: Vector = (0.0, 1.0, 0.0),
+    position: float = 0.0,
+) -> Stock:
     return Stock(
-        name, REVOLUTE, (x, y, z), axis, interval="cyclic", mode=5, position_q=0.0,
+        name, REVOLUTE, (x, y, z), axis, interval="cyclic", mode=5, position_q=position,
         max_force=max_force, upper_velocity=FULL_TURN,
     )  # fmt: skip
 
@@ -92,4 +100,35 @@ BUBBLE_ROB = _bubble_rob(
     ("_sensingNose", "_leftMotor", "_leftWheel", "_rightMotor", "_rightWheel", "_connection", "_slider"),
     angle_deg=30,
     offset=0.005,
+)
+
+
+def _line_sensor(name: str, y: float) -> Stock:
+    return Stock(
+        name, VISION, (0.0842, y, 0.0181), (0, 0, -1), up=(1, 0, 0),
+        resolution=(16, 16), ortho=0.01, near=0.01, far=0.06, explicit=False,
+    )  # fmt: skip
+
+
+def _shown_wheel(name: str, x: float, y: float) -> Stock:
+    return Stock(
+        name, REVOLUTE, (x, y, 0.027), (0, 1, 0), interval="cyclic", mode=2,
+        max_force=1000, upper_velocity=FULL_TURN,
+    )  # fmt: skip
+
+
+LINE_TRACER = (
+    Stock("LineTracer", SHAPE, (0, 0, 0.0275), euler_deg=(180, -90, 180), mass=0.204),
+    _line_sensor("LeftSensor", 0.0225),
+    _line_sensor("RightSensor", -0.0225),
+    _line_sensor("MiddleSensor", 0.0),
+    _wheel("DynamicLeftJoint", -0.0442, 0.0581, 0.027, 50, position=math.pi),
+    Stock("DynamicLeftWheel", SHAPE, (-0.0442, 0.0581, 0.027), mass=0.08),
+    _shown_wheel("LeftJoint", -0.0442, 0.0581),
+    _wheel("DynamicRightJoint", -0.0443, -0.0581, 0.027, 50, position=math.pi),
+    Stock("DynamicRightWheel", SHAPE, (-0.0443, -0.0581, 0.027), mass=0.08),
+    _shown_wheel("RightJoint", -0.0443, -0.0581),
+    Stock("Force_sensor", FORCE, (0.0382, 0, 0.0133), (0, 0, 1)),
+    Stock("DynamicSlider", SHAPE, (0.0385, 0.0005, 0.0065), mass=0.05),
+    Stock("LineTracerBase", DUMMY, (-0.0442, 0, 0)),
 )
