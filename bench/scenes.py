@@ -1,0 +1,65 @@
+"""The shipped scenes: what a pass costs of the time it stands for, with scripts and without cameras."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from typing import Any
+
+import mujoco
+
+from simx_server.library import list_scenes
+from simx_server.server import build_simulation
+from simx_server.settings import Settings
+
+from .measure import Effort, Rounds, ratio, repeated, side_by_side
+from .report import Findings, Ratio, Row
+
+SHARE_OF_REAL_TIME = 0.2
+"""A scene must run at least five times as fast as the clock, on one core."""
+
+
+def measure(effort: Effort) -> Findings:
+    """Every scene of the library, running from its start, beside the same `mj_step` calls."""
+    found = Findings("Shipped scenes, without cameras")
+    for scene in list_scenes():
+        taken = repeated(max(1, effort.sets // 4), partial(_one_set, effort, scene))
+        step = time_step_of(scene)
+        passes, steps = taken[scene], taken[f"{scene}: the same mj_step calls"]
+        found.ratios.append(
+            Ratio(
+                f"{scene}: a pass / the time it stands for", passes.median / step, target=SHARE_OF_REAL_TIME
+            )
+        )
+        found.ratios.append(Ratio(f"{scene}: a pass / the same mj_step calls", ratio(passes, steps)))
+        found.rows.append(Row.of(f"{scene}: a pass of {step * 1e3:g} ms", passes, "ms"))
+    return found
+
+
+def time_step_of(scene: str) -> float:
+    """Seconds of a scene's pass."""
+    with ExitStack() as stack:
+        return build_simulation(Settings(scene=scene), stack).time_step
+
+
+def _one_set(effort: Effort, scene: str, stack: ExitStack) -> dict[str, Rounds]:
+    simulation = build_simulation(Settings(scene=scene), stack)
+    simulation.start()
+    stack.callback(simulation.stop)
+    simulation.advance()
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    mujoco.mj_copyData(data, model, simulation.data)
+    return side_by_side(
+        scene,
+        {
+            scene: simulation.advance,
+            f"{scene}: the same mj_step calls": lambda: _step(model, data, simulation.substeps),
+        },
+        rounds=effort.rounds,
+        calls=effort.count(60),
+    )
+
+
+def _step(model: Any, data: Any, steps: int) -> None:
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
