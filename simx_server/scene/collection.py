@@ -3,12 +3,12 @@
 `objects=a,b` single objects, `tree=c` an object with all below it, `below=c` the same without the object itself,
 `chain=tip` an object with all above it, `all=yes` everything, `without=d,e` what is left out again. Names are looked
 up when the scene or model is loaded (where they must exist); what hangs on what is looked up anew at each use, as in
-V-REP.
+V-REP. A script can make more of them, and change any: until the stop, if it did so while running.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError, UnknownHandle
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 FIRST_HANDLE = 2_000_000
 """Collections are numbered from here, as in V-REP."""
+
+FIRST_MADE = 2_005_000
+"""Those that scripts make."""
 
 ALL = -2
 """`sim_handle_all`."""
@@ -66,6 +69,30 @@ class Collection:
         return [handle for handle in self.elements[element] if handle in scene.objects]
 
 
+@dataclass(frozen=True)
+class EditedCollection:
+    """What a script made of a collection: steps that add or take out, in their order."""
+
+    name: str
+    origin: Collection | None = None
+    """What it began as."""
+    steps: tuple[tuple[str, int, bool], ...] = ()
+    """(kind of element, handle, whether it is taken out) each. Beside those of annotations there are `all`, which takes
+    no handle, and `above`, a chain without the object itself."""
+
+    def members(self, scene: Scene) -> list[int]:
+        """As `Collection.members`."""
+        found = set() if self.origin is None else set(self.origin.members(scene))
+        for kind, handle, taken_out in self.steps:
+            elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
+            if kind == "above":
+                elements["chain"] = (handle,)
+                elements["without"] = (handle,)
+            some = Collection("", kind == "all", elements).members(scene)
+            found = found.difference(some) if taken_out else found.union(some)
+        return [handle for handle in scene.objects if handle in found]
+
+
 class Collections:
     """All collections of the scene: those of its file, and those of the models loaded since."""
 
@@ -79,23 +106,61 @@ class Collections:
             lambda collection: collection.is_alive(sim.scene),
         )
 
+        self._edited: dict[int, EditedCollection | None] = {}
+        """By handle; None: removed."""
+        self._before_run = self._edited
+        self._made = 0
+        sim.on_start.append(self._remember)
+        sim.on_stop.append(self._restore)
+        for listeners in (sim.on_load, sim.on_close):
+            listeners.append(self._forget)
+
     def __contains__(self, handle: int) -> bool:
-        return self._registry.get(handle) is not None
+        return self._find(handle) is not None
 
     def find(self, name: str) -> int | None:
         """The handle of a collection, or None."""
-        return self._registry.find(name)
+        return next((handle for handle, known in self._all().items() if known == name), None)
 
     def names(self) -> list[str]:
+        """Of those that the scene registers."""
         return [name for name, _ in self._registry.all().values()]
+
+    def name(self, handle: int) -> str:
+        """Raises CommandError."""
+        return self._get(handle).name
+
+    def create(self, name: str) -> int:
+        """Make an empty collection; its handle. Raises CommandError for a name that is taken."""
+        if not name or self.find(name) is not None:
+            raise CommandError(f"'{name}' cannot name another collection; give one that no collection has")
+        handle = FIRST_MADE + self._made
+        self._made += 1
+        self._edited = {**self._edited, handle: EditedCollection(name)}
+        return handle
+
+    def change(self, handle: int, kind: str, item: int, *, taken_out: bool) -> None:
+        """Add objects or take them out: kind as in `EditedCollection`. Raises CommandError."""
+        collection = self._get(handle)
+        if kind != "all":
+            self._sim.scene.get(item)
+        if isinstance(collection, Collection):
+            collection = EditedCollection(collection.name, collection)
+        changed = replace(collection, steps=(*collection.steps, (kind, item, taken_out)))
+        self._edited = {**self._edited, handle: changed}
+
+    def empty(self, handle: int) -> None:
+        """Take everything out. Raises CommandError."""
+        self._edited = {**self._edited, handle: EditedCollection(self._get(handle).name)}
+
+    def remove(self, handle: int) -> None:
+        """Raises CommandError."""
+        self._get(handle)
+        self._edited = {**self._edited, handle: None}
 
     def members(self, handle: int) -> list[int]:
         """Handles of the objects that are in a collection now. Raises CommandError."""
-        collection = self._registry.get(handle)
-        if collection is None:
-            known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
-            raise CommandError(f"no collection with handle {handle}; collections of this scene: {known}")
-        return collection.members(self._sim.scene)
+        return self._get(handle).members(self._sim.scene)
 
     def entity(self, handle: int) -> list[int]:
         """The objects an entity stands for: an object, a collection, or all (`sim_handle_all`). Raises CommandError."""
@@ -113,6 +178,32 @@ class Collections:
         if name == "all":
             return ALL
         return self._sim.scene.by_name(name) or self.find(name) or GONE
+
+    def _find(self, handle: int) -> Collection | EditedCollection | None:
+        return self._edited[handle] if handle in self._edited else self._registry.get(handle)
+
+    def _get(self, handle: int) -> Collection | EditedCollection:
+        collection = self._find(handle)
+        if collection is None:
+            known = ", ".join(f"{h} '{name}'" for h, name in self._all().items()) or "none"
+            raise CommandError(f"no collection with handle {handle}; collections of this scene: {known}")
+        return collection
+
+    def _all(self) -> dict[int, str]:
+        """Handle to name of all that are there."""
+        registered = {handle: name for handle, (name, _) in self._registry.all().items()}
+        edited = {handle: each.name for handle, each in self._edited.items() if each is not None}
+        return {h: name for h, name in (registered | edited).items() if self._edited.get(h, name) is not None}
+
+    def _remember(self) -> None:
+        self._before_run = self._edited
+
+    def _restore(self) -> None:
+        self._edited = self._before_run
+
+    def _forget(self) -> None:
+        self._edited = self._before_run = {}
+        self._made = 0
 
 
 def _read(scene: Scene, name: str, note: Annotation) -> Collection:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from ..scene.objects import ObjectKind
 from .detection import Optics, detect
 from .instant import Instant
-from .triangle_pairs import least_distance
+from .triangle_pairs import Gap, least_gap
 from .triangles import Array, plane_triangles
 from .volume import cone
 
@@ -26,60 +27,111 @@ FAR = 1e6
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
 _ALL_AROUND = Optics("cone", 0.0, FAR, cone(2 * math.pi, FAR))
-_UNKNOWN = math.inf
+_UNKNOWN = Gap(math.inf, np.zeros(3), np.zeros(3))
+
+
+class Nearest(NamedTuple):
+    """Where two sets of objects come nearest."""
+
+    distance: float
+    """Metres, 0 where they meet."""
+    first: Array
+    second: Array
+    """(3,) each, in the world; where they overlap one point between the two surfaces."""
+    objects: tuple[int, int]
+    """Handles of the objects that the points belong to."""
+
+
+class _Found(NamedTuple):
+    """The best pair of geoms so far; the distance is negative where convex ones overlap."""
+
+    gap: Gap
+    geoms: tuple[int, int]
 
 
 def is_colliding(instant: Instant, first: Collection[int], second: Collection[int]) -> bool:
     """Whether any shape of the first objects meets any of the second ones; no object meets itself."""
-    return _least(instant, first, second, limit=0.0, stop=0.0) <= 0.0
+    return colliding_pair(instant, first, second) is not None
+
+
+def colliding_pair(
+    instant: Instant, first: Collection[int], second: Collection[int]
+) -> tuple[int, int] | None:
+    """Handles of one shape of the first objects and one of the second that meet, or None."""
+    found = _least(instant, first, second, limit=0.0, stop=0.0)
+    return _owners(instant, found) if found.gap.distance <= 0.0 else None
 
 
 def distance(instant: Instant, first: Collection[int], second: Collection[int]) -> float | None:
     """Least distance in metres, 0 where they meet; None when there is nothing to measure."""
-    best = _least(instant, first, second, limit=FAR, stop=0.0)
+    found = nearest(instant, first, second)
+    return None if found is None else found.distance
+
+
+def nearest(instant: Instant, first: Collection[int], second: Collection[int]) -> Nearest | None:
+    """The least distance and where it is; None when there is nothing to measure."""
+    found = _least(instant, first, second, limit=FAR, stop=0.0)
+    best: list[Nearest] = []
+    if found.gap.distance < FAR:
+        one, other = found.gap.first, found.gap.second
+        if found.gap.distance <= 0.0:
+            one = other = (one + other) / 2
+        best.append(Nearest(max(0.0, found.gap.distance), one, other, _owners(instant, found)))
     points, others = _points(instant, first), _points(instant, second)
     for handle, place in points.items():
-        best = min(best, _from_point(instant, place, set(second) - {handle}))
+        best += _from_point(instant, handle, place, set(second) - {handle})
         for other, there in others.items():
             if other != handle:
-                best = min(best, math.dist(place, there))
+                best.append(Nearest(math.dist(place, there), place, there, (handle, other)))
     for handle, place in others.items():
-        best = min(best, _from_point(instant, place, set(first) - {handle}))
-    return max(0.0, best) if best < FAR else None
+        for away, mine, theirs, (one, other) in _from_point(instant, handle, place, set(first) - {handle}):
+            best.append(Nearest(away, theirs, mine, (other, one)))
+    return min(best, key=lambda each: each.distance, default=None)
+
+
+def _owners(instant: Instant, found: _Found) -> tuple[int, int]:
+    one, other = found.geoms
+    return int(instant.surroundings.owners[one]), int(instant.surroundings.owners[other])
 
 
 def _least(
     instant: Instant, first: Collection[int], second: Collection[int], *, limit: float, stop: float
-) -> float:
+) -> _Found:
     """Least signed distance between geoms of two sets of objects; anything above `limit` when there is none."""
     owners, model = instant.surroundings.owners, instant.model
     mine, theirs = instant.geoms_of(first), instant.geoms_of(second)
+    best = _Found(_UNKNOWN, (-1, -1))
     if len(mine) == 0 or len(theirs) == 0:
-        return _UNKNOWN
+        return best
     away = instant.geom_xpos[mine, np.newaxis] - instant.geom_xpos[theirs]
     reach, other_reach = model.geom_rbound[mine], model.geom_rbound[theirs]
     lower = np.sqrt(np.einsum("nmi,nmi->nm", away, away)) - reach[:, np.newaxis] - other_reach
     lower[reach <= 0.0, :] = lower[:, other_reach <= 0.0] = -np.inf
     lower[owners[mine, np.newaxis] == owners[theirs]] = np.inf
-    best = _UNKNOWN
     for index in np.argsort(lower, axis=None):
         row, column = divmod(int(index), len(theirs))
-        if lower[row, column] > min(best, limit) or best <= stop:
+        least = best.gap.distance
+        if lower[row, column] > min(least, limit) or least <= stop:
             break
-        best = min(best, _between(instant, int(mine[row]), int(theirs[column]), min(best, max(limit, 1e-3))))
+        geoms = int(mine[row]), int(theirs[column])
+        gap = _between(instant, *geoms, min(least, max(limit, 1e-3)))
+        if gap.distance < least:
+            best = _Found(gap, geoms)
     return best
 
 
-def _between(instant: Instant, first: int, second: int, limit: float) -> float:
-    """Signed distance of two geoms; infinity when it is above `limit`."""
+def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
+    """Signed distance of two geoms and where; infinity when it is above `limit`."""
     triangles = instant.surroundings.triangles
     if triangles.is_solid(first) and triangles.is_solid(second):
         if int(instant.model.geom_type[first]) == int(instant.model.geom_type[second]) == _PLANE:
             return _UNKNOWN
-        found = mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, None)
+        ends = np.zeros(6)
+        away = mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, ends)
+        found = Gap(away, ends[:3], ends[3:])
     else:
-        found = least_distance(_world(instant, first, second), _world(instant, second, first), limit)
-    return found if found < limit else _UNKNOWN
+        found = least_gap(_world(instant, first, second), _world(instant, second, first), limit)
+    return found if found.distance < limit else _UNKNOWN
 
 
 def _world(instant: Instant, geom: int, other: int) -> Array:
@@ -105,8 +157,11 @@ def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
     return found
 
 
-def _from_point(instant: Instant, place: Array, handles: Collection[int]) -> float:
-    """From a point to the surfaces of some shapes."""
-    wanted = np.isin(instant.surroundings.owners, list(handles))
+def _from_point(instant: Instant, handle: int, place: Array, others: Collection[int]) -> list[Nearest]:
+    """From a dummy's place to the surfaces of some shapes, if there are any."""
+    wanted = np.isin(instant.surroundings.owners, list(others))
     found = detect(instant, _ALL_AROUND, place, np.eye(3), wanted)
-    return _UNKNOWN if found is None else math.dist(found.point, (0.0, 0.0, 0.0))
+    if found is None:
+        return []
+    point = place + np.array(found.point)
+    return [Nearest(math.hypot(*found.point), place, point, (handle, found.handle))]

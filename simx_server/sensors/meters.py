@@ -119,6 +119,17 @@ class Meter(Generic[_R]):
         found = self._by_hand[handle] = self._of(self._sim.instants.now(), registered)
         return found
 
+    def reset(self, handle: int) -> None:
+        """Forget what was found, until the next handling. Raises CommandError."""
+        self._get(handle)
+        self._results.pop(handle, None)
+        self._by_hand.pop(handle, None)
+        self._handled -= {handle}
+
+    def handles(self, *, explicit_too: bool) -> list[int]:
+        """Of all that are registered, or of those that passes handle."""
+        return [h for h, (_, each) in self._registry.all().items() if explicit_too or not each.explicit]
+
     def _get(self, handle: int) -> _Registered:
         registered = self._registry.get(handle)
         if registered is None:
@@ -130,6 +141,15 @@ class Meter(Generic[_R]):
         return self._between(instant, registered.first, registered.second, whatever_they_are=False)
 
     def _between(self, instant: Instant, first: int, second: int, *, whatever_they_are: bool) -> _R:
+        return self._measure(instant, *self.entities(first, second, whatever_they_are=whatever_they_are))
+
+    def entities(
+        self, first: int, second: int, *, whatever_they_are: bool = True
+    ) -> tuple[list[int], list[int]]:
+        """Handles of the objects that two entities stand for here. `whatever_they_are`: see `_members`.
+
+        Raises UnknownHandle, CommandError for what cannot be measured.
+        """
         if first == ALL:
             raise CommandError(
                 "the first entity is an object or a collection; only the second may be all (-2)"
@@ -138,7 +158,7 @@ class Meter(Generic[_R]):
         theirs = self._members(second, whatever_they_are)
         if second == ALL:  # all others: nothing of the first is held against the rest of it
             theirs = [handle for handle in theirs if handle not in mine]
-        return self._measure(instant, mine, theirs)
+        return mine, theirs
 
     def _members(self, entity: int, whatever_they_are: bool) -> list[int]:
         """The objects to measure. `whatever_they_are`: a single one also if it is not to be measured."""

@@ -1,0 +1,54 @@
+"""What touches what: the contacts of the last physics step, and the forces in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from ..scene.poses import Vector
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """One point in which two objects push each other."""
+
+    objects: tuple[int, int]
+    """Handles of the shapes; -1 for a part of the world without a name."""
+    point: Vector
+    """Metres, in the world."""
+    force: Vector
+    """Newtons, in the world: what the first object exerts on the second."""
+    normal: Vector
+    """Unit, in the world, from the first object to the second."""
+
+
+def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
+    """The contacts of an object, as the first of the two, or of all.
+
+    Those of the last physics step: a pass has several, and V-REP would list the contacts of each.
+    """
+    scene, model, data = sim.scene, sim.model, sim.data
+    force = np.zeros(6)
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        first, second = (scene.owner_of_geom(int(geom), model) if geom >= 0 else -1 for geom in contact.geom)
+        if contact.efc_address < 0 or (handle is not None and handle not in (first, second)):
+            continue
+        mujoco.mj_contactForce(model, data, index, force)
+        axes = contact.frame.reshape(3, 3)
+        pushed, normal = force[:3] @ axes, axes[0]
+        if second == handle:
+            first, second, pushed, normal = second, first, -pushed, -normal
+        yield Contact((first, second), _vector(contact.pos), _vector(pushed), _vector(normal))
+
+
+def _vector(values: np.ndarray) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
