@@ -43,7 +43,7 @@ logger = logging.getLogger(__name__)
 DEFAULT_TIME_STEP = 0.05
 """Seconds; V-REP's default pass."""
 
-Listener = Callable[[], None]
+Listener = Callable[[], object]
 
 _DIVERGED = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -93,20 +93,31 @@ class Simulation:
         self.dynamics_enabled = True
         """Boolean parameter 6: off, passes go by without physics. Another scene begins with them on."""
         self.signals = Signals()
+        self.on_starting: list[Listener] = []
+        """Called while still stopped: what is changed here stays after the run."""
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []
         """Called before anything is restored: what is still changed here is taken back with the rest."""
         self.on_stop: list[Listener] = []
         """Called after everything was restored."""
         self.on_pause: list[Listener] = []
+        self.on_resume: list[Listener] = []
         self.on_pass_begin: list[Listener] = []
         """Before actuation."""
         self.on_sensing: list[Listener] = []
         """After physics, before `time` advances."""
+        self.on_pass_end: list[Listener] = []
+        """After `time` has advanced; here a run may be stopped."""
+        self.on_idle: list[Listener] = []
+        """Every now and then while stopped or paused; empty when nobody needs it."""
         self.on_load: list[Listener] = []
+        self.on_closing: list[Listener] = []
+        """Before the scene is replaced by another or by the empty one."""
         self.on_close: list[Listener] = []
         self.on_model_changed: list[Listener] = []
         """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
+        self.serve_others: Listener = _nothing
+        """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
         self.scene: Scene
         self.model: mujoco.MjModel
         self.data: mujoco.MjData
@@ -161,6 +172,7 @@ class Simulation:
         """
         self._require_stopped("a scene can be loaded")
         scene, model = load_scene(path)
+        _call(self.on_closing)
         self._adopt(scene, model)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
         _call(self.on_load)
@@ -169,6 +181,7 @@ class Simulation:
     def use(self, scene: Scene, model: mujoco.MjModel) -> None:
         """As `load`, for a scene that is built already."""
         self._require_stopped("a scene can be loaded")
+        _call(self.on_closing)
         self._adopt(scene, model)
         _call(self.on_load)
         _call(self.on_model_changed)
@@ -176,6 +189,7 @@ class Simulation:
     def close(self) -> None:
         """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
         self._require_stopped("a scene can be closed")
+        _call(self.on_closing)
         self._adopt(*empty_scene())
         _call(self.on_close)
         _call(self.on_model_changed)
@@ -184,9 +198,11 @@ class Simulation:
         """Start from stopped (everything is saved), resume from paused."""
         if self.state == SimulationState.PAUSED:
             self.state = SimulationState.RUNNING
+            _call(self.on_resume)
             return
         if self.state == SimulationState.RUNNING:
             return
+        _call(self.on_starting)
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
         self.pass_count = 0
@@ -238,6 +254,11 @@ class Simulation:
         self.joints.measure()
         _call(self.on_sensing)
         self.pass_count += 1
+        _call(self.on_pass_end)
+
+    def idle(self) -> None:
+        """To be called now and then while stopped or paused."""
+        _call(self.on_idle)
 
     def changed(self) -> None:
         """To be called after writing state or model: readers see a new version and fresh kinematics."""
@@ -301,6 +322,10 @@ class Simulation:
 def _call(listeners: list[Listener]) -> None:
     for listener in tuple(listeners):
         listener()
+
+
+def _nothing() -> None:
+    """Nobody waits."""
 
 
 def _log_warning(text: str) -> None:

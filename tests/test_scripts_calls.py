@@ -148,7 +148,7 @@ def test_target_is_found_by_description_or_after_the_function_name(tmp_path: Pat
         ("RG2", 6, "there is no customization script of 'RG2'; scripts"),
         ("addon", 2, "there is no add-on of 'addon'"),
         ("", 8, "there is no sandbox script"),
-        ("RG2", 2050005, "there is no script with handle or type 2050005"),
+        ("RG2", 2050005, "there is no script with handle 2050005"),
     ],
 )
 def test_unknown_target_lists_the_scripts(tmp_path: Path, on: str, kind: int, text: str) -> None:

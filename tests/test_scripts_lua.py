@@ -11,7 +11,8 @@ import pytest
 
 from simx_server.errors import CommandError
 from simx_server.scripting import lua
-from simx_server.scripting.lua import LuaInterpreter, ScriptError
+from simx_server.scripting.interpreter import Constant, ScriptError, Switching, Waiting
+from simx_server.scripting.lua import LuaInterpreter
 
 pytest.importorskip("lupa")
 
@@ -21,16 +22,34 @@ class EchoApi:
 
     def __init__(self) -> None:
         self.printed: list[str] = []
+        self.switching = Switching()
+        self.served = 0
 
-    def names(self) -> Mapping[str, int | float | None]:
-        return {"handle_self": -4, "echo": None, "refuse": None, "break_down": None}
+    def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
+        names = ("echo", "refuse", "break_down", "pause", "objectHandle")
+        return {"sim": {"handle_self": -4, **dict.fromkeys(names)}}
 
-    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...]:
-        if name == "echo":
+    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+        if name in ("sim.echo", "sim.objectHandle"):
             return (*arguments, len(arguments))
-        if name == "break_down":
+        if name == "sim.break_down":
             raise ValueError("a slip of the server")
-        raise CommandError("is not provided" if name != "refuse" else "no object with handle 7")
+        if name == "sim.pause":
+            return self._pause(arguments[0])
+        raise CommandError("is not provided" if name != "sim.refuse" else "no object with handle 7")
+
+    def _pause(self, count: int) -> Waiting:
+        for _ in range(count):
+            yield
+        if count > 2:
+            raise CommandError("too long a pause")
+        return (count, "done")
+
+    def module(self, name: str) -> bytes | None:
+        return {"tools": b"local t = {} function t.double(x) return 2 * x end return t"}.get(name)
+
+    def serve_others(self) -> None:
+        self.served += 1
 
     def output(self, text: str) -> None:
         self.printed.append(text)
@@ -54,7 +73,38 @@ def test_values_cross_exactly() -> None:
 
 def test_tables_are_one_based_lists_up_to_the_first_gap() -> None:
     interpreter = script("function f(t) return t[1], #t, {10, 20, key = 1}, {[0] = 5} end")
-    assert interpreter.call("f", [7, 8, 9]) == [7, 3, [10, 20], []]
+    assert interpreter.call("f", [7, 8, 9]) == [7, 3, [10, 20], {0: 5}]
+
+
+def test_tables_with_names_are_dicts_both_ways() -> None:
+    interpreter = script(
+        "function f(t) return t.a, t.b.c, t end function g() return {x = {1, y = 2}, z = {}} end"
+    )
+    given = {"a": 1, "b": {"c": [1, b"two"]}}
+    assert interpreter.call("f", given) == [1, [1, b"two"], given]
+    assert interpreter.call("g") == [{"x": [1], "z": []}]
+    assert interpreter.call("f", {"a": None, "b": {}}) == [None, None, {"b": []}]
+
+
+def test_functions_cross_as_something_that_can_be_called_and_handed_back() -> None:
+    interpreter = script("""
+        local function double(x) return 2 * x, 'twice' end
+        function give() return double, {cb = double} end
+        function is(f) return f == double end
+        function fail() return function() error('from within') end end
+        function through() return sim.echo(double) end
+    """)
+    function, named = interpreter.call("give")
+    assert function(21) == named["cb"](21) == [42, b"twice"]
+    assert interpreter.call("is", function) == [True]
+    with pytest.raises(ScriptError, match="from within"):
+        interpreter.call("fail")[0]()
+    assert interpreter.call("through")[0](1) == [2, b"twice"]
+    with pytest.raises(CommandError, match="another"):
+        script("").call("print", function)
+    interpreter.close()
+    with pytest.raises(ScriptError, match="has ended"):
+        function(1)
 
 
 def test_sim_functions_take_and_give_several_values() -> None:
@@ -151,7 +201,20 @@ def test_endless_recursion_is_an_error() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["os", "io", "debug", "package", "require", "dofile", "loadfile", "python", "string.dump", "warn"]
+    "name",
+    [
+        "os.execute",
+        "os.exit",
+        "os.remove",
+        "os.getenv",
+        "debug.sethook",
+        "package",
+        "dofile",
+        "loadfile",
+        "python",
+        "string.dump",
+        "warn",
+    ],
 )
 def test_script_cannot_reach(name: str) -> None:
     assert script(f"function f() return {name} == nil, load('return {name}')() == nil end").call("f") == [
@@ -177,6 +240,32 @@ def test_script_cannot_reach_python_objects() -> None:
     assert interpreter.call("errors") == [b"string"]
     with pytest.raises(ScriptError):
         interpreter.call("methods")
+
+
+def test_files_are_refused_with_a_reason() -> None:
+    with pytest.raises(ScriptError, match=r"test\.lua:1: io\.open: scripts have no files"):
+        script("io.open('/etc/passwd')")
+
+
+def test_modules_beside_the_scene_and_namespaces_can_be_required() -> None:
+    interpreter = script("""
+        local sim, tools = require'sim', require('tools')
+        function f() return tools.double(4), sim.echo(1), require('tools') == tools, sim == _G.sim end
+        function g() require 'missing' end
+    """)
+    assert interpreter.call("f") == [8, 1, True, True]
+    with pytest.raises(ScriptError, match=r"require 'missing': there is no such module"):
+        interpreter.call("g")
+
+
+def test_old_names_reach_the_same_functions_and_constants() -> None:
+    interpreter = script("""
+        function f() return simEcho(5), sim_handle_self, simObjectHandle(), simNoSuch == nil end
+        function g() simNoSuch(1) end
+    """)
+    assert interpreter.call("f") == [5, -4, 0, True]
+    with pytest.raises(ScriptError, match=r"^test\.lua:3: simNoSuch: is not provided$"):
+        interpreter.call("g")
 
 
 def test_binary_chunks_and_finalizers_are_refused() -> None:
@@ -213,9 +302,11 @@ def test_print_goes_to_the_output_of_the_simulation() -> None:
     assert api.printed == ["1\ta\tnil\ttrue"]
 
 
-def test_functions_and_deep_tables_cannot_leave() -> None:
-    interpreter = script("function f() return f end function g() local t = {} t[1] = t return t end")
-    with pytest.raises(ScriptError, match="a function cannot leave"):
+def test_coroutines_and_endless_tables_cannot_leave() -> None:
+    interpreter = script(
+        "function f() return coroutine.create(f) end function g() local t = {} t[1] = t return t end"
+    )
+    with pytest.raises(ScriptError, match="a thread cannot leave"):
         interpreter.call("f")
     with pytest.raises(ScriptError, match="nested too deeply"):
         interpreter.call("g")

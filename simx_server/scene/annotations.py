@@ -1,6 +1,7 @@
 """What `<custom>` says of a scene under the `simx` prefix: all that MJCF has no word for.
 
 `<text name="simx:KIND:OBJECT" data="key=value key=value"/>`; `<numeric name="simx:time_step" data="0.05"/>`.
+Scripts have forms of their own, see `script_texts.py`.
 GRAMMAR is the whole list of kinds and keys; anything else is an error that names the element and what is valid.
 """
 
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 import mujoco
 
 from simx_server.errors import CommandError
+from simx_server.scene.script_texts import SCRIPT_TYPES, TEXT_KINDS, place_script
 
 PREFIX = "simx:"
 
@@ -31,6 +33,7 @@ class Annotations:
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
     registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
     """Per kind of REGISTERED what is registered under which name; these are no objects' names."""
+    main_script: Annotation | None = None
     time_step: float | None = None
 
 
@@ -122,6 +125,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "angle_deg": _positive,
         "explicit": _switch,
         "external": _switch,
+        "detect_above": _share,
+        "detect_below": _share,
     },
     "camera": {"view": _switch},
     "proximity": {
@@ -161,7 +166,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     },
     "collision": {"entity1": str, "entity2": str, "explicit": _switch},
     "distance": {"entity1": str, "entity2": str, "explicit": _switch},
-    "script": {"file": str},
+    "script": {"file": str, "type": _one_of(*SCRIPT_TYPES), "threaded": _switch},
+    **{kind: {} for kind in TEXT_KINDS},
     "model": {"base": _switch},
     "ui": {"file": str},
 }
@@ -190,8 +196,13 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
     for text in spec.texts:
         if text.name.startswith(PREFIX):
             kind, name = _split_name(text.name)
-            note = parse(kind, text.data, text.name)
-            if kind in REGISTERED:
+            is_script = kind in TEXT_KINDS
+            note = {"text": text.data, "language": kind} if is_script else parse(kind, text.data, text.name)
+            if is_script or kind == "script":
+                name, kind = place_script(name, note)
+            if not name:
+                found.main_script = note
+            elif kind in REGISTERED:
                 found.registered.setdefault(kind, {}).setdefault(name, {}).update(note)
             else:
                 found.objects.setdefault(name, {}).setdefault(kind, {}).update(note)

@@ -20,6 +20,7 @@ from simx_server.scene.annotations import MEASURED, SceneError
 from simx_server.scene.grafting import Graft, graft
 from simx_server.scene.loader import build, read_spec
 from simx_server.scene.objects import Scene
+from simx_server.scene.script_texts import SCRIPT_NOTES
 from simx_server.scene.transplant import gather_geoms
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
     for note in notes.values():
-        if "script" in note:
-            note["script"] = {**note["script"], "folder": str(path.resolve().parent)}
+        for kind in SCRIPT_NOTES.keys() & note.keys():
+            note[kind] = {**note[kind], "folder": str(path.resolve().parent)}
     base = objects[model.base]
     notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
     handles = graft(

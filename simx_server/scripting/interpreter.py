@@ -13,12 +13,12 @@ generator on the server's side: `Api.invoke` returns it instead of results, each
 next pass", what it returns is the tuple of results. The interpreter advances it once at once, and if it yields, once at
 each further resumption of the coroutine that called; exceptions of it are those of the call. Outside a coroutine
 such a call is refused with `NOT_IN_A_THREAD` before the generator is advanced. Beside this, a call of the API made in
-a thread, that is over `Switching.seconds` of wall time after the thread's resumption, gives way by itself (waits for the
-next resumption, then returns its results), unless `Switching.level` is above 0.
+a thread, that is over `Switching.seconds` of wall time after the thread's resumption, gives way by itself (waits for
+the next resumption, then returns its results), unless `Switching.level` is above 0.
 
 **Others are served.** While a call into a script runs longer than `PATIENCE`, the interpreter calls `Api.serve_others`
-every few milliseconds, from the physics thread and from a place where the script holds no lock. Time spent there does not
-count against the script.
+every few milliseconds, from the physics thread and from a place where the script holds no lock. Time spent there does
+not count against the script.
 """
 
 from __future__ import annotations
@@ -41,9 +41,7 @@ PATIENCE = 0.003
 MAX_DEPTH = 16
 """Tables within tables that may cross the border; deeper, and endless ones, are an error."""
 
-NOT_IN_A_THREAD = (
-    "waits, so it works only in a thread: in sysCall_thread, in a threaded script, or in a coroutine of the script's own"
-)
+NOT_IN_A_THREAD = "waits, so it works only in a thread: in sysCall_thread, in a threaded script, or in a coroutine of the script"
 
 Constant = int | float | bool | str
 
@@ -119,8 +117,8 @@ class Api(Protocol):
 class Interpreter(Protocol):
     """One running script. Made as ``Class(name, api, time_limit=seconds)``; `name` is for messages.
 
-    Each of these raises ScriptError when the script does: ``name:line: what went wrong``; also when it ran over its time,
-    instruction or memory limit. The interpreter stays usable after an error unless the text says otherwise.
+    Each of these raises ScriptError when the script does: ``name:line: what went wrong``; also when it ran over its
+    time, instruction or memory limit. The interpreter stays usable after an error unless the text says otherwise.
     """
 
     name: str

@@ -1,50 +1,38 @@
-"""One Lua interpreter for one script: a sandbox with a time limit, a memory limit and a ``sim`` table.
+"""One Lua 5.4 interpreter for one script: a sandbox with a time limit and a memory limit.
 
-Values cross as plain Python ones: ``None``, ``bool``, ``int``, ``float``, ``bytes`` (Lua strings are bytes)
-and lists of them (tables, 1-based, up to the first gap). What a function of ``sim`` gets and gives is
-said by ``Api``; this file knows no simulation.
+What a script gets and gives is said by `interpreter.py`; this file knows no simulation. Lua's tables cross as lists
+(1-based, up to the first gap) or, when there is nothing at 1, as dicts; a Python list or dict arrives as a table.
 """
 
 from __future__ import annotations
 
 import importlib
+import itertools
 import logging
+import re
 import time
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Generator
+from typing import Any
 
 from ..errors import CommandError
+from .interpreter import (
+    MAX_DEPTH,
+    MEMORY_LIMIT,
+    NOT_IN_A_THREAD,
+    PATIENCE,
+    TIME_LIMIT,
+    Api,
+    ScriptError,
+    Waiting,
+)
+from .lua_library import LIBRARY
 from .sandbox import GUARD, HOOK_INTERVAL
 
 logger = logging.getLogger(__name__)
 
-TIME_LIMIT = 2.0
-"""Processor seconds that one call into a script may take; well below the 5 s a blocking client waits."""
-
-MEMORY_LIMIT = 64 << 20
-"""Bytes that one script may hold."""
-
 INSTALL = "Lua scripts need the package lupa, which is not installed: pip install lupa"
 
-
-class ScriptError(CommandError):
-    """A script failed, or cannot be called: the text says which script, where and why."""
-
-
-class Api(Protocol):
-    """What a script finds under ``sim``."""
-
-    def names(self) -> Mapping[str, int | float | None]:
-        """Constants by name, and every function's name with None."""
-        ...
-
-    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...]:
-        """Call one function with plain values; raises CommandError with a text for the script's author."""
-        ...
-
-    def output(self, text: str) -> None:
-        """What the script prints."""
-        ...
+_OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
 
 
 def load_lupa() -> Any:
@@ -55,18 +43,34 @@ def load_lupa() -> Any:
         raise ScriptError(INSTALL) from problem
 
 
+class LuaFunction:
+    """A function that a script handed out; see `interpreter.Function`."""
+
+    def __init__(self, interpreter: LuaInterpreter, function: Any) -> None:
+        self.interpreter = interpreter
+        self.function = function
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        return self.interpreter.apply(self, arguments)
+
+
 class LuaInterpreter:
-    """The state of one running script. Only the physics thread may use it."""
+    """The state of one running script; see `interpreter.Interpreter`."""
 
     def __init__(self, name: str, api: Api, *, time_limit: float = TIME_LIMIT) -> None:
         self.name = name
         self._api = api
         self._time_limit = time_limit
+        self._depth = 0
         self._deadline = 0.0
+        self._resumed = 0.0
+        self._serve_next = 0.0
+        self._waiting: dict[int, Waiting] = {}
+        self._tokens = itertools.count(1)
         lupa = load_lupa()
         self._lua_type = lupa.lua_type
         self._memory_error: type[Exception] = lupa.LuaMemoryError
-        self._runtime = lupa.LuaRuntime(
+        self._runtime: Any = lupa.LuaRuntime(
             encoding=None,
             unpack_returned_tuples=True,
             register_eval=False,
@@ -75,76 +79,181 @@ class LuaInterpreter:
             max_memory=MEMORY_LIMIT,
         )
         known = {
-            key.encode(): False if constant is None else constant for key, constant in api.names().items()
+            space: {name: False if constant is None else constant for name, constant in names.items()}
+            for space, names in api.namespaces().items()
         }
         load = self._runtime.globals()[b"load"]
         guard = load(GUARD, b"=sandbox", b"t")
-        self._run, self._call, self._has = guard(
-            self._late, self._invoke, self._print, HOOK_INTERVAL, self._runtime.table_from(known)
+        self._face = guard(
+            self._late,
+            self._invoke,
+            self._proceed,
+            self._print,
+            self._module,
+            HOOK_INTERVAL,
+            MAX_DEPTH,
+            self._to_lua(known),
+            LIBRARY,
         )
 
     def close(self) -> None:
         """Free the Lua state. It and this object hold each other in a way Python's collector cannot see."""
-        del self._run, self._call, self._has, self._runtime
+        self._face = self._runtime = None
+        self._waiting.clear()
 
     def run(self, source: bytes) -> None:
         """Execute the script's text, which defines its functions. Raises ScriptError."""
-        self._enter(self._run, source, b"@" + self.name.encode())
+        self._enter(b"run", source, b"@" + self.name.encode())
 
     def has(self, function: str) -> bool:
         """Whether a function of this name exists; dots reach into tables."""
-        return bool(self._has(function.encode()))
+        return bool(self._face[b"has"](function.encode()))
 
     def call(self, function: str, *arguments: Any) -> list[Any]:
         """Call a function with plain values; all its results as plain values. Raises ScriptError."""
-        return self._enter(self._call, function.encode(), *(self._to_lua(value) for value in arguments))
+        return self._enter(b"call", function.encode(), *map(self._to_lua, arguments))
 
-    def _enter(self, action: Callable[..., Any], *arguments: Any) -> list[Any]:
-        self._deadline = time.thread_time() + self._time_limit
+    def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
+        """Call a function that was handed out."""
+        return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
+
+    def start_thread(self, function: str) -> None:
+        """Make a function the script's thread."""
+        self._enter(b"start_thread", function.encode())
+
+    def resume(self) -> bool:
+        """Let the thread go on until it waits; True while it is still alive."""
+        return bool(self._enter(b"resume")[0])
+
+    def _enter(self, action: bytes, *arguments: Any) -> list[Any]:
+        if self._face is None:
+            raise ScriptError(f"{self.name}: the script has ended")
+        if not self._depth:
+            self._deadline = time.thread_time() + self._time_limit
+            self._resumed = time.monotonic()
+            self._serve_next = self._resumed + PATIENCE
+        self._depth += 1
         try:
-            answer = action(*arguments)
+            answer = self._face[action](*arguments)
         except self._memory_error:
             raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
+        finally:
+            self._depth -= 1
         ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
-            raise ScriptError(_located(self.name, _text(results[0])))
+            raise ScriptError(self._explain(_text(results[0])))
         return [self._from_lua(value) for value in results]
 
     def _late(self) -> bool:
+        """The hook's look at the clock; others are served meanwhile, at no cost to the script."""
+        if time.monotonic() > self._serve_next:
+            before = time.thread_time()
+            self._api.serve_others()
+            self._deadline += time.thread_time() - before
+            self._serve_next = time.monotonic() + PATIENCE
         return time.thread_time() > self._deadline
 
     def _print(self, text: bytes) -> None:
         self._api.output(_text(text))
 
-    def _invoke(self, name: bytes, *arguments: Any) -> tuple[Any, ...]:
-        """Run one function of ``sim``: ``(True, results...)`` or ``(False, text)``, never an exception.
+    def _module(self, name: bytes) -> tuple[Any, ...]:
+        try:
+            source = self._api.module(_text(name))
+        except CommandError as problem:
+            return False, f"require '{_text(name)}': {problem}".encode()
+        if source is None:
+            return False, f"require '{_text(name)}': there is no such module beside the scene".encode()
+        return True, source
+
+    def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
+        """Run one function of the API: ``(status, ...)`` as `sandbox.py` says, never an exception.
 
         Lua's ``pcall`` would hand an exception to the script as an object and lose it for the log.
         """
         function = _text(name)
-        try:
+
+        def act() -> tuple[Any, ...]:
             results = self._api.invoke(function, [self._from_lua(value) for value in arguments])
-            return (True, *(self._to_lua(value) for value in results))
+            if isinstance(results, Generator):
+                if not level:
+                    raise CommandError(NOT_IN_A_THREAD)
+                token = next(self._tokens)
+                self._waiting[token] = results
+                return self._advance(token)
+            switching = self._api.switching
+            is_over = (
+                level == 1 and not switching.level and time.monotonic() > self._resumed + switching.seconds
+            )
+            return (b"switch" if is_over else True, *map(self._to_lua, results))
+
+        return self._answer(function, act)
+
+    def _proceed(self, token: int) -> tuple[Any, ...]:
+        return self._answer("sim", lambda: self._advance(token))
+
+    def _advance(self, token: int) -> tuple[Any, ...]:
+        try:
+            next(self._waiting[token])
+        except StopIteration as end:
+            del self._waiting[token]
+            return (True, *map(self._to_lua, end.value or ()))
+        except BaseException:
+            del self._waiting[token]
+            raise
+        return b"wait", token
+
+    def _answer(self, function: str, act: Callable[[], tuple[Any, ...]]) -> tuple[Any, ...]:
+        try:
+            return act()
         except CommandError as problem:
-            return False, f"sim.{function}: {problem}".encode()
+            return False, f"{function}: {problem}".encode("utf-8", "surrogateescape")
         except Exception:
-            logger.exception("sim.%s failed inside script %s", function, self.name)
-            return False, f"sim.{function}: failed inside the server; its log says why".encode()
+            logger.exception("%s failed inside script %s", function, self.name)
+            return False, f"{function}: failed inside the server; its log says why".encode()
 
     def _to_lua(self, value: Any) -> Any:
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
         if isinstance(value, (list, tuple)):
             return self._runtime.table_from([self._to_lua(item) for item in value])
+        if isinstance(value, dict):
+            return self._runtime.table_from(
+                {self._to_lua(key): self._to_lua(item) for key, item in value.items() if item is not None}
+            )
+        if isinstance(value, LuaFunction):
+            if value.interpreter is not self:
+                raise CommandError("a function of one script cannot be given to another")
+            return value.function
         return value
 
     def _from_lua(self, value: Any) -> Any:
         kind = self._lua_type(value)
         if kind == "table":
-            return [self._from_lua(value[i]) for i in range(1, len(value) + 1)]
+            length = len(value)
+            if length:
+                return [self._from_lua(value[i]) for i in range(1, length + 1)]
+            named = {
+                key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key: self._from_lua(
+                    item
+                )
+                for key, item in value.items()
+            }
+            return named or []
+        if kind == "function":
+            return LuaFunction(self, value)
         if kind is not None:
             raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
         return value
+
+    def _explain(self, problem: str) -> str:
+        """With the file's name in front, as Lua puts it for most; old names that do not exist get their advice."""
+        missing = _OLD_NAME.search(problem)
+        if missing:
+            try:
+                self._api.invoke(f"sim.{missing[1].lower()}{missing[2]}", [])
+            except CommandError as advice:
+                problem = f"{problem[: missing.start()]}sim{missing[1]}{missing[2]}: {advice}"
+        return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
 
 
 def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
@@ -153,8 +262,3 @@ def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
 
 def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-
-def _located(name: str, problem: str) -> str:
-    """Lua puts ``file:line:`` in front of most errors; the others get the file's name here."""
-    return problem if problem.startswith(f"{name}:") else f"{name}: {problem}"

@@ -9,31 +9,37 @@ It is the only Lua code that ever sees ``debug`` and Python objects; both stay u
 * coroutines have a hook of their own, so they are made here;
 * a message handler runs inside the hook, where no hook strikes: ``xpcall`` calls it after the unwinding;
 * finalizers run with hooks off, so ``__gc`` is refused;
-* binary chunks can crash the virtual machine, so ``load`` takes text only;
-* tables are copied raw before Python reads them: reading must not run a script's metamethods.
+* binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
+* tables are copied raw before Python reads them: reading must not run a script's metamethods;
+* no hook strikes within one call of a C function: those of the standard library that could take long by themselves
+  are bounded by `lua_library.py`, which gets the script's world before any script does.
 
-What it does not stop: one single call of the string library that takes for ever by itself (a pattern
-made to backtrack), which no hook can interrupt.
+Threads: ``depth`` counts calls from Python that lie within each other, ``level`` the coroutines: 0 outside of any, 1 in
+one that was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine.
+What a function of the API answers is told by its first result: true, false (an error), ``switch`` (done, but let others
+go on first) or ``wait`` (ask again after the next resumption).
 """
 
 HOOK_INTERVAL = 10_000
 """Lua instructions between two looks at the clock: about 0.1 ms, and the look itself costs 1 us."""
 
 GUARD = rb"""
-local late, invoke, output, interval, known = ...
+local late, invoke, proceed, output, module, interval, max_depth, known, library = ...
 
-local sethook, getinfo, cocreate, coresume =
-    debug.sethook, debug.getinfo, coroutine.create, coroutine.resume
-local error, pcall, type, select, tostring, load = error, pcall, type, select, tostring, load
-local rawget, rawlen, setmetatable, pairs = rawget, rawlen, setmetatable, pairs
-local pack, unpack, concat, gmatch = table.pack, table.unpack, table.concat, string.gmatch
+local sethook, getinfo, cocreate, coresume, yield, isyieldable, costatus =
+    debug.sethook, debug.getinfo, coroutine.create, coroutine.resume, coroutine.yield, coroutine.isyieldable,
+    coroutine.status
+local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
+local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
+local pack, unpack, concat, gmatch, match, lower =
+    table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower
 
-local struck, enter, report = false, nil, nil
+local struck, depth, level, enter, report = false, 0, 0, nil, nil
 
 -- "file:line: " of the innermost frame that is the script's own
 local function where()
-    for level = 2, 30 do
-        local frame = getinfo(level, "Sl")
+    for frame_level = 2, 30 do
+        local frame = getinfo(frame_level, "Sl")
         if not frame then break end
         if frame.source ~= "=sandbox" and frame.currentline > 0 then
             return frame.short_src .. ":" .. frame.currentline .. ": "
@@ -52,24 +58,46 @@ local function watch()
     end
 end
 
-local function plain(value, depth)
-    if type(value) ~= "table" then return value end
-    if depth > 8 then error("has a table nested too deeply", 0) end
+-- A table as the border knows it: a list, or else a map with keys of text or whole numbers.
+local function plain(value, nesting)
+    local kind = type(value)
+    if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
+    if kind ~= "table" then return value end
+    if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
     local copy = {}
-    for i = 1, rawlen(value) do copy[i] = plain(rawget(value, i), depth + 1) end
+    local length = rawlen(value)
+    if length > 0 then
+        for i = 1, length do copy[i] = plain(rawget(value, i), nesting + 1) end
+        return copy
+    end
+    for key, item in next, value do
+        if type(key) == "string" or math.type(key) == "integer" then copy[key] = plain(item, nesting + 1) end
+    end
     return copy
 end
 
-local function finish(ok, ...)
-    if ok then return ... end
+local function plain_all(...)
+    local values = pack(...)
+    for i = 1, values.n do values[i] = plain(values[i], 1) end
+    return unpack(values, 1, values.n)
+end
+
+local function finish(status, ...)
+    if status == true then return ... end
+    if status == "switch" then
+        yield()
+        return ...
+    end
+    if status == "wait" then
+        yield()
+        return finish(proceed(...))
+    end
     error(where() .. (...), 0)
 end
 
 local function bind(name)
     return function(...)
-        local values = pack(...)
-        for i = 1, values.n do values[i] = plain(values[i], 1) end
-        return finish(invoke(name, unpack(values, 1, values.n)))
+        return finish(invoke(isyieldable() and level or 0, name, plain_all(...)))
     end
 end
 
@@ -80,25 +108,10 @@ local world = {
 }
 world._G = world
 
-for _, library in pairs { "math", "string", "table", "utf8" } do
-    world[library] = {}
-    for key, value in pairs(_G[library]) do world[library][key] = value end
-end
-world.string.dump = nil
-getmetatable("").__index = world.string
-world.math.pow = function(x, y) return x ^ y end
-world.table.getn = function(t) return #t end
-world.math.randomseed(1)
-
 function world.setmetatable(object, meta)
     if type(meta) == "table" and rawget(meta, "__gc") ~= nil then error("finalizers (__gc) are not available", 2) end
     return setmetatable(object, meta)
 end
-
-function world.load(chunk, name, _, environment)
-    return load(chunk, name, "t", environment == nil and world or environment)
-end
-world.loadstring = world.load
 
 function world.print(...)
     local texts = pack(...)
@@ -115,13 +128,26 @@ function world.xpcall(action, handle, ...)
     return handled(handle, pcall(action, ...))
 end
 
+world.debug = {}
+function world.debug.traceback(message) return message end
+
 local function create(body)
     local thread = cocreate(body)
     sethook(thread, watch, "", interval)
     return thread
 end
 
-local function through(thread, ok, ...)
+local function left(...)
+    level = level - 1
+    return ...
+end
+
+local function resume(thread, ...)
+    level = level + 1
+    return left(coresume(thread, ...))
+end
+
+local function through(ok, ...)
     if ok then return ... end
     error((...), 0)
 end
@@ -129,23 +155,56 @@ end
 world.coroutine = {}
 for key, value in pairs(coroutine) do world.coroutine[key] = value end
 world.coroutine.create = create
+world.coroutine.resume = resume
 function world.coroutine.wrap(body)
     local thread = create(body)
-    return function(...) return through(thread, coresume(thread, ...)) end
+    return function(...) return through(resume(thread, ...)) end
 end
 
-local sim = {}
-for name, constant in pairs(known) do
-    if constant == false then sim[name] = bind(name) else sim[name] = constant end
+load(library, "=sandbox", "t")(world, where)
+
+local loaded = {}
+for space, names in pairs(known) do
+    local members = {}
+    for name, constant in pairs(names) do
+        if constant == false then members[name] = bind(space .. "." .. name) else members[name] = constant end
+    end
+    world[space] = setmetatable(members, {
+        __index = function(_, name) return finish(invoke(0, space .. "." .. tostring(name))) end,
+        __metatable = false,
+    })
+    loaded[space] = members
 end
-world.sim = setmetatable(sim, {
-    __index = function(_, name) return finish(invoke(tostring(name))) end,
-    __metatable = false,
+
+-- The old names: simGetObjectPosition, sim_handle_self
+setmetatable(world, {
+    __index = function(_, name)
+        if type(name) ~= "string" then return nil end
+        local constant = match(name, "^sim_(.+)$")
+        if constant then return rawget(world.sim, constant) end
+        local first, rest = match(name, "^sim(%u)(.*)$")
+        if first then return rawget(world.sim, lower(first) .. rest) end
+        return nil
+    end,
 })
 
+function world.require(name)
+    if loaded[name] == nil then
+        local source = finish(module(tostring(name)))
+        local chunk, problem = load(source, "@" .. name .. ".lua", "t", world)
+        if not chunk then error(problem, 0) end
+        local value = chunk(name)
+        loaded[name] = value == nil and true or value
+    end
+    return loaded[name]
+end
+
 function report(ok, ...)
-    sethook()
-    struck = false
+    depth = depth - 1
+    if depth == 0 then
+        sethook()
+        struck = false
+    end
     if ok then return true, ... end
     local problem = ...
     if type(problem) == "string" then return false, problem end
@@ -153,14 +212,10 @@ function report(ok, ...)
 end
 
 function enter(action, ...)
-    sethook(watch, "", interval)
+    if depth == 0 then level = 0 end
+    depth = depth + 1
+    sethook(watch, "", struck and 1 or interval)
     return report(pcall(action, ...))
-end
-
-local function run(source, name)
-    local chunk, problem = load(source, name, "t", world)
-    if not chunk then return false, problem end
-    return enter(chunk)
 end
 
 local function find(name)
@@ -173,17 +228,44 @@ local function find(name)
     return nil
 end
 
-local function gather(...)
-    local values = pack(...)
-    for i = 1, values.n do values[i] = plain(values[i], 1) end
-    return unpack(values, 1, values.n)
+local function apply(action, ...)
+    return enter(function(...) return plain_all(action(...)) end, ...)
 end
 
-local function call(name, ...)
+local thread = nil
+
+local face = {}
+
+function face.run(source, name)
+    local chunk, problem = load(source, name, "t", world)
+    if not chunk then return false, problem end
+    return enter(chunk)
+end
+
+function face.has(name) return find(name) ~= nil end
+
+function face.call(name, ...)
     local action = find(name)
     if not action then return false, "has no function '" .. name .. "'" end
-    return enter(function(...) return gather(action(...)) end, ...)
+    return apply(action, ...)
 end
 
-return run, call, function(name) return find(name) ~= nil end
+face.apply = apply
+
+function face.start_thread(name)
+    local action = find(name)
+    if not action then return false, "has no function '" .. name .. "'" end
+    thread = create(action)
+    return true
+end
+
+function face.resume()
+    if not thread or costatus(thread) ~= "suspended" then return true, false end
+    return enter(function()
+        through(resume(thread))
+        return costatus(thread) == "suspended"
+    end)
+end
+
+return face
 """

@@ -1,92 +1,60 @@
-"""The child scripts of a scene: when they run, and calls into them from outside.
+"""The scripts of the loaded scene: which there are, when they live, and when which of their functions is called.
 
-A script lives from start to stop. At start its file is read and ``sysCall_init`` called; each pass calls
-``sysCall_actuation`` before physics and ``sysCall_sensing`` after it; at stop ``sysCall_cleanup``. An error in one of
-these ends that script until the next start; an error in a function that a client calls is the client's alone.
+A **child script** lives from start to stop, a **main script** too; a **customization script** lives from the load of
+the scene to its close, whether the simulation runs or not.
+
+| when | main and child scripts | customization scripts |
+|---|---|---|
+| scene loaded, object added | (added while running: as at start) | `sysCall_init` |
+| each idle pass while stopped | | `sysCall_nonSimulation`, threads |
+| start, before the state is saved | | `sysCall_beforeSimulation` |
+| start | `sysCall_init` | |
+| each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
+| each pass after physics | `sysCall_sensing` | the same, after the child scripts |
+| pause; each idle pass then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
+| stop, before the state is restored | threads once more, `sysCall_cleanup` | |
+| stop, after that | | `sysCall_afterSimulation` |
+| scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
+
+Of several scripts those deeper in the tree come first, children in their order before their parent, as in V-REP's
+default order. In a pass simulated time is that of the pass's begin, in sensing too. With a main script the child scripts'
+actuation and sensing come when it calls ``sim.handleChildScripts``; physics comes between the two in any case.
+
+An error in one of these ends that script until the next start (a customization script: until the scene is loaded again);
+an error in a function that a client calls is the client's alone.
 """
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol import constants
-
-from ..errors import UnknownName
-from ..library import MODELS
 from ..scene.properties import SCRIPTS_INACTIVE
-from . import api as sim_api
-from .api import SimApi
+from ..scene.script_texts import SCRIPT_NOTES
+from .bodies import with_call_backs
 from .exchange import check_results
-from .lua import TIME_LIMIT, LuaInterpreter, ScriptError
+from .interpreter import TIME_LIMIT, Interpreter, ScriptError
+from .lua import LuaInterpreter
+from .namespaces import Namespaces
+from .script import LUA, PYTHON, Script, ScriptKind, ScriptSide
+from .targets import AddOn, find_target, split_target
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from ..scene.annotations import Annotation
     from ..simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
-_THREADED = 240
-"""Added to the type of an old threaded script, which counts as the plain one."""
+FIRST_HANDLE = 2_000_003
+"""Handles of scripts are far above those of objects and above all script types; V-REP's began about there too."""
 
-_ADD_ON = 2
-"""Type of an add-on, which the constants of the remote API lack."""
+THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
 
-_TYPES = {
-    constants.sim_scripttype_mainscript: "main script",
-    constants.sim_scripttype_childscript: "child script",
-    _ADD_ON: "add-on",
-    constants.sim_scripttype_customizationscript: "customization script",
-    8: "sandbox script",
-}
+_IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
 
-
-@dataclass(slots=True)
-class Script:
-    """One child script."""
-
-    owner: int
-    """Handle of its object."""
-
-    file: str
-    """As the annotation says it, relative to the scene's folder."""
-
-    interpreter: LuaInterpreter | None = None
-    """None while the simulation is stopped and after an error."""
-
-    problem: str = ""
-    """What ended it in this run."""
-
-    folder: Path | None = None
-    """Where the file is, for the script of a model that was loaded into the scene; None: the scene's folder."""
-
-
-class AddOn(Protocol):
-    """Functions of the server itself that a client calls as it would those of an add-on's script."""
-
-    def call(
-        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
-    ) -> tuple[list[int], list[float], list[str], bytes]: ...
-
-
-class _LuaSide:
-    """What a script's interpreter sees of the simulation."""
-
-    def __init__(self, sim: Simulation, script: Script, signal_owner: object) -> None:
-        self._sim = sim
-        self._api = SimApi(sim, script.owner, signal_owner)
-
-    def names(self) -> Mapping[str, int | float | None]:
-        return {**sim_api.known_constants(), **dict.fromkeys(sim_api.signatures())}
-
-    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...]:
-        return sim_api.invoke(self._api, name, arguments)
-
-    def output(self, text: str) -> None:
-        self._sim.status_bar.add(text)
+_KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
 
 class Scripts:
@@ -95,171 +63,329 @@ class Scripts:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._scripts: list[Script] = []
+        self._next_handle = FIRST_HANDLE
+        self._later: list[Callable[[], object]] = []
+        self._active = 0
+        """Calls into scripts that are going on, within each other."""
+
         self.add_ons: dict[str, AddOn] = {}
         """By name; script type 2 of simxCallScriptFunction."""
         self.time_limit = TIME_LIMIT
-        """Processor seconds for one call into a script; taken over at the next start."""
+        """Processor seconds for one call into a script; taken over when a script begins."""
+        self.is_stopping = False
+        """The run is being stopped: threads go on for the last time."""
         sim.on_load.append(self._find)
-        sim.on_close.append(self._find)
+        sim.on_closing.append(self._close)
         sim.on_model_changed.append(self._find_more)
+        sim.on_starting.append(lambda: self._call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
         sim.on_start.append(self._start)
-        sim.on_pass_begin.append(lambda: self._call_all("sysCall_actuation"))
-        sim.on_sensing.append(lambda: self._call_all("sysCall_sensing"))
+        sim.on_pass_begin.append(lambda: self._phase("sysCall_actuation"))
+        sim.on_sensing.append(lambda: self._phase("sysCall_sensing"))
+        sim.on_pass_end.append(self._do_what_was_left)
+        sim.on_pause.append(lambda: self._call_all("sysCall_suspend"))
+        sim.on_resume.append(lambda: self._call_all("sysCall_resume"))
         sim.on_stopping.append(self._stop)
+        sim.on_stop.append(lambda: self._call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION))
+
+    # --- for handlers and the API ----------------------------------------------------------------
 
     def call(
         self,
         description: str,
-        script_type: int,
+        options: int,
         function: str,
         ints: list[int],
         floats: list[float],
         strings: list[str],
         buffer: bytes,
     ) -> tuple[list[int], list[float], list[str], bytes]:
-        """Call a function of a script with four arguments; its four results.
-
-        The object is named by `description`, or after an ``@`` in `function`; `function` may reach into tables
-        with dots.
+        """Call a function of a script with four arguments; its four results. `targets.py` says who is meant.
 
         Raises:
             CommandError: no such script or function, an error in it, or results of the wrong kind.
         """
-        function, at, rest = (f"{function}@{description}" if description else function).partition("@")
-        if script_type == _ADD_ON and rest in self.add_ons:
-            return self.add_ons[rest].call(function, ints, floats, strings, buffer)
-        script = self._target(rest if at else "", script_type)
+        function, name = split_target(function, description)
+        target = find_target(self, self._sim.scene, options, name)
+        if not isinstance(target, Script):
+            return target.call(function, ints, floats, strings, buffer)
+        results = self.run(target, function, ints, floats, strings, buffer)
+        return check_results(f"{target.file}: {function}", results)
+
+    def run(self, script: Script, function: str, *arguments: Any) -> list[Any]:
+        """Call any function of a script; all its results. Raises ScriptError."""
         if script.interpreter is None:
-            where = self._describe(script)
+            where = self.describe(script)
             if script.problem:
                 raise ScriptError(f"the {where} was stopped by an error: {script.problem}")
             raise ScriptError(
                 f"the {where} exists only while the simulation runs; start the simulation first"
             )
         if not script.interpreter.has(function):
-            raise ScriptError(f"the {self._describe(script)} has no function '{function}'")
-        results = script.interpreter.call(function, ints, floats, strings, buffer)
-        return check_results(f"{script.file}: {function}", results)
+            raise ScriptError(f"the {self.describe(script)} has no function '{function}'")
+        return self._within(lambda interpreter: interpreter.call(function, *arguments), script.interpreter)
+
+    def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a call-back of an object's scripts, of the child script before the customization script.
+
+        Gives the results of the first that returns any, None when no script has it. An error ends that script.
+        """
+        for kind in (ScriptKind.CHILD, ScriptKind.CUSTOMIZATION):
+            script = self.of(owner, kind)
+            if script is not None and script.has(function):
+                results = self._call(script, function, *arguments)
+                if results:
+                    return results
+        return None
+
+    def get(self, handle: int) -> Script | None:
+        """The script with this handle."""
+        return next((script for script in self._scripts if script.handle == handle), None)
+
+    def of(self, owner: int, kind: ScriptKind) -> Script | None:
+        """An object's script of this kind; for a main script the owner is -1."""
+        return next((one for one in self._scripts if one.owner == owner and one.kind == kind), None)
+
+    def all(self, kind: ScriptKind | None = None) -> list[Script]:
+        """The scripts (of a kind) in the order in which they are called."""
+        places = {handle: place for place, handle in enumerate(self._leaves_first(-1))}
+        chosen = [script for script in self._scripts if kind is None or script.kind == kind]
+        return sorted(chosen, key=lambda script: places.get(script.owner, -1))
 
     def list_scripts(self) -> str:
         """The scripts of the scene in one line, for messages."""
-        return ", ".join(self._describe(script) for script in self._scripts) or "none"
+        return ", ".join(self.describe(script) for script in self._scripts) or "none"
 
-    def _target(self, name: str, script_type: int) -> Script:
-        plain = script_type & ~_THREADED if 0 <= script_type < 256 else script_type
-        kind = _TYPES.get(plain, f"script with handle or type {script_type}")
-        if plain == constants.sim_scripttype_childscript and name:
-            try:
-                owner = self._sim.scene.resolve(name)
-            except UnknownName as problem:
-                raise ScriptError(f"{problem}; scripts of this scene: {self.list_scripts()}") from None
-            for script in self._scripts:
-                if script.owner == owner:
-                    return script
-        of = f" of '{name}'" if name else ""
-        raise ScriptError(f"there is no {kind}{of}; scripts of this scene: {self.list_scripts()}")
-
-    def _describe(self, script: Script) -> str:
+    def describe(self, script: Script) -> str:
+        """A script in a message's words."""
+        if script.kind == ScriptKind.MAIN:
+            return f"main script ({script.file})"
         item = self._sim.scene.objects.get(script.owner)
-        return f"child script of '{item.name if item else 'a removed object'}' ({script.file})"
+        return f"{script.kind.text} of '{item.name if item else 'a removed object'}' ({script.file})"
+
+    def later(self, action: Callable[[], object]) -> None:
+        """Do something that a script may not do while it runs (stop, start, another scene): after the pass.
+
+        At once when no script runs.
+        """
+        self._later.append(action)
+        if not self._active:
+            self._do_what_was_left()
+
+    def handle_children(self, function: str) -> int:
+        """Call a function of all child scripts, for actuation after their threads; how many have it."""
+        if function == "sysCall_actuation":
+            for script in self.all(ScriptKind.CHILD):
+                self._resume(script)
+        return self._call_all(function, ScriptKind.CHILD)
+
+    # --- the scene -------------------------------------------------------------------------------
+
+    def _leaves_first(self, handle: int) -> list[int]:
+        found: list[int] = []
+        for child in self._sim.scene.children(handle):
+            found += [*self._leaves_first(child), child]
+        return found
+
+    def _close(self) -> None:
+        self._call_all("sysCall_cleanup", ScriptKind.CUSTOMIZATION)
+        for script in self._scripts:
+            self._drop(script)
+        self._scripts = []
+        self._watch_idle()
 
     def _find(self) -> None:
-        """Another scene: see which scripts it has."""
-        self._scripts = []
-        self._find_more()
+        """Another scene: its main script, if it has one; the others are found as after an edit."""
+        note = self._sim.scene.annotations.main_script
+        if note is not None:
+            self._add(ScriptKind.MAIN, -1, note, "main")
 
     def _find_more(self) -> None:
         """The scene was edited, or an edit was taken back: scripts of new objects begin.
 
-        While running, the script of an object that is no more ends with its next call: this may be within one.
+        The script of an object that is no more ends with its next call, for this may be within one.
         """
         objects = self._sim.scene.objects
-        if not self._sim.is_running:
-            self._scripts = [script for script in self._scripts if script.owner in objects]
-        known = {script.owner for script in self._scripts}
-        for handle, item in objects.items():
-            note = item.annotations.get("script", {})
-            if "file" not in note or handle in known:
-                continue
-            folder = Path(str(note["folder"])) if "folder" in note else None
-            script = Script(handle, str(note["file"]), folder=folder)
-            self._scripts.append(script)
+        if not self._sim.is_running and not self._active:
+            gone = [one for one in self._scripts if one.owner not in objects and one.kind != ScriptKind.MAIN]
+            for script in gone:
+                self._remove(script)
+        known = {(script.owner, script.kind) for script in self._scripts}
+        for handle, item in tuple(objects.items()):
+            for key, kind in _KINDS.items():
+                note = item.annotations.get(key)
+                if note is not None and (handle, kind) not in known:
+                    script = self._add(kind, handle, note, item.name)
+                    if kind == ScriptKind.CUSTOMIZATION or self._sim.is_running:
+                        self._begin(script)
+                        self._call(script, "sysCall_init")
+
+    def _add(self, kind: ScriptKind, owner: int, note: Annotation, name: str) -> Script:
+        text, file = note.get("text"), str(note.get("file", ""))
+        language = str(note.get("language", PYTHON if file.endswith(".py") else LUA))
+        middle = "" if kind == ScriptKind.CHILD else f".{kind.name.lower()}"
+        suffix = ".py" if language == PYTHON else ".lua"
+        script = Script(
+            handle=self._next_handle,
+            kind=kind,
+            owner=owner,
+            file=file or f"{name}{'' if name == 'main' else middle}{suffix}",
+            text=None if text is None else str(text),
+            folder=Path(str(note["folder"])) if "folder" in note else None,
+            language=language,
+            threaded=bool(note.get("threaded", False)),
+        )
+        self._next_handle += 1
+        self._scripts.append(script)
+        if script.text is None:
             try:
-                self._path(script)
+                script.path(self._sim)
             except ScriptError as problem:
                 logger.warning("%s", problem)
-            if self._sim.is_running:
-                self._begin(script)
-                self._call(script, "sysCall_init")
+        return script
 
-    def _path(self, script: Script) -> Path:
-        """The script's file, which must lie in the scene's folder. Raises ScriptError."""
-        scene = self._sim.scene.path
-        if script.folder is not None:
-            folder = script.folder
-        elif scene is not None:
-            folder = scene.resolve().parent
-        else:
-            raise ScriptError(f"{script.file} cannot be found: the scene was not loaded from a file")
-        # A model's file names its script as it lies beside it, also when a scene includes that file.
-        for path in ((folder / script.file).resolve(), (folder / MODELS / script.file).resolve()):
-            if not path.is_relative_to(folder):
-                raise ScriptError(f"{script.file} is outside the scene's folder {folder}; put it there")
-            if path.is_file():
-                return path
-        raise ScriptError(f"{script.file} is not in the scene's folder {folder}, nor in its {MODELS}/")
-
-    def _start(self) -> None:
-        for script in self._scripts:
-            self._begin(script)
-        self._call_all("sysCall_init")
+    # --- one script ------------------------------------------------------------------------------
 
     def _begin(self, script: Script) -> None:
         script.problem = ""
+        script.switching.level = 0
         try:
-            source = self._path(script).read_bytes()
-            side = _LuaSide(self._sim, script, self._signal_owner(script))
-            script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
-            script.interpreter.run(source)
-        except (ScriptError, OSError) as problem:
-            self._end(script, str(problem))
+            source = script.source(self._sim)
+            side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
+            if script.language == PYTHON:
+                script.interpreter = _python_interpreter(script.file, side, self.time_limit)
+            else:
+                script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
+                source = with_call_backs(
+                    source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
+                )
+            self._within(lambda interpreter: interpreter.run(source), script.interpreter)
+            if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
+                script.interpreter.start_thread(thread)
+                script.has_thread = True
+        except ScriptError as problem:
+            self._fail(script, str(problem))
+        self._watch_idle()
 
-    def _call_all(self, function: str) -> None:
-        for script in tuple(self._scripts):
-            self._call(script, function)
+    def _call(self, script: Script, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a function if the script has it and may run; None if not. An error ends the script."""
+        if not self._may_run(script) or not script.has(function):
+            return None
+        return self._attempt(script, lambda interpreter: interpreter.call(function, *arguments))
 
-    def _call(self, script: Script, function: str) -> None:
+    def _resume(self, script: Script) -> None:
+        if script.has_thread and self._may_run(script):
+            script.has_thread = bool(self._attempt(script, lambda interpreter: interpreter.resume()))
+
+    def _may_run(self, script: Script) -> bool:
         if script.interpreter is None:
-            return
+            return False
+        if script.kind == ScriptKind.MAIN:
+            return True
         if script.owner not in self._sim.scene.objects:
-            self._end(script, "its object was removed")
-            return
-        inactive = self._sim.scene.overridden(script.owner) & SCRIPTS_INACTIVE
-        if script.interpreter.has(function) and not inactive:
-            try:
-                script.interpreter.call(function)
-            except ScriptError as problem:
-                self._end(script, str(problem))
+            self._fail(script, "its object was removed")
+            return False
+        return not self._sim.scene.overridden(script.owner) & SCRIPTS_INACTIVE
+
+    def _attempt(self, script: Script, action: Callable[[Interpreter], Any]) -> Any:
+        interpreter = script.interpreter
+        if interpreter is None:
+            return None
+        try:
+            return self._within(action, interpreter)
+        except ScriptError as problem:
+            self._fail(script, str(problem))
+            return None
+
+    def _within(self, action: Callable[[Interpreter], Any], interpreter: Interpreter) -> Any:
+        self._active += 1
+        try:
+            return action(interpreter)
+        finally:
+            self._active -= 1
+
+    def _fail(self, script: Script, problem: str) -> None:
+        """Stop one script until the next start."""
+        self._drop(script)
+        script.problem = problem
+        logger.error("the %s is stopped: %s", self.describe(script), problem)
+        self._sim.status_bar.add(f"{self.describe(script)} is stopped: {problem}")
+        self._watch_idle()
+
+    def _drop(self, script: Script) -> None:
+        """Forget a script's state, and the signals it set."""
+        script.close()
+        script.problem = ""
+        self._sim.signals.clear_owned(script.signal_owner)
+
+    def _remove(self, script: Script) -> None:
+        self._drop(script)
+        self._scripts.remove(script)
+
+    # --- all of them -----------------------------------------------------------------------------
+
+    def _call_all(self, function: str, kind: ScriptKind | None = None) -> int:
+        return sum(self._call(script, function) is not None for script in self.all(kind))
+
+    def _start(self) -> None:
+        simulated = [one for one in self.all() if one.kind != ScriptKind.CUSTOMIZATION]
+        for script in simulated:
+            self._begin(script)
+        for script in simulated:
+            self._call(script, "sysCall_init")
+
+    def _phase(self, function: str) -> None:
+        main = self.of(-1, ScriptKind.MAIN)
+        if main is None:
+            self.handle_children(function)
+        else:
+            self._call(main, function)
+        if function == "sysCall_actuation":
+            for script in self.all(ScriptKind.CUSTOMIZATION):
+                self._resume(script)
+        self._call_all(function, ScriptKind.CUSTOMIZATION)
 
     def _stop(self) -> None:
-        self._call_all("sysCall_cleanup")
-        for script in self._scripts:
-            self._drop(script, "")
+        self.is_stopping = True
+        try:
+            simulated = [one for one in self.all() if one.kind != ScriptKind.CUSTOMIZATION]
+            for script in simulated:
+                script.switching.level += 1
+                self._resume(script)
+            for script in simulated:
+                self._call(script, "sysCall_cleanup")
+                self._drop(script)
+        finally:
+            self.is_stopping = False
 
-    def _end(self, script: Script, problem: str) -> None:
-        """Stop one script until the next start."""
-        self._drop(script, problem)
-        logger.error("the %s is stopped: %s", self._describe(script), problem)
-        self._sim.status_bar.add(f"{self._describe(script)} is stopped: {problem}")
+    def _idle(self) -> None:
+        """No pass comes: the simulation is stopped or paused."""
+        if self._sim.is_running:
+            self._call_all("sysCall_suspended")
+        else:
+            for script in self.all(ScriptKind.CUSTOMIZATION):
+                self._resume(script)
+            self._call_all("sysCall_nonSimulation", ScriptKind.CUSTOMIZATION)
+        self._do_what_was_left()
 
-    def _drop(self, script: Script, problem: str) -> None:
-        """Forget a script's state, and the signals it set."""
-        if script.interpreter is not None:
-            script.interpreter.close()
-        script.interpreter = None
-        script.problem = problem
-        self._sim.signals.clear_owned(self._signal_owner(script))
+    def _watch_idle(self) -> None:
+        """Idle passes are asked for only while a script wants them."""
+        wants = any(one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts)
+        listeners = self._sim.on_idle
+        if wants and self._idle not in listeners:
+            listeners.append(self._idle)
+        elif not wants and self._idle in listeners:
+            listeners.remove(self._idle)
 
-    @staticmethod
-    def _signal_owner(script: Script) -> object:
-        return ("script", script.owner)
+    def _do_what_was_left(self) -> None:
+        while self._later:
+            self._later.pop(0)()
+
+    def _serve_others(self) -> None:
+        self._sim.serve_others()
+
+
+def _python_interpreter(name: str, side: ScriptSide, time_limit: float) -> Interpreter:
+    """Imported only when a scene has such a script."""
+    from .python_interpreter import PythonInterpreter
+
+    return PythonInterpreter(name, side, time_limit=time_limit)

@@ -19,6 +19,7 @@ from typing import Any
 from simx_client.protocol.kinds import to_int32
 
 from ..errors import CommandError
+from .interpreter import Function
 
 
 def to_int(value: Any) -> int:
@@ -66,6 +67,12 @@ def to_dict(value: Any) -> dict[Any, Any]:
     raise TypeError("a table with named values")
 
 
+def to_function(value: Any) -> Function:
+    if callable(value):
+        return value
+    raise TypeError("a function")
+
+
 def to_any(value: Any) -> Any:
     return value
 
@@ -77,6 +84,7 @@ _SCALARS: dict[Any, Callable[[Any], Any]] = {
     bytes: to_bytes,
     str: to_text,
     dict: to_dict,
+    Function: to_function,
     Any: to_any,
 }
 
@@ -114,14 +122,13 @@ def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:
 def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
     """The conversion for an annotation, and whether None passes."""
     arguments = typing.get_args(annotation)
-    if isinstance(annotation, types.UnionType):
-        kinds = [_converter(argument)[0] for argument in arguments if argument is not type(None)]
-        return kinds[0] if len(kinds) == 1 else to_first(*kinds), type(None) in arguments
-    if typing.get_origin(annotation) is list:
-        return to_list(_SCALARS[arguments[0]]), False
-    if typing.get_origin(annotation) is dict:
-        return to_dict, False
-    return _SCALARS[annotation], annotation is Any
+    origin = typing.get_origin(annotation)
+    if isinstance(annotation, types.UnionType) or origin is typing.Union:
+        inner = [_converter(argument)[0] for argument in arguments if argument is not type(None)]
+        return (inner[0] if len(inner) == 1 else to_first(*inner)), type(None) in arguments
+    if origin is list:
+        return to_list(_converter(arguments[0])[0]), False
+    return _SCALARS[origin or annotation], annotation is Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,36 +145,53 @@ class Signature:
     """The parameters of one ``sim`` function, without ``self``."""
 
     parameters: tuple[Parameter, ...]
+    rest: Parameter | None = None
+    """What stands for all values after them."""
 
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Signature:
         hints = typing.get_type_hints(function)
         parameters: list[Parameter] = []
+        rest: Parameter | None = None
         for name, parameter in list(inspect.signature(function).parameters.items())[1:]:
             convert, nil_passes = _converter(hints[name])
-            parameters.append(Parameter(name, convert, nil_passes, parameter.default))
-        return cls(tuple(parameters))
+            described = Parameter(name, convert, nil_passes, parameter.default)
+            if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
+                rest = described
+            else:
+                parameters.append(described)
+        return cls(tuple(parameters), rest)
 
     def bind(self, values: Sequence[Any]) -> list[Any]:
         """Typed arguments for as many values as were given; more values than parameters are ignored, as
         V-REP did. Raises CommandError, which numbers the argument and says what it must be."""
         bound: list[Any] = []
         for index, parameter in enumerate(self.parameters, 1):
-            value = values[index - 1] if index <= len(values) else None
-            if value is None and parameter.default is not inspect.Parameter.empty:
+            if index <= len(values):
+                bound.append(_bind(index, parameter, values[index - 1]))
+            elif parameter.default is not inspect.Parameter.empty:
                 bound.append(parameter.default)
-                continue
-            if value is None and parameter.nil_passes and index <= len(values):
-                bound.append(None)
-                continue
-            try:
-                bound.append(parameter.convert(value))
-            except TypeError as problem:
-                got = describe(value) if index <= len(values) else "nothing"
-                raise CommandError(
-                    f"argument {index} ({parameter.name}) must be {problem}, got {got}"
-                ) from None
+            else:
+                bound.append(_convert(index, parameter, None, "nothing"))
+        if self.rest is not None:
+            for index, value in enumerate(values[len(self.parameters) :], len(self.parameters) + 1):
+                bound.append(_bind(index, self.rest, value))
         return bound
+
+
+def _bind(index: int, parameter: Parameter, value: Any) -> Any:
+    if value is None and parameter.default is not inspect.Parameter.empty:
+        return parameter.default
+    if value is None and parameter.nil_passes:
+        return None
+    return _convert(index, parameter, value, describe(value))
+
+
+def _convert(index: int, parameter: Parameter, value: Any, got: str) -> Any:
+    try:
+        return parameter.convert(value)
+    except TypeError as problem:
+        raise CommandError(f"argument {index} ({parameter.name}) must be {problem}, got {got}") from None
 
 
 def describe(value: Any) -> str:
@@ -176,6 +200,10 @@ def describe(value: Any) -> str:
         return "nil"
     if isinstance(value, list):
         return f"a table of {len(value)}"
+    if isinstance(value, dict):
+        return "a table with names"
+    if callable(value):
+        return "a function"
     if isinstance(value, bytes):
         value = value.decode("utf-8", "replace")
     text = repr(value)

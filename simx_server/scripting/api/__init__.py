@@ -6,16 +6,12 @@ errors. A new function is a new method in the file of its topic; a new topic is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from difflib import get_close_matches
+from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Any
 
 from simx_client.protocol import constants
 
-from ...errors import CommandError
-from ..signature import Signature
 from .base import HANDLE_SELF, ApiPart
 from .buffers import BufferFunctions
 from .collisions import CollisionFunctions
@@ -38,11 +34,12 @@ from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .simulation import SimulationFunctions
+from .threads import ThreadFunctions
 from .topic_constants import TOPIC_CONSTANTS
 from .vision import VisionFunctions
 from .window import WindowFunctions
 
-__all__ = ["HANDLE_SELF", "SimApi", "invoke", "known_constants", "signatures"]
+__all__ = ["HANDLE_SELF", "NAMESPACES", "ApiPart", "SimApi", "known_constants"]
 
 _LATER_CONSTANTS = MappingProxyType(
     {
@@ -114,6 +111,7 @@ class SimApi(
     SignalFunctions,
     SimulationFunctions,
     MessageFunctions,
+    ThreadFunctions,
     BufferFunctions,
     CustomDataFunctions,
     DynamicsFunctions,
@@ -133,15 +131,8 @@ class SimApi(
     """What one script may do to the simulation."""
 
 
-@cache
-def signatures() -> Mapping[str, Signature]:
-    """Every function of `SimApi` with its parameters."""
-    found: dict[str, Signature] = {}
-    for part in SimApi.__mro__:
-        for name, member in vars(part).items() if issubclass(part, ApiPart) else ():
-            if not name.startswith("_") and callable(member):
-                found[name] = Signature.of(member)
-    return MappingProxyType(found)
+NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi})
+"""What scripts find as globals, each a class assembled as `SimApi` is."""
 
 
 @cache
@@ -153,21 +144,3 @@ def known_constants() -> Mapping[str, int]:
         if name.startswith("sim_") and isinstance(value, int)
     }
     return MappingProxyType(found | dict(_LATER_CONSTANTS) | dict(TOPIC_CONSTANTS))
-
-
-def invoke(api: SimApi, name: str, values: list[Any]) -> tuple[Any, ...]:
-    """Call a function by name with a script's plain values; its results as a tuple.
-
-    Raises:
-        CommandError: no such function, arguments of the wrong kind, or what the function raises.
-    """
-    signature = signatures().get(name)
-    if signature is None:
-        near = get_close_matches(name, [*signatures(), *known_constants()], 3)
-        advice = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise CommandError(f"is not provided by this server{advice}")
-    function: Callable[..., Any] = getattr(api, name)
-    result = function(*signature.bind(values))
-    if result is None:
-        return ()
-    return result if isinstance(result, tuple) else (result,)

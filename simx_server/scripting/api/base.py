@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
 
 from simx_client.protocol import constants
 
+from ..interpreter import Constant, Function, ScriptError
+
 if TYPE_CHECKING:
     from ...simulation import Simulation
+    from ..script import Script
 
 HANDLE_SELF = constants.sim_handle_self
 
@@ -16,21 +21,43 @@ class ApiPart:
     """The functions of one topic; public methods are functions of ``sim`` by the same name.
 
     Annotations say what a script may pass, see `scripting/signature.py`. What a method returns is what the script
-    gets: None is nil, a list is a table, a tuple is several results.
+    gets: None is nil, a list or dict is a table, a tuple is several results. A method that must wait is a generator: a
+    yield lets the script's thread rest until the next pass, what it returns are the results (`interpreter.py`).
     """
 
-    def __init__(self, sim: Simulation, owner: int, signal_owner: object) -> None:
-        """`owner`: the object the script belongs to; `signal_owner`: under what its signals are kept."""
+    CONSTANTS: ClassVar[Mapping[str, Constant]] = {}
+    """Constants of the topic by their names in the namespace."""
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
         self._sim = sim
-        self._owner = owner
-        self._signal_owner = signal_owner
+        self._script = script
+
+    @property
+    def _owner(self) -> int:
+        """The object the script belongs to; -1 for a main script."""
+        return self._script.owner
+
+    @property
+    def _signal_owner(self) -> object:
+        """Under what the script's signals are kept."""
+        return self._script.signal_owner
+
+    def _function(self, callback: str | Function) -> Function:
+        """What to call for a call-back that is given as a function, or as the name of one of this script."""
+        if not isinstance(callback, str):
+            return callback
+        interpreter = self._script.interpreter
+        if interpreter is None or not interpreter.has(callback):
+            raise ScriptError(f"the script has no function '{callback}'")
+        return partial(interpreter.call, callback)
 
     def _self(self, handle: int) -> int:
         return self._owner if handle == HANDLE_SELF else handle
 
     def _adjusted(self, name: str) -> str:
         """V-REP's suffix rule: in the script of ``Robot#1`` the plain name ``Wheel`` means ``Wheel#1``."""
-        own = self._sim.scene.get(self._owner).name
+        owner = self._sim.scene.objects.get(self._owner)
+        own = owner.name if owner else ""
         if "#" in name or name.startswith(("/", ".", ":")) or "#" not in own:
             return name
         plain, at, suffix = name.partition("@")

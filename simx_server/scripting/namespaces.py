@@ -1,0 +1,78 @@
+"""One script's view of the server: the objects behind ``sim``, ``simIK`` ... and the way a call finds their methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from functools import cache
+from inspect import isgenerator
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CommandError
+from . import api
+from .interpreter import Constant, Waiting
+from .signature import Signature
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+    from .script import Script
+
+
+@cache
+def signatures(space: str) -> Mapping[str, Signature]:
+    """Every function of a namespace with its parameters."""
+    found: dict[str, Signature] = {}
+    for part in api.NAMESPACES[space].__mro__:
+        for name, member in vars(part).items() if issubclass(part, api.ApiPart) else ():
+            if not name.startswith("_") and callable(member):
+                found.setdefault(name, Signature.of(member))
+    return MappingProxyType(found)
+
+
+@cache
+def constants(space: str) -> Mapping[str, Constant]:
+    """Those of the parts, and for ``sim`` those of the remote API."""
+    found: dict[str, Constant] = dict(api.known_constants()) if space == "sim" else {}
+    for part in reversed(api.NAMESPACES[space].__mro__):
+        found.update(vars(part).get("CONSTANTS", {}))
+    return MappingProxyType(found)
+
+
+class Namespaces:
+    """The namespaces of one script."""
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        self._spaces = {space: kind(sim, script) for space, kind in api.NAMESPACES.items()}
+
+    @staticmethod
+    def names() -> Mapping[str, Mapping[str, Constant | None]]:
+        """Per namespace its constants, and every function's name with None."""
+        return {space: {**constants(space), **dict.fromkeys(signatures(space))} for space in api.NAMESPACES}
+
+    def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting:
+        """Call a function with a script's plain values; its results as a tuple, or a generator that returns them.
+
+        Raises CommandError: no such function, arguments of the wrong kind, or what the function raises.
+        """
+        space, _, name = full_name.partition(".")
+        known = signatures(space)
+        signature = known.get(name)
+        if signature is None:
+            near = get_close_matches(name, [*known, *constants(space)], 3)
+            advice = f"; did you mean {' or '.join(near)}?" if near else ""
+            raise CommandError(f"is not provided by this server{advice}")
+        function: Callable[..., Any] = getattr(self._spaces[space], name)
+        result = function(*signature.bind(values))
+        return _waiting(result) if isgenerator(result) else _as_tuple(result)
+
+
+def _waiting(steps: Any) -> Waiting:
+    result = yield from steps
+    return _as_tuple(result)
+
+
+def _as_tuple(result: Any) -> tuple[Any, ...]:
+    if result is None:
+        return ()
+    return result if isinstance(result, tuple) else (result,)

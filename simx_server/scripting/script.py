@@ -1,0 +1,149 @@
+"""One embedded script: where its text is, which kind it is, and its interpreter while it lives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol import constants
+
+from ..errors import CommandError
+from ..library import MODELS
+from .interpreter import Constant, Interpreter, ScriptError, Switching, Waiting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..simulation import Simulation
+    from .namespaces import Namespaces
+
+PYTHON = "python"
+LUA = "lua"
+
+
+class ScriptKind(IntEnum):
+    """The values are V-REP's script types."""
+
+    MAIN = constants.sim_scripttype_mainscript
+    CHILD = constants.sim_scripttype_childscript
+    CUSTOMIZATION = constants.sim_scripttype_customizationscript
+
+    @property
+    def text(self) -> str:
+        """In words, as used in messages."""
+        return f"{self.name.lower()} script"
+
+
+@dataclass(slots=True, eq=False)
+class Script:
+    """One script of the scene."""
+
+    handle: int
+    kind: ScriptKind
+    owner: int
+    """Handle of its object; -1 for a main script."""
+
+    file: str
+    """As the annotation says it, relative to the scene's folder; for a text within the scene what messages call it."""
+
+    text: str | None = None
+    """Its text, when that is within the scene."""
+
+    folder: Path | None = None
+    """Where the file is, for the script of a model that was loaded into the scene; None: the scene's folder."""
+
+    language: str = LUA
+    threaded: bool = False
+    """An old body without functions that is one thread."""
+
+    switching: Switching = field(default_factory=Switching)
+    interpreter: Interpreter | None = None
+    """None while it does not live: a child script while the simulation is stopped, any after an error."""
+
+    has_thread: bool = False
+    """Its thread is alive."""
+
+    problem: str = ""
+    """Why it was stopped, when an error did that."""
+
+    @property
+    def signal_owner(self) -> object:
+        """Under what its signals are kept."""
+        return ("script", self.handle)
+
+    def has(self, function: str) -> bool:
+        """Whether it lives and has this function."""
+        return self.interpreter is not None and self.interpreter.has(function)
+
+    def path(self, sim: Simulation) -> Path:
+        """Its file, which must lie in the scene's folder or that folder's models. Raises ScriptError."""
+        return find_file(sim, self.folder, self.file)
+
+    def source(self, sim: Simulation) -> bytes:
+        """Its text. Raises ScriptError."""
+        if self.text is not None:
+            return self.text.encode("utf-8", "surrogateescape")
+        try:
+            return self.path(sim).read_bytes()
+        except OSError as problem:
+            raise ScriptError(f"{self.file} cannot be read: {problem.strerror}") from problem
+
+    def close(self) -> None:
+        """Free its interpreter."""
+        self.has_thread = False
+        interpreter, self.interpreter = self.interpreter, None
+        if interpreter is not None:
+            interpreter.close()
+
+
+def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
+    """A file beside the scene (or in `folder`), or in the ``models/`` there; nothing outside. Raises ScriptError."""
+    scene = sim.scene.path
+    if folder is None:
+        if scene is None:
+            raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
+        folder = scene.resolve().parent
+    # A model's file names its script as it lies beside it, also when a scene includes that file.
+    for path in ((folder / name).resolve(), (folder / MODELS / name).resolve()):
+        if not path.is_relative_to(folder):
+            raise ScriptError(f"{name} is outside the scene's folder {folder}; put it there")
+        if path.is_file():
+            return path
+    raise ScriptError(f"{name} is not in the scene's folder {folder}, nor in its {MODELS}/")
+
+
+class ScriptSide:
+    """What a script's interpreter sees of the server; see `interpreter.Api`."""
+
+    def __init__(
+        self, sim: Simulation, script: Script, spaces: Namespaces, serve_others: Callable[[], None]
+    ) -> None:
+        self._sim = sim
+        self._script = script
+        self._spaces = spaces
+        self.switching = script.switching
+        self.serve_others = serve_others
+
+    def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
+        return self._spaces.names()
+
+    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+        return self._spaces.invoke(name, arguments)
+
+    def module(self, name: str) -> bytes | None:
+        suffix = ".py" if self._script.language == PYTHON else ".lua"
+        relative = name.removesuffix(suffix).replace(".", "/") + suffix
+        try:
+            return find_file(self._sim, self._script.folder, relative).read_bytes()
+        except ScriptError as problem:
+            if "outside" in str(problem):
+                raise
+            return None
+        except OSError as problem:
+            raise CommandError(f"{relative} cannot be read: {problem.strerror}") from problem
+
+    def output(self, text: str) -> None:
+        self._sim.status_bar.add(text)

@@ -1,0 +1,79 @@
+"""Who is meant by simxCallScriptFunction: a script by its type and object, by its handle, or an add-on by its name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from ..errors import CommandError, UnknownName
+from .interpreter import ScriptError
+from .script import Script, ScriptKind
+
+if TYPE_CHECKING:
+    from ..scene.objects import Scene
+    from .scripts import Scripts
+
+THREADED = 0xF0
+"""Added to the type of an old threaded script, which counts as the plain one."""
+
+ADD_ON = 2
+"""Type of an add-on, which the constants of the remote API lack."""
+
+SANDBOX = 8
+
+_HIGHEST_TYPE = 0xFF
+
+
+class AddOn(Protocol):
+    """Functions of the server itself that a client calls as it would those of an add-on's script."""
+
+    def call(
+        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
+    ) -> tuple[list[int], list[float], list[str], bytes]: ...
+
+
+def split_target(function: str, description: str) -> tuple[str, str]:
+    """The function's own name and the name of the target, which is the description or what follows an ``@``."""
+    function, _, name = (f"{function}@{description}" if description else function).partition("@")
+    return function, name
+
+
+def find_target(scripts: Scripts, scene: Scene, options: int, name: str) -> Script | AddOn:
+    """The script or add-on for a script type or handle, and the name that goes with a type.
+
+    Raises CommandError, which lists the scripts that there are.
+    """
+    if options > _HIGHEST_TYPE:
+        script = scripts.get(options)
+        if script is None:
+            raise _missing(scripts, f"script with handle {options}", "")
+        return script
+    plain = options & ~THREADED if options >= 0 else options
+    if plain == ADD_ON:
+        if name in scripts.add_ons:
+            return scripts.add_ons[name]
+        known = ", ".join(scripts.add_ons) or "none"
+        raise CommandError(f"there is no add-on of '{name}'; add-ons of this server: {known}")
+    if plain not in tuple(ScriptKind):
+        what = "sandbox script" if plain == SANDBOX else f"script with type {options}"
+        raise _missing(scripts, what, "")
+    kind = ScriptKind(plain)
+    if kind == ScriptKind.MAIN:
+        script = scripts.of(-1, kind)
+        name = ""
+    else:
+        script = scripts.of(_owner(scripts, scene, name), kind) if name else None
+    if script is None:
+        raise _missing(scripts, kind.text, name)
+    return script
+
+
+def _owner(scripts: Scripts, scene: Scene, name: str) -> int:
+    try:
+        return scene.resolve(name)
+    except UnknownName as problem:
+        raise ScriptError(f"{problem}; scripts of this scene: {scripts.list_scripts()}") from None
+
+
+def _missing(scripts: Scripts, what: str, name: str) -> CommandError:
+    of = f" of '{name}'" if name else ""
+    return ScriptError(f"there is no {what}{of}; scripts of this scene: {scripts.list_scripts()}")
