@@ -22,11 +22,17 @@ SCENE = """
       <camera name="flat" resolution="4 2" projection="orthographic" fovy="3"/>
       <camera name="asked" resolution="4 2"/>
       <camera name="fed" resolution="4 2"/>
+      <camera name="over_floor" resolution="4 2"/>
+      <camera name="over_line" resolution="4 2"/>
+      <camera name="over_grey" resolution="4 2"/>
     </body>
   </worldbody>
   <custom>
     <text name="simx:vision:asked" data="explicit=yes"/>
     <text name="simx:vision:fed" data="external=yes"/>
+    <text name="simx:vision:over_floor" data="detect_above=0.5"/>
+    <text name="simx:vision:over_line" data="detect_below=0.5"/>
+    <text name="simx:vision:over_grey" data="detect_above=0.3 detect_below=0.7"/>
   </custom>
 </mujoco>
 """
@@ -188,3 +194,19 @@ def test_switched_off_handling_shows_the_background(world: World) -> None:
     world.sim.vision.handle(world.handle("asked"))
     with pytest.raises(CommandError, match="not been handled"):
         packet(world, "asked")
+
+
+@pytest.mark.parametrize(
+    ("grey", "detected"),
+    [(20, [False, True, False]), (140, [True, False, True]), (230, [True, False, False])],
+)
+def test_sensor_detects_by_the_mean_intensity_of_its_picture(
+    world: World, grey: int, detected: list[bool]
+) -> None:
+    found = []
+    for name in ("over_floor", "over_line", "over_grey"):
+        draw(world, name, bytes([grey] * 24))
+        state, packets = world.call("simxReadVisionSensor", world.handle(name))
+        assert packets[0][10] == pytest.approx(grey / 255)
+        found.append(state)
+    assert found == detected

@@ -127,6 +127,8 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "external": _switch,
         "detect_above": _share,
         "detect_below": _share,
+        "detect_above": _share,
+        "detect_below": _share,
     },
     "camera": {"view": _switch},
     "proximity": {

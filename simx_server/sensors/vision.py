@@ -61,6 +61,9 @@ class VisionSettings:
     explicit: bool
     external: bool = False
     """Nothing is rendered: the picture is what was set, until something else is."""
+    detect_above: float | None = None
+    detect_below: float | None = None
+    """The picture's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
     picture: Future[Picture] | None = field(default=None)
     """A picture that was handled explicitly; None: the scene is rendered."""
     drawn: NDArray[np.uint8] | None = None
@@ -145,9 +148,10 @@ class VisionSensors:
         return then(self._picture(handle, depth=True), convert)
 
     def read(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
-        """(False, [15 numbers]): least, greatest and mean of intensity, red, green, blue and depth.
+        """Whether it detects, and [15 numbers]: least, greatest and mean of intensity, red, green, blue and depth.
 
-        Colours are bytes / 255 and their means whole bytes before that, as in V-REP. Nothing here can trigger.
+        Colours are bytes / 255 and their means whole bytes before that, as in V-REP. What a sensor detects is set by
+        `simx:vision` annotations (`detect_above`, `detect_below`), which stand for V-REP's image filters.
 
         Raises:
             CommandError: no pass was made yet, handling is switched off, or the sensor is handled explicitly or takes
@@ -168,7 +172,8 @@ class VisionSensors:
 
         def convert(made: Picture) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else Picture(drawn, made.depth)
-            return False, [statistics(seen, shows_depth)]
+            numbers = statistics(seen, shows_depth)
+            return _detects(settings, numbers[_MEAN_INTENSITY]), [numbers]
 
         return then(picture, convert)
 
@@ -297,6 +302,20 @@ def statistics(picture: Picture, shows_depth: bool) -> list[float]:
     return found
 
 
+_MEAN_INTENSITY = 10
+"""Which of the 15 numbers it is."""
+
+
+def _detects(settings: VisionSettings, intensity: float) -> bool:
+    """Every limit that is set must be kept."""
+    above, below = settings.detect_above, settings.detect_below
+    return (
+        (above is not None or below is not None)
+        and (above is None or intensity > above)
+        and (below is None or intensity < below)
+    )
+
+
 def _mean(values: np.ndarray) -> float:
     """In double precision: a large picture's sum would lose digits in single."""
     return float(values.mean(dtype=np.float64))
@@ -344,4 +363,10 @@ def _from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
         shows_depth=wants_depth and not wants_rgb,
         explicit=bool(note.get("explicit", False)),
         external=bool(note.get("external", False)),
+        detect_above=_limit(note, "detect_above"),
+        detect_below=_limit(note, "detect_below"),
     )
+
+
+def _limit(note: Annotation, key: str) -> float | None:
+    return float(note[key]) if key in note else None
