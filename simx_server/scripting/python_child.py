@@ -20,6 +20,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
+import python_confine
 import python_guard
 from python_wire import HEADER, Packer, Unpacker
 
@@ -275,7 +276,7 @@ def main() -> None:
     os.dup2(2, 1)
     # The server reads standard error only when this process has ended: a full pipe must not stop the script.
     os.set_blocking(2, False)
-    end_with_the_server()
+    end_with(int(sys.argv.pop()))
     faulthandler.register(signal.SIGUSR1, all_threads=True)
     _, name, namespaces, folder = link.receive()
     random.seed(1)
@@ -289,18 +290,24 @@ def main() -> None:
     builtins.__dict__.pop("exit", None)
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
+    missing = python_confine.confine(folders)
+    for module in [key for key in sys.modules if "ctypes" in key]:
+        del sys.modules[module]
     python_guard.refuse(folders)
+    link.send("ready", missing)
     while True:
         script.serve()
 
 
-def end_with_the_server() -> None:
-    """Be killed when the server's end of standard error closes, whatever the script is doing then."""
+def end_with(lifeline: int) -> None:
+    """Be killed when the other end of this pipe closes, whatever the script is doing then."""
     import fcntl
 
-    fcntl.fcntl(2, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(2, fcntl.F_SETSIG, signal.SIGKILL)
-    fcntl.fcntl(2, fcntl.F_SETFL, fcntl.fcntl(2, fcntl.F_GETFL) | os.O_ASYNC)
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
+    if os.getppid() == 1:  # the server ended before
+        os._exit(0)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,13 @@ Three walls, each for what the others let through:
 * an audit hook: clear errors at once for files, processes, sockets, signals, threads, ctypes. It is Python code in the
   script's own process, so someone who means harm can find and disable it;
 * limits of the kernel: memory, no file grows, no processes and threads (the last not for root), no core file;
-* the kernel's Landlock (which files can be opened) and seccomp (no sockets, processes, signals to others, changes of
-  the file tree, tracing). They hold against native code too, as far as the kernel itself does.
+* Landlock and seccomp, see `python_confine.py`: which files can be opened; no sockets, processes, threads, signals to
+  others, changes of the file tree, tracing. They hold against native code too, as far as the kernel itself does.
 
-A kernel without Landlock or seccomp leaves the first two walls: good against mistakes and careless scripts, not against an
-author of native code. What none of them prevents: reading Python's library and the installed packages, using up the
-processor time that a call may take, measuring time.
+A kernel without Landlock (before 5.13, or switched off) or seccomp leaves the first two walls: good against mistakes
+and careless scripts, not against a hostile author; the server's log says so. What none of them prevents: reading
+Python's and the system's libraries and the installed packages, asking whether a file exists and how large it is, using up the
+processor time that a call may take, and sending the server any call that the script may make anyhow.
 """
 
 from __future__ import annotations

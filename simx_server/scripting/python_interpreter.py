@@ -66,6 +66,7 @@ class PythonInterpreter:
         """The thread's function while it has not begun."""
         self._held: list[Any] | Waiting | None = None
         """What the waiting thread will be answered: its results, or what is not over yet."""
+        self._held_call = ""
         self._process = PythonProcess(
             name, Packer(self._number_of), Unpacker(self._function_of), api.serve_others, time_limit
         )
@@ -117,7 +118,7 @@ class PythonInterpreter:
             self._ask("call", function, [], in_thread=True)
         elif self._held is not None:
             held, self._held = self._held, None
-            answer = self._advance("sim", held) if isinstance(held, Generator) else held
+            answer = self._advance(self._held_call, held) if isinstance(held, Generator) else held
             if answer is not None:
                 self._ask(*answer, in_thread=True)
         return self._held is not None
@@ -154,6 +155,14 @@ class PythonInterpreter:
                     if answer is None:
                         return []
                     self._process.send(*answer)
+                case "ready", [list(missing)]:
+                    if missing:
+                        logger.warning(
+                            "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
+                            "scripts whose author you trust",
+                            self.name,
+                            " and ".join(map(str, missing)),
+                        )
                 case "print", [str(text)]:
                     self._api.output(text.encode("utf-8", "replace").decode())
                 case "module", [str(name)]:
@@ -199,7 +208,7 @@ class PythonInterpreter:
             return ["ok", [_to_script(value) for value in end.value or ()]]
         except Exception as problem:
             return self._refusal(name, problem)
-        self._held = waiting
+        self._held, self._held_call = waiting, name
         return None
 
     def _refusal(self, name: str, problem: Exception) -> list[Any]:

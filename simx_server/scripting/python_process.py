@@ -2,9 +2,10 @@
 
 Nothing that comes from it is believed: what is not a message ends the process with an error, and so does its own end.
 
-**Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not shorten,
-and four times that by the wall clock, for what waits instead of computing. Python cannot be interrupted for certain
-(``except:`` and C code stop nothing), so a late process is killed; just before, it says by a signal where it is.
+**Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not
+shorten, and four times that by the wall clock, for what waits instead of computing. Python cannot be interrupted for
+certain (``except:`` swallows an exception, native code sees none), so a late process is killed; just before, it is
+asked by a signal where it is.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ _CHUNK = 1 << 16
 
 _LAST_WORDS = 0.1
 """Seconds that a late process has to say where it is."""
+
+_OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
 _CHILD = Path(__file__).with_name("python_child.py")
 
@@ -71,8 +74,10 @@ class PythonProcess:
         self._serve_others = serve_others
         self._time_limit = time_limit
         self._buffer = bytearray()
+        # The script's process is killed by the kernel when the other end of this closes, so with the server.
+        lifeline, self._lifeline = os.pipe()
         self._child = subprocess.Popen(
-            [sys.executable, "-s", "-B", str(_CHILD)],
+            [sys.executable, "-s", "-B", str(_CHILD), str(lifeline)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -80,8 +85,12 @@ class PythonProcess:
             cwd="/",
             env=_ENVIRONMENT,
             start_new_session=True,
+            pass_fds=(lifeline,),
         )
-        assert self._child.stdin and self._child.stdout and self._child.stderr
+        os.close(lifeline)
+        assert self._child.stdin is not None
+        assert self._child.stdout is not None
+        assert self._child.stderr is not None
         self._in, self._out = self._child.stdin.fileno(), self._child.stdout.fileno()
         self._errors = self._child.stderr.fileno()
         os.set_blocking(self._in, False)
@@ -90,7 +99,7 @@ class PythonProcess:
         self._writable.register(self._in, select.POLLOUT)
         # The processor time of another process by its number: what clock_getcpuclockid gives on Linux.
         self._clock = (~self._child.pid << 3) | 2
-        self._look_at = self._wall_end = self._processor_end = self._next_service = 0.0
+        self._wall_end = self._processor_end = self._look_at = self._next_service = 0.0
 
     def begin(self) -> None:
         """A request starts: its time runs from now."""
@@ -124,8 +133,8 @@ class PythonProcess:
                 self._buffer += data
         except WireError as problem:
             raise self.kill(f"{self.name}: its process sent {problem}") from problem
-        if time.monotonic() > self._look_at:
-            self._check_time()
+        if time.monotonic() > self._next_service:
+            self._be_patient()
         return message
 
     def close(self) -> None:
@@ -133,6 +142,9 @@ class PythonProcess:
         if self._child.returncode is None:
             self._child.kill()
             self._child.wait()
+        if self._lifeline >= 0:
+            os.close(self._lifeline)
+            self._lifeline = -1
         for pipe in (self._child.stdin, self._child.stdout, self._child.stderr):
             if pipe:
                 pipe.close()
@@ -156,24 +168,24 @@ class PythonProcess:
         return self._unpacker.unpack(body, text)
 
     def _wait(self, ready: select.poll) -> None:
-        while not ready.poll(max(1.0, 1000 * (self._next_service - time.monotonic()))):
-            now = time.monotonic()
-            if now >= self._next_service:
-                self._serve_others()
-                spent = time.monotonic() - now
-                self._look_at += spent
-                self._wall_end += spent
-                self._next_service = time.monotonic() + PATIENCE
-            if now > self._look_at:
-                self._check_time()
+        while not ready.poll(max(0.0, 1000 * (self._next_service - time.monotonic()))):
+            self._be_patient()
 
-    def _check_time(self) -> None:
+    def _be_patient(self) -> None:
+        """The request has been running for a while: serve others, at no cost to the script, and look at the time."""
+        before = time.monotonic()
+        self._serve_others()
         now = time.monotonic()
+        self._wall_end += now - before
+        self._look_at += now - before
+        self._next_service = now + PATIENCE
+        if now < self._look_at:
+            return
         left = self._processor_end - self._processor_time()
         if left < 0 or now > self._wall_end:
             place = self._place() or self.name
             raise self.kill(f"{place}: took too long and was stopped (an endless loop?)")
-        self._look_at = min(now + max(left, PATIENCE), self._wall_end)
+        self._look_at = min(now + left, self._wall_end)
 
     def _processor_time(self) -> float:
         try:
@@ -191,7 +203,7 @@ class PythonProcess:
         ready.register(self._errors, select.POLLIN)
         text = ""
         end = time.monotonic() + _LAST_WORDS
-        while "python_child.py" not in text and ready.poll(max(0.0, 1000 * (end - time.monotonic()))):
+        while not _OUTERMOST.search(text) and ready.poll(max(0.0, 1000 * (end - time.monotonic()))):
             data = os.read(self._errors, _CHUNK)
             if not data:
                 break
