@@ -10,8 +10,8 @@ Three walls, each for what the others let through:
 
 A kernel without Landlock (before 5.13, or switched off) or seccomp leaves the first two walls: good against mistakes
 and careless scripts, not against a hostile author; the server's log says so. What none of them prevents: reading
-Python's and the system's libraries and the installed packages, asking whether a file exists and how large it is, using up the
-processor time that a call may take, and sending the server any call that the script may make anyhow.
+Python's and the system's libraries and the installed packages, asking whether a file exists and how large it is, using
+up the processor time that a call may take, and sending the server any call that the script may make anyhow.
 """
 
 from __future__ import annotations
