@@ -11,7 +11,6 @@ import builtins
 import faulthandler
 import importlib.abc
 import importlib.util
-import io
 import os
 import random
 import signal
@@ -22,10 +21,7 @@ from typing import Any, NoReturn
 
 import python_confine
 import python_guard
-from python_wire import HEADER, Packer, Unpacker
-
-_LINE = 1 << 16
-"""Characters of printed text without a line end that are kept together."""
+from python_link import Link, Output
 
 
 class ApiError(RuntimeError):
@@ -34,78 +30,6 @@ class ApiError(RuntimeError):
 
 class Abandoned(BaseException):
     """The script's thread is replaced by another one: what it was doing ends here."""
-
-
-class Link:
-    """The two pipes to the server."""
-
-    def __init__(self, reading: int, writing: int) -> None:
-        self._reading, self._writing = reading, writing
-        self._functions: list[Callable[..., Any]] = []
-        self._numbers: dict[int, int] = {}
-        self._packer = Packer(self._number_of)
-        self._unpacker = Unpacker(self.function)
-
-    def function(self, number: int) -> Callable[..., Any]:
-        return self._functions[number]
-
-    def _number_of(self, value: Any) -> int:
-        """Functions that were handed out stay alive: their `id` is theirs for good."""
-        if not callable(value):
-            raise TypeError(f"a {type(value).__name__} cannot leave the script")
-        number = self._numbers.get(id(value))
-        if number is None:
-            number = self._numbers[id(value)] = len(self._functions)
-            self._functions.append(value)
-        return number
-
-    def send(self, *message: Any) -> None:
-        rest = memoryview(self._packer.pack(list(message)))
-        while rest:
-            rest = rest[os.write(self._writing, rest) :]
-
-    def receive(self) -> list[Any]:
-        text, blobs = self._unpacker.lengths(self._read(HEADER.size))
-        return self._unpacker.unpack(self._read(text + blobs), text)
-
-    def _read(self, length: int) -> bytes:
-        data = os.read(self._reading, length)
-        if len(data) < length:
-            parts = [data]
-            missing = length - len(data)
-            while missing:
-                data = os.read(self._reading, min(missing, 1 << 20))
-                if not data:
-                    os._exit(0)  # the server is gone
-                parts.append(data)
-                missing -= len(data)
-            data = b"".join(parts)
-        return data
-
-
-class Output(io.TextIOBase):
-    """What the script prints, sent by whole lines."""
-
-    def __init__(self, link: Link) -> None:
-        self._link = link
-        self._pending = ""
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, text: str) -> int:
-        *lines, self._pending = (self._pending + text).split("\n")
-        for line in lines:
-            self._link.send("print", line)
-        if len(self._pending) > _LINE:
-            self.finish()
-        return len(text)
-
-    def finish(self) -> None:
-        """Send what has no line end yet."""
-        if self._pending:
-            text, self._pending = self._pending, ""
-            self._link.send("print", text)
 
 
 class Namespace(types.ModuleType):
@@ -150,7 +74,8 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         self._globals = module.__dict__
         sys.modules["__main__"] = module
         sys.stdout = sys.stderr = self._output
-        self._globals.update(__file__=name, self=types.SimpleNamespace(), require=importlib.import_module)
+        self._globals.update(__file__=name, self=types.SimpleNamespace())
+        builtins.__dict__["require"] = importlib.import_module
         for key, known in namespaces.items():
             sys.modules[key] = self._globals[key] = Namespace(key, known, self._invoke)
         sys.meta_path.append(self)

@@ -32,6 +32,9 @@ logger = logging.getLogger(__name__)
 _GIVES_BYTES = re.compile(r"\.pack|\.transform(Image|Buffer)|Buffer|Img|Image|Data(Block)?$|saveImage|base64")
 """Functions whose results are bytes even when these could be text."""
 
+_LONGEST_TEXT = 1 << 16
+"""Characters of one line that a script prints, and of an error."""
+
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
@@ -85,12 +88,13 @@ class PythonInterpreter:
         self._ask("run", source)
 
     def has(self, function: str) -> bool:
-        """Whether a function of this name exists; dots reach into objects, modules and dicts."""
-        if self._process.ended:
-            return False
-        if "." not in function and not self._depth:
+        """Whether a function of this name exists; dots reach into objects, modules and dicts.
+
+        What existed when the process ended still counts: its next call says why there is none any more.
+        """
+        if self._process.ended or ("." not in function and not self._depth):
             return function in self._names
-        return bool(self._ask("has", function)[0])
+        return self._ask("has", function) == [True]
 
     def call(self, function: str, *arguments: Any) -> list[Any]:
         """Call a function with plain values; its results. Raises ScriptError."""
@@ -164,7 +168,7 @@ class PythonInterpreter:
                             " and ".join(map(str, missing)),
                         )
                 case "print", [str(text)]:
-                    self._api.output(text.encode("utf-8", "replace").decode())
+                    self._api.output(_clean(text))
                 case "module", [str(name)]:
                     self._process.send(*self._module(name))
                 case "done", [list(results), names]:
@@ -172,7 +176,7 @@ class PythonInterpreter:
                     return [self._from_script(value) for value in results]
                 case "failed", [str(text), names]:
                     self._learn(names)
-                    raise ScriptError(text)
+                    raise ScriptError(_clean(text))
                 case _:
                     raise self._process.kill(f"{self.name}: its process sent an unknown message")
 
@@ -247,6 +251,11 @@ class PythonInterpreter:
                 for key, item in value.items()
             }
         return value
+
+
+def _clean(text: str) -> str:
+    """What a log can hold, whatever the process sent."""
+    return text[:_LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
 def _encoded(text: str) -> bytes:

@@ -64,8 +64,14 @@ def _marked(value: Any, depth: int) -> Any:
             raise ValueError("a list that is nested too deeply cannot travel")
         return [_marked(item, depth - 1) if isinstance(item, (list, tuple, dict)) else item for item in value]
     if isinstance(value, dict):
-        return {"d": [[key, _marked(item, depth - 1)] for key, item in value.items()]}
+        return {"d": [[_key(key), _marked(item, depth - 1)] for key, item in value.items()]}
     return value
+
+
+def _key(key: Any) -> Any:
+    if isinstance(key, (str, int, float)) or hasattr(key, "tolist"):
+        return key
+    raise TypeError(f"a dict with a {type(key).__name__} as a key cannot travel")
 
 
 class Unpacker:
