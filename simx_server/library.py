@@ -63,9 +63,14 @@ def find_scene(text: str | Path, folder: Path | None = None, *, meshes: bool = F
         ]
     else:
         candidates = _with_suffixes(given.with_name(stem), suffixes)
-        candidates += _with_suffixes(scenes / stem, suffixes)
+        # A shipped robot has a scene of its own, often of the same name: of the two, the file's suffix says which.
         folders = (models, scenes) if given.name.lower().endswith(MODEL_SUFFIX) else (scenes, models)
-        candidates += [path for folder in folders for path in _with_suffixes(folder / plain(stem), suffixes)]
+        candidates += [
+            path
+            for folder in folders
+            for name in (stem, plain(stem))
+            for path in _with_suffixes(folder / name, suffixes)
+        ]
     for candidate in candidates:
         if candidate.is_file():
             if stem is not None:
