@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from .applied_forces import AppliedForces
 from .custom_data import CustomData
+from .kinematics import IkGroups
 from .object_settings import ObjectSettings
 from .parameters import Parameters
 from .scene.collection import Collections
@@ -51,6 +52,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)
     sim.scripts = Scripts(sim)
+    sim.ik_groups = IkGroups(sim)  # after the scripts, whose actuation moves the targets
     UnresetModels(sim)
     sim.user_interface = UserInterface(sim)
     sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)

@@ -25,6 +25,7 @@ from simx_server.velocities import Velocities
 if TYPE_CHECKING:
     from simx_server.applied_forces import AppliedForces
     from simx_server.custom_data import CustomData
+    from simx_server.kinematics import IkGroups
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
     from simx_server.scene.collection import Collections
@@ -67,6 +68,7 @@ class Simulation:
     object_settings: ObjectSettings
     parameters: Parameters
     scripts: Scripts
+    ik_groups: IkGroups
     collections: Collections
     instants: Instants
     meters: Meters

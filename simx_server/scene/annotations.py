@@ -97,6 +97,15 @@ def _one_of(*words: str) -> Callable[[str], str]:
     return check
 
 
+def _some_of(*words: str) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if not text or not set(text.split(",")) <= set(words):
+            raise ValueError("some of " + ", ".join(words) + " with commas between them")
+        return text
+
+    return check
+
+
 GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "joint": {
         "mode": _one_of("force", "passive", "ik", "dependent", "motion"),
@@ -170,15 +179,24 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "distance": {"entity1": str, "entity2": str, "explicit": _switch},
     "script": {"file": str, "type": _one_of(*SCRIPT_TYPES), "threaded": _switch},
     **{kind: {} for kind in TEXT_KINDS},
+    "ik": {
+        "tip": str,
+        "target": str,
+        "base": str,
+        "constraints": _some_of("pose", "position", "orientation", "x", "y", "z", "alpha_beta", "gamma"),
+        "damping": _not_negative,
+        "iterations": _count,
+        "handling": _one_of("auto", "explicit"),
+    },
     "model": {"base": _switch},
     "ui": {"file": str},
 }
 
 
-REGISTERED = ("collection", "collision", "distance", "ui")
+REGISTERED = ("collection", "collision", "distance", "ik", "ui")
 """Kinds whose NAME is not that of an object but a name of its own."""
 
-MEASURED = ("collection", "collision", "distance")
+MEASURED = ("collection", "collision", "distance", "ik")
 """Those of them that a model brings along."""
 
 _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -295,6 +313,10 @@ def _check_names(annotations: Annotations, objects: Collection[str]) -> None:
                 _must_name(f"{kind}:{name}", key, str(note.get(key, "all")), entities, "object or collection")
             if note.get("entity1", "all") == "all":
                 raise SceneError(f"text '{PREFIX}{kind}:{name}' needs entity1=, an object or collection")
+    for name, note in annotations.registered.get("ik", {}).items():
+        for key in ("tip", "target", "base"):
+            if key != "base" or key in note:
+                _must_name(f"ik:{name}", key, str(note.get(key, "")), objects, "object")
     for name, by_kind in annotations.objects.items():
         word = str(by_kind.get("proximity", {}).get("entity", "all"))
         _must_name(f"proximity:{name}", "entity", word, entities, "object or collection")

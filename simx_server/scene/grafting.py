@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _REFERENCES = ("parent", "master", "entity")
 """Keys of annotations that name another object."""
 
-_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2"}
+_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "tip", "target", "base"}
 """Those of what is registered."""
 
 Element = tuple[str, str]
@@ -43,7 +43,7 @@ class Graft:
     annotations: Mapping[str, dict[str, Annotation]]
     """By these names."""
     registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
-    """Collections, collision and distance objects it brings: per kind, by name."""
+    """Collections, collision and distance objects and IK groups it brings: per kind, by name."""
     copies: bool = False
     """Whether each element is named as one of the scene, whose state it takes over."""
     moved: Collection[Element] = ()
@@ -104,7 +104,7 @@ def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
     taken = {item.name for item in sim.scene.objects.values()}
     if addition.registered:
-        meters = sim.meters.collisions, sim.meters.distances
+        meters = sim.meters.collisions, sim.meters.distances, sim.ik_groups
         taken |= {name for each in (sim.collections, *meters) for name in each.names()}
     return copy_names(wanted, taken)
 

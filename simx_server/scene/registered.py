@@ -1,4 +1,4 @@
-"""What `<custom>` registers under names of its own (collections, collision and distance objects), by handle.
+"""What `<custom>` registers under names of its own (collections, collision, distance, IK groups), by handle.
 
 The scene's annotations say what is there: an edit hands them on, loading a model adds to them, and the stop brings the
 old ones back. An entry lives as long as its annotation is among them and the objects it is made of are there.
@@ -90,7 +90,7 @@ def concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str,
     """What is registered of objects with these names, per kind and name: what copies of them bring along.
 
     As in V-REP: of a collection what is left when all else is taken out of it, if anything is; a collision or distance
-    object when both its entities are copied, or one that is held against all others.
+    object when both its entities are copied, or one that is held against all others. An IK group when all it names is.
     """
     present = sim.scene.annotations.registered
     found: dict[str, dict[str, Annotation]] = {"collection": {}, "collision": {}, "distance": {}}
@@ -106,4 +106,9 @@ def concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str,
             note = present[kind][name]
             if note["entity1"] in entities and note.get("entity2", "all") in {*entities, "all"}:
                 found[kind][name] = note
+    found["ik"] = {
+        name: present["ik"][name]
+        for name in sim.ik_groups.names()
+        if all(present["ik"][name].get(key) in {*objects, None} for key in ("tip", "target", "base"))
+    }
     return {kind: notes for kind, notes in found.items() if notes}

@@ -1,0 +1,189 @@
+"""The joints between a base and a tip, and what part of the tip's pose they are to bring about."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import CommandError
+from ..scene.joint_chain import body_pose
+from ..scene.objects import ObjectKind, SceneObject
+from ..scene.placing import carrier_body, object_pose
+from ..scene.poses import Pose, compose, inverse
+from .scratch import Array
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+
+_SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+
+
+class Constraint(IntFlag):
+    """What of a pose is asked for; the numbers are the legacy `sim_ik_*_constraint`."""
+
+    X = 1
+    Y = 2
+    Z = 4
+    ALPHA_BETA = 8
+    """The direction of the tip's z axis."""
+    GAMMA = 16
+    """The turn about it; only together with ALPHA_BETA."""
+    POSITION = 7
+    ORIENTATION = 24
+    POSE = 31
+
+
+@dataclass(frozen=True)
+class Element:
+    """A tip that shall come to a target; handles of objects."""
+
+    tip: int
+    target: int
+    base: int = -1
+    """What does not move: the joints above it are left alone. -1: the world."""
+    constraints: Constraint = Constraint.POSE
+    precision: tuple[float, float] = (0.0005, math.radians(0.1))
+    """Metres and radians that count as reached; V-REP's start values."""
+    weights: tuple[float, float] = (1.0, 1.0)
+    """Of position and orientation."""
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The joints that may be used, those nearest to the base first."""
+
+    handles: tuple[int, ...]
+    addresses: NDArray[np.intp]
+    """(n,) in qpos."""
+    dofs: NDArray[np.intp]
+    """(n,) in qvel."""
+    low: Array
+    high: Array
+    """(n,) rad or m; infinite where there is no limit."""
+    max_step: Array
+    """(n,) the most that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
+
+    def clip(self, values: Array) -> Array:
+        return np.clip(values, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One element on one model."""
+
+    element: Element
+    body: int
+    """MuJoCo id of the body the tip is fixed to."""
+    tip: Pose
+    """In that body's frame."""
+    used: NDArray[np.bool_]
+    """(n,) which of the joints lie between its base and its tip."""
+    base_body: int
+    base: Pose
+    """In that body's frame: the axes for single coordinates."""
+
+
+def make_arms(
+    sim: Simulation, elements: Sequence[Element], is_usable: Callable[[int], bool]
+) -> tuple[Joints, list[Arm]]:
+    """What solving needs to know of the model. `is_usable` says of a joint's handle whether it takes part.
+
+    Raises UnknownHandle; CommandError: the base is not above the tip, no joint between them takes part.
+    """
+    sim.refresh()
+    chains = [_between(sim, element, is_usable) for element in elements]
+    ids = sorted({joint for chain in chains for joint in chain})
+    model = sim.model
+    handles = tuple(_handle(sim, joint) for joint in ids)
+    bounds = [_limits(sim, handle) for handle in handles]
+    hinge = np.array([model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE for joint in ids], dtype=bool)
+    joints = Joints(
+        handles=handles,
+        addresses=np.array([model.jnt_qposadr[joint] for joint in ids], dtype=np.intp),
+        dofs=np.array([model.jnt_dofadr[joint] for joint in ids], dtype=np.intp),
+        low=np.array([low for low, _ in bounds], dtype=float),
+        high=np.array([high for _, high in bounds], dtype=float),
+        max_step=np.where(hinge, math.radians(10), 0.1),
+    )
+    arms: list[Arm] = []
+    for element, chain in zip(elements, chains, strict=True):
+        tip = sim.scene.get(element.tip)
+        body, local = _fixed(sim, tip)
+        base = sim.scene.objects.get(element.base)
+        base_body, base_pose = (
+            (0, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))) if base is None else _fixed(sim, base)
+        )
+        used = np.array([joint in chain for joint in ids], dtype=bool)
+        arms.append(Arm(element, body, local, used, base_body, base_pose))
+    return joints, arms
+
+
+def _fixed(sim: Simulation, item: SceneObject) -> tuple[int, Pose]:
+    """The body an object is fixed to, and its pose in that body's frame."""
+    body = carrier_body(sim, item)
+    return body, compose(inverse(body_pose(sim, body)), object_pose(sim, item))
+
+
+def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool]) -> list[int]:
+    """MuJoCo ids of the joints that take part."""
+    model, scene = sim.model, sim.scene
+    tip = scene.get(element.tip)
+    body = carrier_body(sim, tip)
+    end = 0 if element.base == -1 else carrier_body(sim, scene.get(element.base))
+    found: list[int] = []
+    while body not in (end, 0):
+        first = int(model.body_jntadr[body])
+        for joint in range(first, first + int(model.body_jntnum[body])):
+            handle = scene.by_element("joint", joint)
+            if int(model.jnt_type[joint]) in _SINGLE and handle is not None and is_usable(handle):
+                found.append(joint)
+        body = int(model.body_parentid[body])
+    if body != end:
+        raise CommandError(
+            f"'{scene.get(element.base).name}' is not above '{tip.name}', so it cannot be the base of its chain; "
+            "name an object that carries the first joint, or none"
+        )
+    if not found:
+        raise CommandError(
+            f"no joint that inverse kinematics may move lies above '{tip.name}'; "
+            "joints that take part are annotated mode=ik, or set to that mode"
+        )
+    return found
+
+
+def _handle(sim: Simulation, joint: int) -> int:
+    handle = sim.scene.by_element("joint", joint)
+    assert handle is not None
+    return handle
+
+
+def _limits(sim: Simulation, handle: int) -> tuple[float, float]:
+    cyclic, least, extent = sim.joints.interval(handle)
+    return (-math.inf, math.inf) if cyclic or extent >= 1e9 else (least, least + extent)
+
+
+def is_in_ik_mode(sim: Simulation) -> Callable[[int], bool]:
+    """Which joints the groups of a scene move, as in V-REP: those in IK mode, hybrid ones too."""
+    from ..joints import JointMode
+
+    return lambda handle: sim.joints.mode(handle) == JointMode.IK
+
+
+def joints_of(sim: Simulation, handles: Sequence[int]) -> NDArray[np.intp]:
+    """(n,) addresses in qpos of joints with a single value. Raises UnknownHandle, WrongKind, CommandError."""
+    addresses: list[int] = []
+    for handle in handles:
+        item = sim.scene.get_kind(handle, ObjectKind.JOINT)
+        sim.joints.state(handle)
+        if item.element != "joint":
+            raise CommandError(f"'{item.name}' is driven through a tendon and takes no part in kinematics")
+        addresses.append(int(sim.model.jnt_qposadr[item.id]))
+    return np.array(addresses, dtype=np.intp)

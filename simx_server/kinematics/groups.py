@@ -1,0 +1,184 @@
+"""The inverse kinematics groups of a scene: `simx:ik:NAME`, handled in each pass as V-REP's main script did."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import CommandError
+from ..scene.annotations import Annotation
+from ..scene.placing import object_pose
+from ..scene.registered import Registry
+from .chain import Constraint, Element, Joints, is_in_ik_mode, make_arms
+from .scratch import Scratch
+from .solver import Calculation, Method, Result, Solution, Solver
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+FIRST_GROUP = 2_030_000
+
+CONSTRAINTS = {
+    "pose": Constraint.POSE,
+    "position": Constraint.POSITION,
+    "orientation": Constraint.ORIENTATION,
+    "x": Constraint.X,
+    "y": Constraint.Y,
+    "z": Constraint.Z,
+    "alpha_beta": Constraint.ALPHA_BETA,
+    "gamma": Constraint.GAMMA,
+}
+"""Words of an annotation."""
+
+_DEFAULT = Calculation()
+
+
+@dataclass
+class Group:
+    """One group; scripts may change all but its name until the simulation stops."""
+
+    name: str
+    elements: list[Element]
+    how: Calculation = _DEFAULT
+    explicit: bool = False
+    """Handled only when a script asks for it."""
+    result: Result = field(default=Result.NOT_PERFORMED)
+    """Of the last handling."""
+
+
+class IkGroups:
+    """All groups of the scene, by handle."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self.scratch = Scratch(sim)
+        self.random = np.random.default_rng(0)
+        """For searching and planning; begins anew with each run, so that equal runs give equal numbers."""
+        self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
+        self._at_start: dict[int, Group] = {}
+        self._complaints: set[str] = set()
+        sim.on_load.append(self._complaints.clear)
+        sim.on_start.append(self._start)
+        sim.on_stop.append(self._stop)
+        sim.on_pass_begin.append(self.handle_automatic)
+
+    def find(self, name: str) -> int:
+        """The handle of a group. Raises CommandError that lists them."""
+        handle = self._registry.find(name.removesuffix("#"))
+        if handle is not None:
+            return handle
+        known = ", ".join(self.names()) or "none"
+        raise CommandError(
+            f"no inverse kinematics group named '{name}'; those of this scene: {known}; "
+            "a scene registers one with a text simx:ik:NAME"
+        )
+
+    def names(self) -> list[str]:
+        return [name for name, _ in self._registry.all().values()]
+
+    def get(self, handle: int) -> Group:
+        """Raises CommandError that lists them."""
+        group = self._registry.get(handle)
+        if group is None:
+            known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
+            raise CommandError(
+                f"no inverse kinematics group with handle {handle}; those of this scene: {known}"
+            )
+        return group
+
+    def handle_automatic(self) -> int:
+        """Handle all groups that are not explicit; how many were."""
+        return sum(self._handle_or_complain(group) for group in self._groups() if not group.explicit)
+
+    def handle_all(self) -> int:
+        """Handle all, explicit ones too; how many were."""
+        return sum(self._handle_or_complain(group) for group in self._groups())
+
+    def handle(self, handle: int) -> Result:
+        """Solve a group and put its joints where that says, also when the target is out of reach: then as near as may be.
+
+        Raises CommandError: no such group, or no joint that takes part.
+        """
+        return self._handle(self.get(handle))
+
+    def solver(self, group: Group) -> tuple[Joints, Solver]:
+        """What solves a group; the scratch state is that of the scene. Raises CommandError."""
+        joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim))
+        self.scratch.load()
+        return joints, Solver(self.scratch, self._sim.model, joints, arms)
+
+    def solve(self, group: Group) -> tuple[Joints, Solution]:
+        """The joint values that bring the tips to their targets; nothing is moved. Raises CommandError."""
+        joints, solver = self.solver(group)
+        scene = self._sim.scene
+        goals = [object_pose(self._sim, scene.get(element.target)) for element in group.elements]
+        return joints, solver.solve(self._sim.data.qpos[joints.addresses], goals, group.how)
+
+    def _handle(self, group: Group) -> Result:
+        group.result = Result.NOT_PERFORMED
+        joints, solution = self.solve(group)
+        before = self._sim.data.qpos[joints.addresses]
+        for handle, value, old in zip(joints.handles, solution.values.tolist(), before, strict=True):
+            # A motor of a hybrid joint may not have come to what was commanded last.
+            if value != old or self._sim.joints.is_hybrid(handle):
+                self._sim.joints.set_position(handle, value)
+        group.result = solution.result
+        return group.result
+
+    def _handle_or_complain(self, group: Group) -> bool:
+        try:
+            self._handle(group)
+        except CommandError as problem:
+            if group.name not in self._complaints:
+                self._complaints.add(group.name)
+                logger.warning("ik group '%s' is not handled: %s", group.name, problem)
+            return False
+        return True
+
+    def _groups(self) -> list[Group]:
+        return [group for _, group in self._registry.all().values()]
+
+    def _read(self, name: str, note: Annotation) -> Group:
+        named = self._sim.collections.named
+        base = named(str(note["base"])) if "base" in note else -1
+        wanted = Constraint(0)
+        for word in str(note.get("constraints", "pose")).split(","):
+            wanted |= CONSTRAINTS[word]
+        damping = float(note.get("damping", _DEFAULT.damping))
+        how = Calculation(
+            Method.DAMPED_LEAST_SQUARES if damping > 0 else Method.PSEUDO_INVERSE,
+            damping,
+            int(note.get("iterations", _DEFAULT.iterations)),
+        )
+        element = Element(named(str(note["tip"])), named(str(note["target"])), base, wanted)
+        return Group(name, [element], how, note.get("handling", "auto") == "explicit")
+
+    def _is_alive(self, group: Group) -> bool:
+        """It goes with its tip, target or base."""
+        objects = self._sim.scene.objects
+        return all(
+            element.tip in objects
+            and element.target in objects
+            and (element.base == -1 or element.base in objects)
+            for element in group.elements
+        )
+
+    def _start(self) -> None:
+        self.random = np.random.default_rng(0)
+        self._at_start = {
+            handle: replace(group, elements=list(group.elements))
+            for handle, (_, group) in self._registry.all().items()
+        }
+
+    def _stop(self) -> None:
+        for handle, (_, group) in self._registry.all().items():
+            group.result = Result.NOT_PERFORMED
+            if handle in self._at_start:
+                before = self._at_start[handle]
+                group.elements, group.how, group.explicit = before.elements, before.how, before.explicit
+        self._at_start = {}

@@ -1,0 +1,48 @@
+"""A second state on the simulation's model: where things would be, while the real ones stay where they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+Array = NDArray[np.float64]
+
+
+class Scratch:
+    """Positions only: nothing in it moves by itself. Made anew when the simulation has another model."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._data: mujoco.MjData | None = None
+        self._model: mujoco.MjModel | None = None
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """Of the simulation's present model."""
+        if self._data is None or self._model is not self._sim.model:
+            self._model = self._sim.model
+            self._data = mujoco.MjData(self._sim.model)
+            self.load()
+        return self._data
+
+    def load(self) -> mujoco.MjData:
+        """Take over where everything is now."""
+        data, live = self.data, self._sim.data
+        data.qpos[:] = live.qpos
+        data.mocap_pos[:] = live.mocap_pos
+        data.mocap_quat[:] = live.mocap_quat
+        return data
+
+    def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
+        """Put joints there and bring up to date what follows: frames of bodies, geoms and sites, Jacobians."""
+        data = self.data
+        data.qpos[addresses] = values
+        mujoco.mj_kinematics(self._sim.model, data)
+        mujoco.mj_comPos(self._sim.model, data)
+        return data

@@ -1,0 +1,206 @@
+"""Inverse kinematics by damped least squares on a scratch state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import mujoco
+import numpy as np
+
+from ..scene.poses import (
+    Pose,
+    compose,
+    conjugate,
+    matrix,
+    multiply,
+    rotation_vector,
+    subtract,
+    turn_z_to,
+)
+from .chain import Arm, Constraint, Joints
+from .scratch import Array, Scratch
+
+_ENOUGH = 0.01
+"""Share of the precision from which nothing more is done; so a target at rest leaves the joints at rest."""
+
+_STUCK = 1e-7
+"""rad or m: an iteration that moves no joint farther is the last."""
+
+_LEAST_DAMPING = 1e-3
+"""Of the adaptive damping; Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method",
+IEEE T-RO 27 (2011), recommends about 1e-3 of the squared length of the links, which is near 1 here."""
+
+_SINGULAR = 1e-6
+"""Squared damping of the pseudo inverse: without any, a stretched arm would jump."""
+
+
+class Method(IntEnum):
+    """The legacy `sim_ik_*_method` numbers."""
+
+    PSEUDO_INVERSE = 0
+    DAMPED_LEAST_SQUARES = 1
+    JACOBIAN_TRANSPOSE = 2
+    ADAPTIVE = 100
+    """Damped by how far it is still: takes the most from bad starts. Not V-REP's; for searching."""
+
+
+class Result(IntEnum):
+    """`sim_ikresult_*`."""
+
+    NOT_PERFORMED = 0
+    SUCCESS = 1
+    FAIL = 2
+
+
+@dataclass(frozen=True)
+class Calculation:
+    """How a group is solved."""
+
+    method: Method = Method.DAMPED_LEAST_SQUARES
+    damping: float = 0.1
+    iterations: int = 20
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What came out: joint values, and how far the worst element is from its target."""
+
+    values: Array
+    """(n,)."""
+    result: Result
+    distance: float
+    """Metres."""
+    angle: float
+    """Radians."""
+    is_at_limit: bool = False
+
+
+class Solver:
+    """One set of joints and elements on one model; targets are given with each call."""
+
+    def __init__(self, scratch: Scratch, model: mujoco.MjModel, joints: Joints, arms: Sequence[Arm]) -> None:
+        self._scratch = scratch
+        self._model = model
+        self._joints = joints
+        self._arms = list(arms)
+        self._position, self._rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+
+    def solve(self, start: Array, goals: Sequence[Pose], how: Calculation) -> Solution:
+        """Move the joints from `start` (n,) until each tip is at its goal (world), or iterations end.
+
+        What the scratch state holds beside these joints counts as where everything else is.
+        """
+        joints = self._joints
+        values = joints.clip(start)
+        largest = joints.max_step if how.method != Method.ADAPTIVE else joints.max_step * 4
+        error, jacobian, misses = self.look(values, goals)
+        for _ in range(how.iterations):
+            if all(_within(arm, miss, _ENOUGH) for arm, miss in zip(self._arms, misses, strict=True)):
+                break
+            change = self._limited_change(values, error, jacobian, how)
+            change /= max(1.0, float(np.max(np.abs(change) / largest)))
+            values = joints.clip(values + change)
+            error, jacobian, misses = self.look(values, goals)
+            if np.max(np.abs(change)) < _STUCK:
+                break
+        reached = all(_within(arm, miss, 1.0) for arm, miss in zip(self._arms, misses, strict=True))
+        return Solution(
+            values=values,
+            result=Result.SUCCESS if reached else Result.FAIL,
+            distance=max(miss[0] for miss in misses),
+            angle=max(miss[1] for miss in misses),
+            is_at_limit=bool(np.any((values <= joints.low) | (values >= joints.high))),
+        )
+
+    def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
+        """(weighted error (m,), Jacobian (m, n), distance and angle of each element) with the joints at `values`."""
+        data = self._scratch.place(self._joints.addresses, values)
+        errors: list[Array] = []
+        rows: list[Array] = []
+        misses: list[tuple[float, float]] = []
+        for arm, goal in zip(self._arms, goals, strict=True):
+            error, jacobian = self._of(arm, goal, data)
+            errors.append(error)
+            rows.append(jacobian)
+            wanted = arm.element.constraints
+            straight = _count(wanted & Constraint.POSITION)
+            weights = arm.element.weights
+            misses.append(
+                (
+                    float(np.linalg.norm(error[:straight])) / weights[0] if straight else 0.0,
+                    float(np.linalg.norm(error[straight:])) / weights[1] if len(error) > straight else 0.0,
+                )
+            )
+        return np.concatenate(errors), np.concatenate(rows), misses
+
+    def _of(self, arm: Arm, goal: Pose, data: mujoco.MjData) -> tuple[Array, Array]:
+        """Rows of one element: coordinates in the base's axes, then turns about the tip's own axes."""
+        wanted = arm.element.constraints
+        tip = compose(_body_pose(data, arm.body), arm.tip)
+        mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
+        linear, angular = arm.element.weights
+        errors: list[Array] = []
+        rows: list[Array] = []
+        if wanted & Constraint.POSITION:
+            chosen = [i for i in range(3) if wanted & (1 << i)]
+            axes = np.array(matrix(compose(_body_pose(data, arm.base_body), arm.base)[1])).T[chosen]
+            errors.append(linear * (axes @ np.array(subtract(goal[0], tip[0]))))
+            rows.append(linear * (axes @ self._position[:, self._joints.dofs]))
+        if wanted & Constraint.ORIENTATION:
+            turn = multiply(conjugate(tip[1]), goal[1])
+            count = 3
+            if not wanted & Constraint.GAMMA:
+                turn, count = turn_z_to([row[2] for row in matrix(turn)]), 2
+            axes = np.array(matrix(tip[1])).T[:count]
+            errors.append(angular * np.array(rotation_vector(turn)[:count]))
+            rows.append(angular * (axes @ self._rotation[:, self._joints.dofs]))
+        return np.concatenate(errors), np.concatenate(rows) * arm.used
+
+    def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
+        """One step; a joint that would leave its interval stays, and the others are asked again."""
+        joints = self._joints
+        free = np.ones(len(values), dtype=bool)
+        while True:
+            change = _change(jacobian * free, error, how)
+            outside = ((values <= joints.low) & (change < 0)) | ((values >= joints.high) & (change > 0))
+            outside &= free
+            if not outside.any():
+                return change
+            free &= ~outside
+
+
+def _change(jacobian: Array, error: Array, how: Calculation) -> Array:
+    """How far the joints move: J^T (J J^T + damping^2)^-1 e, the transpose's step along it that helps most."""
+    if how.method == Method.JACOBIAN_TRANSPOSE:
+        change = jacobian.T @ error
+        moved = jacobian @ change
+        square = float(moved @ moved)
+        return change * (float(error @ moved) / square) if square > 0 else change
+    if how.method == Method.ADAPTIVE:
+        damping = 0.5 * float(error @ error) + _LEAST_DAMPING
+    else:
+        damping = _SINGULAR if how.method == Method.PSEUDO_INVERSE else max(how.damping**2, _SINGULAR)
+    square = jacobian @ jacobian.T
+    square.flat[:: len(error) + 1] += damping
+    return jacobian.T @ np.linalg.solve(square, error)
+
+
+def _within(arm: Arm, miss: tuple[float, float], share: float) -> bool:
+    linear, angular = arm.element.precision
+    return miss[0] <= linear * share and miss[1] <= angular * share
+
+
+def _count(flags: Constraint) -> int:
+    return int(flags).bit_count()
+
+
+def _body_pose(data: mujoco.MjData, body: int) -> Pose:
+    return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]
+
+
+def angle_between(a: Pose, b: Pose) -> float:
+    """Radians between two orientations, 0..pi."""
+    return math.hypot(*rotation_vector(multiply(conjugate(a[1]), b[1])))
