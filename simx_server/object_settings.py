@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol import constants as c
 
 from .errors import CommandError
-from .scene.objects import ObjectKind, SceneObject
+from .scene.objects import ObjectKind
 from .scene.placing import body_pose, free_joint
 from .scene.poses import conjugate, rotate
 from .scene.respondable import ALL_MASKS, set_masks
@@ -63,9 +63,9 @@ class ObjectSettings:
         Vision sensors see an object on any layer, as in V-REP. At first: the first layer, or, for a shape that pictures
         do not show, the ninth. Raises UnknownHandle.
         """
-        item = self._sim.scene.get(handle)
+        self._sim.scene.get(handle)
         layers = self._of(handle).layers
-        return layers if layers is not None else (_SHOWN if self._is_drawn(item) else _HIDDEN)
+        return layers if layers is not None else (_SHOWN if self.is_drawn(handle) else _HIDDEN)
 
     def set_layers(self, handle: int, layers: int) -> None:
         """Raises UnknownHandle, CommandError: more than 16 bits."""
@@ -162,8 +162,12 @@ class ObjectSettings:
     def _set(self, handle: int, **values: Any) -> None:
         self._known[handle] = replace(self._of(handle), **values)
 
-    def _is_drawn(self, item: SceneObject) -> bool:
-        """By its own geom groups, whatever models take from it."""
+    def is_drawn(self, handle: int) -> bool:
+        """Whether pictures show a shape, by its own geom groups, whatever models take from it; True for other objects.
+
+        Raises UnknownHandle.
+        """
+        item = self._sim.scene.get(handle)
         if item.kind != ObjectKind.SHAPE:
             return True
         model, scene = self._sim.model, self._sim.scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from simx_server.joints.machine import Settings
+    from simx_server.scene.annotations import Annotation, Annotations
     from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
 
@@ -72,6 +73,9 @@ class Snapshot:
     arrays: dict[str, np.ndarray]
     options: dict[str, Any]
     parents: dict[int, int]
+    identities: dict[int, tuple[str, str, Mapping[str, Annotation]]]
+    """Handle to name, alias and annotations."""
+    annotations: Annotations
     overrides: dict[int, int]
     model_properties: dict[int, int]
     withheld: dict[tuple[str, str], int]
@@ -88,6 +92,11 @@ class Snapshot:
             arrays={name: value.copy() for name, value in editable_arrays(sim.model)},
             options=option_values(sim.model),
             parents={handle: item.parent for handle, item in sim.scene.objects.items()},
+            identities={
+                handle: (item.name, item.alias, item.annotations)
+                for handle, item in sim.scene.objects.items()
+            },
+            annotations=sim.scene.annotations,
             overrides=dict(sim.scene.parent_overrides),
             model_properties=dict(sim.scene.model_properties),
             withheld=dict(sim.scene.withheld),
@@ -109,8 +118,11 @@ class Snapshot:
         self.scene.parent_overrides = dict(self.overrides)
         self.scene.model_properties = dict(self.model_properties)
         self.scene.withheld = dict(self.withheld)
+        self.scene.annotations = self.annotations
         for handle, parent in self.parents.items():
-            self.scene.objects[handle].parent = parent
+            item = self.scene.objects[handle]
+            item.parent = parent
+            item.name, item.alias, item.annotations = self.identities[handle]
         self.scene.reindex()
         sim.joints.recall(self.joints)
         return replaced

@@ -86,8 +86,19 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
         found,
         name,
     ):
-        check_references(found, _open_folders(sim))
-        handle = add_model(sim, found, PurePosixPath(name).stem)
+        return _add(sim, found, name)
+
+
+def load_model_of_server(sim: Simulation, text: str) -> int:
+    """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
+    sim.selection = []
+    found = _find(sim, workspace.check_name(text), meshes=True)
+    return _add(sim, found, found.name)
+
+
+def _add(sim: Simulation, found: Path, name: str) -> int:
+    check_references(found, _open_folders(sim))
+    handle = add_model(sim, found, PurePosixPath(name).stem)
     sim.selection = [handle]
     return handle
 

@@ -79,7 +79,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
         added=Addition(
             prefix=prefix,
             names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
-            annotations={names[old]: _renamed(note, names) for old, note in addition.annotations.items()},
+            annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
             copies=addition.copies,
             hidden=frozenset(prefix + name for name in addition.hidden),
         ),
@@ -155,7 +155,7 @@ def _write(target: Any, source: Any, names: list[str]) -> None:
             setattr(target, name, value)
 
 
-def _renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
+def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
     """Annotations of one object whose references to other objects mean the added ones."""
     return {
         kind: {

@@ -1,9 +1,132 @@
-"""Numbered parameters and properties of objects."""
+"""Numbered parameters and properties of objects. What the numbers mean: `handlers/parameter_tables.py`."""
 
 from __future__ import annotations
 
+from simx_client.protocol import constants as c
+
+from ...errors import CommandError
+from ...handlers import object_parameters as parameters
+from ...handlers.parameter_tables import entries_of
+from ...scene import renaming
+from ...scene.objects import ObjectKind
 from .base import ApiPart
+
+_SPECIAL = {
+    "collidable": c.sim_objectspecialproperty_collidable,
+    "measurable": c.sim_objectspecialproperty_measurable,
+    "detectable": c.sim_objectspecialproperty_detectable_all,
+}
+"""What the scene says of a shape to the bits that say the same."""
+
+_FIXED = c.sim_objectspecialproperty_renderable
 
 
 class ObjectParameterFunctions(ApiPart):
-    """Parameters by number."""
+    """Reading gives nil where an object of this kind has no such parameter; the names of V-REP 3, which end in
+    Parameter, give 1 and the value, or 0."""
+
+    def getObjectInt32Param(self, handle: int, parameter: int) -> int | None:
+        own = self._self(handle)
+        if self._is_of_another_kind(own, parameter):
+            return None
+        return parameters.get_object_int_parameter(self._sim, own, parameter)
+
+    def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> None:
+        parameters.set_object_int_parameter(self._sim, self._self(handle), parameter, value)
+
+    def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
+        own = self._self(handle)
+        if self._is_of_another_kind(own, parameter):
+            return None
+        return parameters.get_object_float_parameter(self._sim, own, parameter)
+
+    def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> None:
+        parameters.set_object_float_parameter(self._sim, self._self(handle), parameter, value)
+
+    def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
+        """An integer parameter that is a switch."""
+        value = self.getObjectInt32Param(handle, parameter)
+        return None if value is None else value != 0
+
+    def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> None:
+        self.setObjectInt32Param(handle, parameter, int(value))
+
+    def getObjectStringParam(self, handle: int, parameter: int) -> str:
+        """Partly: no object has a string parameter here, so this is always an error."""
+        raise self._no_text(handle, parameter)
+
+    def setObjectStringParam(self, handle: int, parameter: int, _value: bytes) -> None:
+        """Partly: no object has a string parameter here, so this is always an error."""
+        raise self._no_text(handle, parameter)
+
+    def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
+        value = self.getObjectInt32Param(handle, parameter)
+        return int(value is not None), value
+
+    def setObjectInt32Parameter(self, handle: int, parameter: int, value: int) -> int:
+        self.setObjectInt32Param(handle, parameter, value)
+        return 1
+
+    def getObjectIntParameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
+        return self.getObjectInt32Parameter(handle, parameter)
+
+    def setObjectIntParameter(self, handle: int, parameter: int, value: int) -> int:
+        return self.setObjectInt32Parameter(handle, parameter, value)
+
+    def getObjectFloatParameter(self, handle: int, parameter: int) -> tuple[int, float | None]:
+        value = self.getObjectFloatParam(handle, parameter)
+        return int(value is not None), value
+
+    def setObjectFloatParameter(self, handle: int, parameter: int, value: float) -> int:
+        self.setObjectFloatParam(handle, parameter, value)
+        return 1
+
+    def getObjectStringParameter(self, handle: int, parameter: int) -> str:
+        """Partly: no object has a string parameter here, so this is always an error."""
+        return self.getObjectStringParam(handle, parameter)
+
+    def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
+        """Partly: no object has a string parameter here, so this is always an error."""
+        self.setObjectStringParam(handle, parameter, value)
+
+    def getObjectSpecialProperty(self, handle: int) -> int:
+        """Bits sim.objectspecialproperty_: whether it is collidable, measurable, detectable and renderable itself,
+        whatever the models say that it belongs to."""
+        own = self._self(handle)
+        item = self._sim.scene.get(own)
+        if item.kind != ObjectKind.SHAPE:
+            return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
+        note = item.annotations.get("shape", {})
+        bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
+        return bits | (_FIXED if self._sim.object_settings.is_drawn(own) else 0)
+
+    def setObjectSpecialProperty(self, handle: int, bits: int) -> None:
+        """Taken back by the stop.
+
+        Partly: the five kinds of detection are one here, on when any of them is; renderable can be changed for whole
+        models only, by sim.setModelProperty.
+        """
+        own = self._self(handle)
+        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
+        if (bits ^ self.getObjectSpecialProperty(own)) & _FIXED:
+            raise CommandError(
+                "whether a shape is in pictures cannot be changed for it alone; leave that bit as it is, or use "
+                "sim.setModelProperty"
+            )
+        renaming.annotate(self._sim, own, "shape", {name: bool(bits & bit) for name, bit in _SPECIAL.items()})
+
+    def getObjectSizeFactor(self, handle: int) -> float:
+        """1: nothing here scales objects."""
+        self._sim.scene.get(self._self(handle))
+        return 1.0
+
+    def _is_of_another_kind(self, handle: int, parameter: int) -> bool:
+        kind = self._sim.scene.get(handle).kind
+        return parameter not in entries_of(kind) and any(parameter in entries_of(each) for each in ObjectKind)
+
+    def _no_text(self, handle: int, parameter: int) -> CommandError:
+        name = self._sim.scene.get(self._self(handle)).name
+        return CommandError(
+            f"string parameter {parameter} of '{name}': objects have no parameters here that are text; names are read "
+            "with sim.getObjectName, text of your own with sim.readCustomDataBlock"
+        )

@@ -1,0 +1,248 @@
+"""Objects as scripts find, name, make, copy, remove and describe them."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+__all__ = ["world"]
+
+NAMES = ("robot", "mark", "hinge", "arm", "tip", "eye", "cube", "wall", "ray")
+
+
+@pytest.fixture(autouse=True)
+def _handles(world: ScriptWorld) -> None:
+    names = ", ".join(map(repr, NAMES))
+    world.lua(f"for _, name in ipairs{{{names}}} do _G[name] = sim.getObject(name) end")
+
+
+def handles(world: ScriptWorld, *names: str) -> list[int]:
+    return [world.handle(name) for name in names]
+
+
+def test_objects_are_found_by_name_path_and_special_handles(world: ScriptWorld) -> None:
+    robot, arm = handles(world, "robot", "arm")
+    for text in ("robot", "robot#", "/robot", ".", "./"):
+        assert world.value(f"sim.getObjectHandle('{text}')") == robot, text
+    assert world.value("sim.getObject('./hinge/arm')") == arm
+    assert world.value("sim.getObject('./arm')") == arm
+    assert world.value("sim.getObjectHandle(sim.handle_self)") == robot
+    assert world.value("sim.getObjectAssociatedWithScript(sim.handle_self)") == robot
+    assert world.value("sim.getObjectHandle('nothing@silentError')") == -1
+    world.fails("sim.getObject('cubes')", r"no object named 'cubes'; did you mean 'cube'")
+    world.fails("sim.getObjectAssociatedWithScript(7)", "only sim.handle_self")
+
+
+def test_copies_are_told_apart_by_their_numbers(world: ScriptWorld) -> None:
+    assert world.lua("return sim.getNameSuffix('cube#0')") == [0, "cube"]
+    assert world.lua("return sim.getNameSuffix('cube')") == [-1, "cube"]
+    assert world.lua("return sim.getNameSuffix('cube#')") == [-1, "cube"]
+    assert world.lua("return sim.getNameSuffix(nil)") == [-1]
+    copy = world.handle("cube#0")
+    world.lua("sim.setNameSuffix(0)")
+    assert world.value("sim.getObjectHandle('cube')") == copy
+    assert world.lua("return sim.getNameSuffix(nil)") == [0]
+    assert world.value("sim.getObjectHandle('cube#')") == world.handle("cube")
+    world.lua("sim.setNameSuffix(-1)")
+    assert world.value("sim.getObjectHandle('cube')") == world.handle("cube")
+
+
+def test_names_and_aliases_are_read(world: ScriptWorld) -> None:
+    assert world.value("sim.getObjectName(cube)") == "cube"
+    copy = world.handle("cube#0")
+    assert world.value(f"sim.getObjectName({copy})") == "cube#0"
+    assert [world.value(f"sim.getObjectAlias({copy}, {form})") for form in range(-1, 6)] == [
+        "cube",
+        "cube[1]",
+        "/cube[1]",
+        "/cube[1]",
+        f"cube__{copy}__",
+        f"cube__{copy}__",
+        "/cube[1]",
+    ]
+    assert world.value("sim.getObjectAlias(tip)") == "tip"
+    assert world.value("sim.getObjectAlias(tip, 1)") == "/tip"
+    assert world.value("sim.getObjectAlias(tip, 2)") == "/robot/hinge/arm/tip"
+    assert world.value("sim.getObjectAlias(tip, 3)") == "tip"
+    assert world.value("sim.getObjectAlias(tip, 5)") == "/robot/ ... /tip"
+    world.fails("sim.getObjectAlias(tip, 7)", "form of an alias is -1 to 5")
+
+
+def test_a_renamed_object_is_found_by_its_new_name_until_the_stop(world: ScriptWorld) -> None:
+    cube, hinge = handles(world, "cube", "hinge")
+    world.lua("sim.setObjectName(cube, 'Block#3'); sim.setObjectName(hinge, 'Elbow')")
+    assert world.value("sim.getObjectName(cube)") == "Block#3"
+    assert world.value("sim.getObjectAlias(cube)") == "Block"
+    assert world.handle("Block#3") == cube
+    world.lua("sim.createDummy(0.1)")  # an edit reads everything anew
+    assert handles(world, "Block#3", "Elbow") == [cube, hinge]
+    assert world.call("simxGetObjectIntParameter", hinge, 2000 + 1) is not None, "it is still a motor"
+    world.lua("sim.setObjectAlias(cube, 'Stone')")
+    assert world.value("sim.getObject('/Stone')") == cube
+    world.fails("sim.setObjectName(cube, 'wall')", "another object, with handle")
+    world.fails("sim.setObjectName(cube, 'a/b')", "no name for an object")
+    world.fails("sim.setObjectAlias(cube, 'a#0')", "no alias for an object")
+    world.call("simxStopSimulation")
+    assert handles(world, "cube", "hinge") == [cube, hinge]
+
+
+def test_kinds_and_handles_are_told(world: ScriptWorld) -> None:
+    kinds = [world.value(f"sim.getObjectType({name})") for name in NAMES]
+    assert kinds == [0, 4, 1, 0, 4, 9, 0, 0, 5]
+    assert world.value("sim.getObjectType(hinge) == sim.object_joint_type") is True
+    assert world.lua("return sim.isHandle(cube), sim.isHandle(999), sim.isHandle(sim.handle_self)") == [
+        True,
+        False,
+        True,
+    ]
+    assert world.lua(
+        "return sim.isHandleValid(cube), sim.isHandleValid(999), sim.isHandleValid(cube, sim.appobj_object_type),"
+        "sim.isHandleValid(cube, sim.appobj_collection_type)"
+    ) == [1, 0, 1, 0]
+    world.fails("sim.isHandleValid(cube, 5)", "a kind of handle is -1 or one of")
+
+
+def test_identifiers_lead_back_to_objects(world: ScriptWorld) -> None:
+    uid = world.value("sim.getObjectUid(cube)")
+    assert world.value(f"sim.getObjectFromUid({uid})") == world.handle("cube")
+    assert world.value("sim.getObjectUniqueIdentifier(cube)") == uid
+    every = world.value("sim.getObjectUniqueIdentifier(sim.handle_all)")
+    assert len(set(every)) == len(world.sim.scene.objects)
+    world.fails("sim.getObjectFromUid(5)", "no object of this scene has the identifier 5")
+
+
+def test_the_tree_is_walked(world: ScriptWorld) -> None:
+    robot, mark, hinge, arm, tip, eye = handles(world, "robot", "mark", "hinge", "arm", "tip", "eye")
+    assert world.lua(
+        "return sim.getObjectChild(robot, 0), sim.getObjectChild(robot, 1), sim.getObjectChild(robot, 2),"
+        "sim.getObjectParent(arm), sim.getObjectParent(robot)"
+    ) == [mark, hinge, -1, hinge, -1]
+    assert world.value("sim.getObjectsInTree(sim.handle_self)") == [robot, mark, hinge, arm, tip, eye]
+    assert world.value("sim.getObjectsInTree(robot, sim.handle_all, 1)") == [mark, hinge, arm, tip, eye]
+    assert world.value("sim.getObjectsInTree(robot, sim.handle_all, 3)") == [mark, hinge]
+    assert world.value("sim.getObjectsInTree(robot, sim.object_dummy_type, 0)") == [mark, tip]
+    assert world.value("#sim.getObjectsInTree(sim.handle_scene)") == len(world.sim.scene.objects)
+    assert world.lua(
+        "return sim.getObjects(0, sim.object_joint_type), sim.getObjects(1, sim.object_joint_type)"
+    ) == [
+        hinge,
+        -1,
+    ]
+    count = world.value(
+        "(function() local i = 0 while sim.getObjects(i, sim.handle_all) ~= -1 do i = i + 1 end return i end)()"
+    )
+    assert count == len(world.sim.scene.objects)
+    world.lua("sim.setObjectParent(cube, arm, true)")
+    assert world.value("sim.getObjectParent(cube)") == arm
+    world.fails("sim.getObjectChild(999, 0)", "no object with handle 999")
+
+
+def test_dummies_are_made_with_short_and_long_colours(world: ScriptWorld) -> None:
+    dummy = world.value("sim.createDummy(0.02)")
+    assert world.value(f"sim.getObjectType({dummy})") == 4
+    assert world.value(f"sim.getObjectFloatParam({dummy}, sim.dummyfloatparam_size)") == pytest.approx(0.02)
+    red = world.value("sim.createDummy(0, {1, 0, 0})")
+    assert world.value(f"sim.getObjectColor({red}, 0, 0)") == [1, 0, 0]
+    long = world.value("sim.createDummy(0, {0,1,0, 0,0,0, 0,0,1, 1,0,0})")
+    assert [world.value(f"sim.getObjectColor({long}, 0, {part})") for part in (0, 2, 3)] == [
+        [0, 1, 0],
+        [0, 0, 1],
+        [1, 0, 0],
+    ]
+    world.fails("sim.createDummy(0.1, {1, 2})", "a colour is 3 or 12 numbers, not 2")
+
+
+def test_objects_are_copied_and_removed(world: ScriptWorld) -> None:
+    count = len(world.sim.scene.objects)
+    (copies,) = world.lua("copies = sim.copyPasteObjects({cube, robot}, 1); return copies")
+    assert [world.sim.scene.get(handle).name for handle in copies] == ["cube#1", "robot#1"]
+    assert len(world.sim.scene.objects) == count + 1 + 6
+    assert world.value("sim.removeModel(copies[2])") == 6
+    world.lua("sim.removeObject(copies[1])")
+    assert len(world.sim.scene.objects) == count
+    world.lua("sim.removeObjects({mark, tip})")
+    assert world.lua("return sim.isHandle(mark), sim.isHandle(tip), sim.isHandle(arm)") == [
+        False,
+        False,
+        True,
+    ]
+    world.fails("sim.removeModel(cube)", "'cube' is no model base")
+    world.call("simxStopSimulation")
+    assert len(world.sim.scene.objects) == count
+
+
+def test_a_model_is_loaded_and_selected(world: ScriptWorld, tmp_path) -> None:
+    (tmp_path / "ball.xml").write_text(
+        "<mujoco model='ball'><worldbody><body name='ball'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    ball = world.value("sim.loadModel('ball.xml')")
+    assert world.sim.scene.get(ball).name == "ball"
+    assert world.value("sim.getObjectSelection()") == [ball]
+    assert world.value("sim.loadModel('ball.ttm')") != ball
+    world.fails("sim.loadModel('/etc/passwd.xml')", "no scene|outside")
+
+
+def test_model_properties(world: ScriptWorld) -> None:
+    assert world.value("sim.getModelProperty(robot)") == 0
+    assert world.value("sim.getModelProperty(cube)") == world.value("sim.modelproperty_not_model")
+    world.lua("sim.setModelProperty(cube, sim.modelproperty_not_collidable)")
+    assert world.value("sim.getModelProperty(cube)") == 1
+
+
+def test_numbered_parameters_by_new_and_old_names(world: ScriptWorld) -> None:
+    assert world.lua("return sim.getObjectFloatParam(cube, sim.objfloatparam_objbbox_max_x)") == [
+        pytest.approx(0.1)
+    ]
+    assert world.lua("return sim.getObjectFloatParameter(cube, sim.objfloatparam_objbbox_max_x)") == [
+        1,
+        pytest.approx(0.1),
+    ]
+    assert world.lua("return sim.getObjectInt32Param(wall, sim.shapeintparam_static)") == [1]
+    assert world.lua("return sim.getObjectInt32Parameter(cube, sim.shapeintparam_static)") == [1, 0]
+    assert world.lua("return sim.getObjectIntParameter(cube, sim.shapeintparam_static)") == [1, 0]
+    assert world.lua("return sim.getObjectBoolParam(cube, sim.shapeintparam_static)") == [False]
+    world.lua("sim.setObjectFloatParam(eye, sim.visionfloatparam_far_clipping, 7)")
+    assert world.value("sim.getObjectFloatParam(eye, sim.visionfloatparam_far_clipping)") == 7
+    assert world.value("sim.setObjectFloatParameter(eye, sim.visionfloatparam_far_clipping, 8)") == 1
+    assert world.value("sim.getObjectFloatParam(eye, sim.visionfloatparam_far_clipping)") == 8
+    world.lua("sim.setObjectInt32Param(cube, sim.objintparam_visibility_layer, 4)")
+    assert world.value("sim.setObjectInt32Parameter(cube, sim.objintparam_visibility_layer, 6)") == 1
+    assert world.value("sim.setObjectIntParameter(cube, sim.objintparam_visibility_layer, 5)") == 1
+    assert world.value("sim.getObjectInt32Param(cube, sim.objintparam_visibility_layer)") == 5
+    world.lua("sim.setObjectBoolParam(cube, sim.shapeintparam_respondable, false)")
+    assert world.value("sim.getObjectInt32Param(cube, sim.shapeintparam_respondable)") == 0
+
+
+def test_a_parameter_of_another_kind_of_object_is_nil_and_an_unknown_one_an_error(world: ScriptWorld) -> None:
+    assert world.lua("return sim.getObjectInt32Param(mark, sim.shapeintparam_static)") in ([], [None])
+    assert world.lua("return sim.getObjectInt32Parameter(mark, sim.shapeintparam_static)")[0] == 0
+    assert world.lua("return sim.getObjectFloatParameter(mark, sim.visionfloatparam_far_clipping)")[0] == 0
+    world.fails("sim.getObjectInt32Param(mark, 98765)", "parameter 98765 of 'mark'.* cannot be read")
+    for call in ("getObjectStringParam(mark, 1)", "setObjectStringParam(mark, 1, 'x')"):
+        world.fails(f"sim.{call}", "have no parameters here that are text")
+        world.fails(f"sim.{call.replace('Param', 'Parameter')}", "have no parameters here that are text")
+
+
+def test_special_properties_decide_what_collisions_and_sensors_find(world: ScriptWorld) -> None:
+    every = world.value(
+        "sim.objectspecialproperty_collidable + sim.objectspecialproperty_measurable"
+        "+ sim.objectspecialproperty_detectable_all + sim.objectspecialproperty_renderable"
+    )
+    assert world.value("sim.getObjectSpecialProperty(cube)") == every
+    assert world.value("sim.getObjectSpecialProperty(mark)") == 2
+    assert world.value("sim.getObjectSpecialProperty(hinge)") == 0
+    world.lua("sim.setObjectPosition(cube, ray, {0, 0, 0.5})")
+    world.passes()
+    assert world.value("sim.readProximitySensor(ray)") == 1
+    world.lua(f"sim.setObjectSpecialProperty(cube, {every - 0x1F0}); sim.createDummy(0.1)")
+    world.passes()
+    assert world.value("sim.getObjectSpecialProperty(cube)") == every - 0x1F0
+    detected = world.lua("return sim.readProximitySensor(ray)")
+    assert detected[0] == 0 or detected[3] != world.handle("cube")
+    world.fails("sim.setObjectSpecialProperty(cube, 0)", "leave that bit as it is")
+    world.call("simxStopSimulation")
+    assert world.sim.scene.get(world.handle("cube")).annotations.get("shape", {}).get("detectable", True)
+
+
+def test_nothing_was_scaled(world: ScriptWorld) -> None:
+    assert world.value("sim.getObjectSizeFactor(cube)") == 1
