@@ -262,9 +262,11 @@ def test_ackermann_car_drives_as_fast_and_as_round_as_its_wheels_say(world: Open
 
 def test_manta_steers_like_ackermann_drives_through_a_differential_and_brakes(world: Open) -> None:
     _, client = world("stock_kinect")
+    load_model(client, "Manta with differential.ttm", (-20.0, 20.0))
     car = load_model(client, "Manta with differential.ttm", (20.0, 20.0))
-    motor, steering = handle_of(client, "motor_joint"), handle_of(client, "steer_joint")
+    motor, steering = handle_of(client, "motor_joint#0"), handle_of(client, "steer_joint#0")
     start_stepped(client)
+    check_idle(client, ("Manta", "Manta#0"))
     vrep.simxSetJointTargetVelocity(client, motor, 8.0, ONESHOT)
     vrep.simxSetJointTargetPosition(client, steering, 0.4, ONESHOT)
     step(client, 3.0)
@@ -275,14 +277,16 @@ def test_manta_steers_like_ackermann_drives_through_a_differential_and_brakes(wo
     radius = radius_of(points)
     assert radius == pytest.approx(0.6 / math.tan(0.4), rel=0.03)
     slow, fast = (
-        vrep.simxGetObjectFloatParameter(client, handle_of(client, f"b{side}_brake_joint"), 2012, BLOCKING)[1]
+        vrep.simxGetObjectFloatParameter(client, handle_of(client, f"b{side}_brake_joint#0"), 2012, BLOCKING)[
+            1
+        ]
         for side in "lr"
     )
     assert (slow + fast) / 2 == pytest.approx(8.0, rel=0.02)
     assert fast / slow == pytest.approx((radius + 0.175) / (radius - 0.175), rel=0.03)
     vrep.simxSetJointForce(client, motor, 0.0, ONESHOT)
     for wheel in ("fl", "fr", "bl", "br"):
-        vrep.simxSetJointForce(client, handle_of(client, f"{wheel}_brake_joint"), 100.0, ONESHOT)
+        vrep.simxSetJointForce(client, handle_of(client, f"{wheel}_brake_joint#0"), 100.0, ONESHOT)
     step(client, 1.0)
     stood = position_of(client, car)
     step(client, 1.0)
