@@ -2,15 +2,16 @@
 
 It takes calls from a queue whenever it waits for the wall clock and at pass boundaries, so a blocking call
 costs a round trip and never a simulation step. After each pass every stream that is due is computed once.
+
+A script that runs long holds the thread. Others are answered meanwhile, see `inbox.py`.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-import queue
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future
 from functools import partial
 
@@ -21,6 +22,7 @@ from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .errors import CommandError
 from .handlers.registry import Handler
+from .inbox import Arrival, Event, Inbox
 from .sessions import ClientSession, Link
 from .simulation import Simulation, SimulationState
 from .streams import MAX_STREAMS, PassAnswers, Stream
@@ -42,8 +44,6 @@ _REAL_TIME_BIT = 0b100
 
 _SCENE_ID_MASK = 0xFFFF
 """The message header has two bytes for it."""
-
-Event = Callable[[], object]
 
 
 class Engine:
@@ -68,27 +68,33 @@ class Engine:
         self._dispatch = Dispatch(simulation, handlers)
         self._pacer = pacer
         self._starting_port = starting_port
-        self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._inbox = Inbox()
+        self._executing = ""
+        """The client whose batch is being executed."""
+
+        self._is_serving = False
+        """Within `serve_others`."""
         self._next_idle_pass = 0.0
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
         self._is_ending = False
         simulation.on_stop.append(self._end_stepping)
+        simulation.serve_others = self.serve_others
 
     # --- from any thread -------------------------------------------------------------------------
 
     def post(self, event: Event) -> None:
         """Have something done on the physics thread, in order of posting."""
-        self._events.put(event)
+        self._inbox.put(event)
 
     def submit(self, client: str, payload: bytes) -> None:
         """A batch of calls has arrived. Safe to use from Zenoh's threads: it only enqueues."""
-        self._events.put(partial(self._execute_batch, client, payload))
+        self._inbox.put(Arrival(client, payload))
 
     def end(self) -> None:
         """Let ``run`` return."""
-        self._events.put(self._end)
+        self._inbox.put(self._end)
 
     # --- the loop --------------------------------------------------------------------------------
 
@@ -105,20 +111,32 @@ class Engine:
         """
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
-            try:
-                event = self._events.get(timeout=wait)
-            except queue.Empty:
-                return
-            self._handle(event)
+            event = self._inbox.wait(wait)
+            if event is not None:
+                self._handle(event)
             return
-        for _ in range(self._events.qsize()):
-            self._handle(self._events.get_nowait())
+        for event in self._inbox.at_hand():
+            self._handle(event)
         if self._seconds_until_pass() <= 0:
             self._pass()
 
-    def _handle(self, event: Event) -> None:
+    def serve_others(self) -> None:
+        """For a script that runs long: deal with what does not interfere with it."""
+        if self._is_serving:
+            return
+        self._is_serving = True
         try:
-            event()
+            for event in self._inbox.meanwhile(self._executing):
+                self._handle(event)
+        finally:
+            self._is_serving = False
+
+    def _handle(self, event: Event | Arrival) -> None:
+        try:
+            if isinstance(event, Arrival):
+                self._execute_batch(event.client, event.payload)
+            else:
+                event()
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
 
@@ -151,9 +169,12 @@ class Engine:
         self._is_paced = False
         if self._is_advancing():
             return 0.0
-        if any(session.streams.by_id for session in self.sessions.values()):
+        if self._idle_is_wanted() or any(session.streams.by_id for session in self.sessions.values()):
             return max(0.0, self._next_idle_pass - time.monotonic())
         return math.inf
+
+    def _idle_is_wanted(self) -> bool:
+        return bool(self.simulation.on_idle) and self.simulation.state is not SimulationState.RUNNING
 
     def _pass(self) -> None:
         """One pass when the simulation advances; in any case the streams."""
@@ -170,6 +191,8 @@ class Engine:
                 # What is read after a trigger is of the new state, streamed pictures too.
                 session.release_triggers(after=session.streams.pictures_on_the_way())
         else:
+            if self._idle_is_wanted():
+                self._handle(self.simulation.idle)
             self._publish_streams(after_pass=False)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
@@ -187,9 +210,15 @@ class Engine:
         self.sessions[client] = session
         logger.info("client %s joined by port %d", name, port)
         if port == self._starting_port and self.simulation.state is SimulationState.STOPPED:
-            logger.info("starting the simulation, as port %d exists only while one runs", port)
-            self.simulation.start()
+            if self._is_serving:
+                self._inbox.hold(partial(self._start_for, port))
+            else:
+                self._start_for(port)
         return session
+
+    def _start_for(self, port: int) -> None:
+        logger.info("starting the simulation, as port %d exists only while one runs", port)
+        self.simulation.start()
 
     def leave(self, client: str) -> None:
         """A client has gone: its streams and its stepped mode go with it."""
@@ -212,7 +241,11 @@ class Engine:
             logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
             return
-        self._execute(session, batch)
+        before, self._executing = self._executing, client
+        try:
+            self._execute(session, batch)
+        finally:
+            self._executing = before
 
     def _execute(self, session: ClientSession, batch: Batch) -> None:
         session.message_id, session.client_time = batch.message_id, batch.client_time

@@ -27,7 +27,7 @@ class PlainSimulation:
         self.passes = 0
         self.scene_id = 1
         self.parameters = SimpleNamespace(error_report_mode=1)
-        self.on_start, self.on_stop, self.on_pause = [], [], []
+        self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()

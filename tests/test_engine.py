@@ -336,7 +336,7 @@ def test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog(w
     backlog = 0
     for value in range(1000):
         v.simxSetJointPosition(cid, 3, float(value), v.simx_opmode_oneshot)
-        backlog = max(backlog, world.engine._events.qsize())
+        backlog = max(backlog, len(world.engine._inbox))
     assert backlog <= MAX_UNANSWERED + 1
     assert v.simxGetJointPosition(cid, 3, v.simx_opmode_blocking) == (0, 999.0)
 

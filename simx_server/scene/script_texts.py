@@ -1,13 +1,13 @@
 """What `<custom>` says of scripts.
 
 `<text name="simx:script:OBJECT" data="file=arm.lua type=customization"/>` names a file beside the scene; the type is
-child (without saying so), customization or main. `<text name="simx:lua:OBJECT" data="..."/>` and `simx:python:OBJECT` hold
-the script itself; a line break in the XML attribute is a real one or `&#10;`, quotes are `&quot;`, `<` is `&lt;`.
+child (without saying so), customization or main. `<text name="simx:lua:OBJECT" data="..."/>` and `simx:python:OBJECT`
+hold the script itself; a line break in the XML attribute is a real one or `&#10;`, quotes are `&quot;`, `<` is `&lt;`.
 
-An object may have one child script and one customization script: as names of MuJoCo's texts are unique, the second needs
-the type in its name, `simx:script:customization:OBJECT`, `simx:lua:customization:OBJECT`. `threaded` in that place (or
-`threaded=yes` beside `file=`) is a child script that is one thread. A main script belongs to no object: `simx:lua:main`,
-or `type=main`.
+An object may have one child script and one customization script: as names of MuJoCo's texts are unique, the second
+needs the type in its name, `simx:script:customization:OBJECT`, `simx:lua:customization:OBJECT`. `threaded` in that place (or
+`threaded=yes` beside `file=`) is a child script that is one thread. A main script belongs to no object: 
+`simx:lua:main`, or `type=main`.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from ..errors import CommandError
 
@@ -41,7 +41,7 @@ PATIENCE = 0.003
 MAX_DEPTH = 16
 """Tables within tables that may cross the border; deeper, and endless ones, are an error."""
 
-NOT_IN_A_THREAD = "waits, so it works only in a thread: in sysCall_thread, in a threaded script, or in a coroutine of the script"
+NOT_IN_A_THREAD = "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
 
 Constant = int | float | bool | str
 
@@ -53,6 +53,7 @@ class ScriptError(CommandError):
     """A script failed, or cannot be called: the text says which script, where and why."""
 
 
+@runtime_checkable
 class Function(Protocol):
     """A function of a script that it handed out; handed back to the same script it is the function itself.
 

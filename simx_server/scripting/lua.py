@@ -62,6 +62,7 @@ class LuaInterpreter:
         self._api = api
         self._time_limit = time_limit
         self._depth = 0
+        self._has_ended = False
         self._deadline = 0.0
         self._resumed = 0.0
         self._serve_next = 0.0
@@ -70,6 +71,7 @@ class LuaInterpreter:
         lupa = load_lupa()
         self._lua_type = lupa.lua_type
         self._memory_error: type[Exception] = lupa.LuaMemoryError
+        self._face: Any
         self._runtime: Any = lupa.LuaRuntime(
             encoding=None,
             unpack_returned_tuples=True,
@@ -97,9 +99,14 @@ class LuaInterpreter:
         )
 
     def close(self) -> None:
-        """Free the Lua state. It and this object hold each other in a way Python's collector cannot see."""
-        self._face = self._runtime = None
-        self._waiting.clear()
+        """Free the Lua state; when the script runs, at the end of that call.
+
+        The state and this object hold each other in a way Python's collector cannot see.
+        """
+        self._has_ended = True
+        if not self._depth:
+            self._face = self._runtime = None
+            self._waiting.clear()
 
     def run(self, source: bytes) -> None:
         """Execute the script's text, which defines its functions. Raises ScriptError."""
@@ -107,7 +114,7 @@ class LuaInterpreter:
 
     def has(self, function: str) -> bool:
         """Whether a function of this name exists; dots reach into tables."""
-        return bool(self._face[b"has"](function.encode()))
+        return not self._has_ended and bool(self._face[b"has"](function.encode()))
 
     def call(self, function: str, *arguments: Any) -> list[Any]:
         """Call a function with plain values; all its results as plain values. Raises ScriptError."""
@@ -126,7 +133,7 @@ class LuaInterpreter:
         return bool(self._enter(b"resume")[0])
 
     def _enter(self, action: bytes, *arguments: Any) -> list[Any]:
-        if self._face is None:
+        if self._has_ended:
             raise ScriptError(f"{self.name}: the script has ended")
         if not self._depth:
             self._deadline = time.thread_time() + self._time_limit
@@ -139,6 +146,8 @@ class LuaInterpreter:
             raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
         finally:
             self._depth -= 1
+            if self._has_ended:
+                self.close()
         ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
             raise ScriptError(self._explain(_text(results[0])))

@@ -17,11 +17,11 @@ the scene to its close, whether the simulation runs or not.
 | scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
 
 Of several scripts those deeper in the tree come first, children in their order before their parent, as in V-REP's
-default order. In a pass simulated time is that of the pass's begin, in sensing too. With a main script the child scripts'
-actuation and sensing come when it calls ``sim.handleChildScripts``; physics comes between the two in any case.
+default order. In a pass simulated time is that of the pass's begin, in sensing too. With a main script the child
+scripts' actuation and sensing come when it calls ``sim.handleChildScripts``; physics comes between the two in any case.
 
-An error in one of these ends that script until the next start (a customization script: until the scene is loaded again);
-an error in a function that a client calls is the client's alone.
+An error in one of these ends that script until the next start (a customization script: until the scene is loaded
+again); an error in a function that a client calls is the client's alone.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def to_dict(value: Any) -> dict[Any, Any]:
 
 
 def to_function(value: Any) -> Function:
-    if callable(value):
+    if isinstance(value, Function):
         return value
     raise TypeError("a function")
 

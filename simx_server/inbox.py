@@ -1,0 +1,121 @@
+"""What has arrived for the physics thread, in order; and which of it may be dealt with while a script runs.
+
+A script that runs long holds the thread. Meanwhile others are answered what only reads, or sets what a script may find
+changed between two of its own calls: signals, targets, poses. A batch with anything else, and all later ones of its
+client, wait until the script is over.
+"""
+
+from __future__ import annotations
+
+import queue
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from simx_client.protocol.codec import CodecError, decode_batch
+from simx_client.protocol.commands import ANSWERED
+
+Event = Callable[[], object]
+
+
+class Arrival(NamedTuple):
+    """A batch of calls as it came."""
+
+    client: str
+    payload: bytes
+
+
+WAITS_FOR_SCRIPTS = frozenset(
+    {
+        # runs a script, which would run within the other
+        "simxCallScriptFunction",
+        # starts, stops or steps: within a pass, or within the start or stop that called the script
+        "simxStartSimulation",
+        "simxPauseSimulation",
+        "simxStopSimulation",
+        "simxSynchronous",
+        "simxSynchronousTrigger",
+        # replaces the model under the pass, or under the edit that called the script; parameters may do so too
+        "simxLoadScene",
+        "simxCloseScene",
+        "simxLoadModel",
+        "simxLoadUI",
+        "simxRemoveUI",
+        "simxCopyPasteObjects",
+        "simxCreateDummy",
+        "simxRemoveObject",
+        "simxRemoveModel",
+        "simxSetObjectParent",
+        "simxSetModelProperty",
+        "simxSetObjectIntParameter",
+        "simxSetObjectFloatParameter",
+        "simxBreakForceSensor",
+        "simxSetBooleanParameter",
+        "simxSetIntegerParameter",
+        "simxSetFloatingParameter",
+        "simxSetArrayParameter",
+    }
+)
+"""Names of commands of the table."""
+
+
+class Inbox:
+    """Events and batches. Anyone may `put`; the rest is the physics thread's."""
+
+    def __init__(self) -> None:
+        self._queue: queue.SimpleQueue[Event | Arrival] = queue.SimpleQueue()
+        self._held: deque[Event | Arrival] = deque()
+        """What had to wait for a script's end; it comes before all that is in the queue."""
+
+    def __len__(self) -> int:
+        return len(self._held) + self._queue.qsize()
+
+    def put(self, event: Event | Arrival) -> None:
+        self._queue.put(event)
+
+    def hold(self, event: Event | Arrival) -> None:
+        """Keep something until no script runs."""
+        self._held.append(event)
+
+    def wait(self, seconds: float) -> Event | Arrival | None:
+        """The next one, as soon as there is one; None when the time is over."""
+        if self._held:
+            return self._held.popleft()
+        try:
+            return self._queue.get(timeout=seconds)
+        except queue.Empty:
+            return None
+
+    def at_hand(self) -> Iterator[Event | Arrival]:
+        """All that is there now. What comes while these are dealt with is left for the next time."""
+        for _ in range(len(self)):
+            if self._held:
+                yield self._held.popleft()
+            elif not self._queue.empty():
+                yield self._queue.get_nowait()
+
+    def meanwhile(self, executing: str) -> Iterator[Event | Arrival]:
+        """What is there now and may be dealt with while a script runs; the rest is held.
+
+        Args:
+            executing: the client whose batch runs the script; its other batches come after that one.
+        """
+        for _ in range(self._queue.qsize()):
+            event = self._queue.get_nowait()
+            if isinstance(event, Arrival) and self._must_wait(event, executing):
+                self._held.append(event)
+            else:
+                yield event
+
+    def _must_wait(self, arrival: Arrival, executing: str) -> bool:
+        client = arrival.client
+        if client == executing:
+            return True
+        if any(isinstance(held, Arrival) and held.client == client for held in self._held):
+            return True
+        try:
+            calls = decode_batch(arrival.payload).calls
+        except CodecError:
+            return False
+        commands = (ANSWERED.get(call.command) for call in calls)
+        return any(command is not None and command.name in WAITS_FOR_SCRIPTS for command in commands)
