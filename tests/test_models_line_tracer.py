@@ -1,0 +1,98 @@
+"""The LineTracer follows its track once round by what its three eyes detect, in pictures by OpenGL and by rays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+import pytest
+from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor
+from real_world import RealWorld, handle_of, start_stepped, step
+from wheeled_stock import LINE_TRACER
+
+import simx_client as vrep
+from simx_server.sensors.gl_backend import RAYCAST, Backend
+from simx_server.sensors.render_thread import RenderThread
+
+World = tuple[RealWorld, int]
+Open = Callable[..., World]
+MIDDLE = (0.084, 0.7)
+"""Of the track."""
+
+
+@pytest.fixture
+def world() -> Iterator[Open]:
+    """Opens a scene: the world, and a client of it. `back_end`: what draws; None: what the server chooses."""
+    with ExitStack() as opened:
+
+        def open_scene(scene: str, back_end: str | None = None) -> World:
+            one = RealWorld(scene)
+            opened.callback(one.close)
+            if back_end is not None:
+                chosen = Backend(back_end, "the test wants it")
+                one.simulation.rendering.close()
+                one.simulation.rendering = RenderThread(lambda: chosen)
+                opened.callback(one.simulation.rendering.close)
+            return one, one.client()
+
+        yield open_scene
+
+
+def test_model_and_its_copy_are_vreps(world: Open) -> None:
+    opened, client = world("stock_kinect")
+    load_model(client, "models/robots/mobile/line follower.ttm", (0.0, 0.0))
+    load_model(client, "models/robots/mobile/line follower.ttm", (1.0, 1.5))
+    check_stock(opened, client, LINE_TRACER)
+    check_stock(opened, client, LINE_TRACER, suffix="#0", shift=(1.0, 1.5, 0.0))
+
+
+def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
+    opened, client = world("line_tracer")
+    start_stepped(client)
+    check_idle(client, ("LineTracer", "DynamicLeftJoint", "LeftJoint", "DynamicSlider"))
+    record_property("figures", f"line_tracer: {real_time_factor(opened, 5.0):.0f} times real time")
+
+
+@pytest.mark.parametrize("back_end", [None, RAYCAST])
+def test_line_tracer_goes_once_round_its_track(
+    world: Open, back_end: str | None, record_property: Callable[[str, str], None]
+) -> None:
+    _, clientID = world("line_tracer", back_end)
+    robot = handle_of(clientID, "LineTracer")
+    left, right = handle_of(clientID, "DynamicLeftJoint"), handle_of(clientID, "DynamicRightJoint")
+    eyes = [handle_of(clientID, name) for name in ("LeftSensor", "MiddleSensor", "RightSensor")]
+    for eye in eyes:
+        vrep.simxReadVisionSensor(clientID, eye, vrep.simx_opmode_streaming)
+    start_stepped(clientID)
+    step(clientID, 0.05)
+    begin = position_of(clientID, robot)
+    quarters, farthest, sees_line = set(), 0.0, 0
+    for number in range(900):
+        bright = [vrep.simxReadVisionSensor(clientID, eye, vrep.simx_opmode_buffer)[1] for eye in eyes]
+        velocity = 0.12 / 0.027
+        sees_line += not all(bright)
+        vrep.simxPauseCommunication(clientID, True)
+        vrep.simxSetJointTargetVelocity(
+            clientID, left, velocity * (1.0 if bright[0] else 0.3), vrep.simx_opmode_oneshot
+        )
+        vrep.simxSetJointTargetVelocity(
+            clientID, right, velocity * (1.0 if bright[2] else 0.3), vrep.simx_opmode_oneshot
+        )
+        vrep.simxPauseCommunication(clientID, False)
+        step(clientID, 0.05)
+        x, y, _ = position_of(clientID, robot)
+        bearing = math.atan2(y - MIDDLE[1], x - MIDDLE[0])
+        quarters.add(math.floor(bearing / (math.pi / 2)))
+        track = 0.62 + 0.08 * math.cos(4 * bearing)
+        farthest = max(farthest, abs(math.hypot(x - MIDDLE[0], y - MIDDLE[1]) - track))
+        if len(quarters) == 4 and math.dist((x, y), begin[:2]) < 0.05:
+            break
+    else:
+        pytest.fail(f"it did not come back: quarters {quarters}, now at {x:.2f}, {y:.2f}")
+    record_property(
+        "figures",
+        f"line tracer by {back_end or 'the chosen renderer'}: round in {number * 0.05:.0f} s, {farthest * 1000:.0f} mm off at most, "
+        f"line seen in {100 * sees_line / (number + 1):.0f} % of the passes",
+    )
+    assert farthest < 0.06
