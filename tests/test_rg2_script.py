@@ -41,7 +41,7 @@ def gripper_script() -> tuple[FakeSim, Callable[..., Any]]:
     sim = FakeSim()
     functions = ("getObjectHandle", "setJointForce", "setJointTargetVelocity", "getIntegerSignal")
     lua.globals().sim = lua.table_from({name: getattr(sim, name) for name in functions})
-    lua.execute((SCENES / "rg2.lua").read_text(encoding="utf-8"))
+    lua.execute((SCENES / "models" / "rg2.lua").read_text(encoding="utf-8"))
     return sim, lambda name, *args: lua.globals()[name](*args)
 
 
