@@ -67,11 +67,13 @@ def test_line_tracer_goes_once_round_its_track(
     start_stepped(clientID)
     step(clientID, 0.05)
     begin = position_of(clientID, robot)
-    quarters, farthest, sees_line = set(), 0.0, 0
-    for number in range(900):
+    quarters: set[int] = set()
+    passes, on_line, farthest = 0, 0, 0.0
+    for _ in range(900):
         bright = [vrep.simxReadVisionSensor(clientID, eye, vrep.simx_opmode_buffer)[1] for eye in eyes]
         velocity = 0.12 / 0.027
-        sees_line += not all(bright)
+        passes += 1
+        on_line += not all(bright)
         vrep.simxPauseCommunication(clientID, True)
         vrep.simxSetJointTargetVelocity(
             clientID, left, velocity * (1.0 if bright[0] else 0.3), vrep.simx_opmode_oneshot
@@ -92,7 +94,7 @@ def test_line_tracer_goes_once_round_its_track(
         pytest.fail(f"it did not come back: quarters {quarters}, now at {x:.2f}, {y:.2f}")
     record_property(
         "figures",
-        f"line tracer by {back_end or 'the chosen renderer'}: round in {number * 0.05:.0f} s, {farthest * 1000:.0f} mm off at most, "
-        f"line seen in {100 * sees_line / (number + 1):.0f} % of the passes",
+        f"line tracer, {back_end or 'the chosen renderer'}: round in {passes * 0.05:.0f} s, "
+        f"{farthest * 1000:.0f} mm off at most, line seen in {100 * on_line / passes:.0f} % of the passes",
     )
     assert farthest < 0.06
