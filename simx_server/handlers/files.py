@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.files import twins
+from simx_client.protocol.files import MESH_SUFFIXES, twins
 
 from .. import workspace
 from ..errors import CommandError
@@ -94,6 +94,14 @@ def load_model_of_server(sim: Simulation, text: str) -> int:
     sim.selection = []
     found = _find(sim, workspace.check_name(text), meshes=True)
     return _add(sim, found, found.name)
+
+
+def find_mesh(sim: Simulation, text: str) -> Path:
+    """A mesh file of the server's side, for scripts. Raises CommandError."""
+    found = _find(sim, workspace.check_name(text), meshes=True)
+    if found.suffix.lower() not in MESH_SUFFIXES:
+        raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
+    return found
 
 
 def _add(sim: Simulation, found: Path, name: str) -> int:
