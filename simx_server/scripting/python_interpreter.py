@@ -29,7 +29,7 @@ from .python_wire import Packer, Unpacker
 
 logger = logging.getLogger(__name__)
 
-_GIVES_BYTES = re.compile(r"\.pack|\.transform(Image|Buffer)|Buffer|Img|Image|Data(Block)?$|saveImage|base64")
+_GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
 """Functions whose results are bytes even when these could be text."""
 
 _LONGEST_TEXT = 1 << 16
