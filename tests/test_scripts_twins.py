@@ -1,7 +1,8 @@
-"""The same script in Lua and in Python, run by the whole server core: not a digit of what they do may differ."""
+"""Python scripts in the whole server core: not a digit of what they do may differ from their twins in Lua."""
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any
 
 import pytest
 from handler_calls import World
+
+from simx_server.errors import CommandError
 
 pytest.importorskip("lupa")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Python scripts run on Linux only")
@@ -119,3 +122,62 @@ def test_twins_do_the_same(tmp_path: Path, lua: Path, python: Path, passes: int,
         traces.append(trace_of(folder, script, passes, visit))
     assert traces[0] == traces[1]
     assert len({repr(item) for item in traces[0]}) > passes, "something must have happened"
+
+
+def python_world(folder: Path, source: str) -> World:
+    (folder / "mine.py").write_text(source, encoding="utf-8")
+    (folder / "scene.xml").write_text(SCENE.format(file="mine.py"), encoding="utf-8")
+    return World(file=folder / "scene.xml")
+
+
+def test_endless_script_ends_alone_and_begins_again_at_the_next_start(tmp_path: Path) -> None:
+    world = python_world(tmp_path, "def sysCall_actuation():\n    while True:\n        pass\ndef f(*a): pass")
+    world.sim.scripts.time_limit = 0.1
+    for _ in range(2):
+        world.run(3)
+        assert re.search(r"mine\.py:[23]: took too long and was stopped", world.sim.status_bar.messages[-1])
+        with pytest.raises(CommandError, match=r"was stopped by an error: .*took too long"):
+            call(world, "f")
+        world.call("simxStopSimulation")
+    assert world.sim.status_bar.count == 2
+
+
+def test_script_killed_in_a_clients_call_is_told_in_the_next_pass(tmp_path: Path) -> None:
+    world = python_world(tmp_path, "import os\ndef f(*a): os._exit(4)\ndef sysCall_sensing(): pass")
+    world.run(1)
+    with pytest.raises(CommandError, match=r"mine\.py: its process ended by itself \(exit code 4\)"):
+        call(world, "f")
+    assert world.sim.status_bar.count == 0
+    world.sim.advance()
+    assert "is stopped: mine.py: its process ended by itself" in world.sim.status_bar.messages[-1]
+    world.call("simxStopSimulation")
+
+
+def test_script_finds_modules_and_data_beside_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "gains.txt").write_text("2 3", encoding="utf-8")
+    (tmp_path / "tools").mkdir()
+    (tmp_path / "helper.py").write_text("def product(a, b):\n    return a * b\n", encoding="utf-8")
+    world = python_world(
+        tmp_path,
+        "from helper import product\n"
+        "def f(*a):\n    return [product(*map(int, open('gains.txt').read().split()))], [], [__file__], ''\n",
+    )
+    world.run(1)
+    assert call(world, "f") == ([6], [], ["mine.py"], b"")
+    world.call("simxStopSimulation")
+
+
+def test_text_within_the_scene_may_be_indented_and_its_lines_are_counted(tmp_path: Path) -> None:
+    text = """
+        def f(*a):
+            return [sim.getObjectHandle('plain')], [], [], ''
+        def g(*a):
+            return 1 / 0
+    """
+    xml = SCENE.replace('simx:script:RG2" data="file={file}"', f'simx:python:RG2" data="{text}"')
+    world = World(xml)
+    world.run(1)
+    assert call(world, "f") == ([world.handle("plain")], [], [], b"")
+    with pytest.raises(CommandError, match=r"RG2\.py:5: ZeroDivisionError"):
+        call(world, "g")
+    world.call("simxStopSimulation")

@@ -215,7 +215,7 @@ def main() -> None:
     builtins.__dict__.pop("exit", None)
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
-    missing = python_confine.confine(folders)
+    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"])
     for module in [key for key in sys.modules if "ctypes" in key]:
         del sys.modules[module]
     python_guard.refuse(folders)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import logging
 import re
+import textwrap
 import time
 from collections.abc import Generator
 from pathlib import Path
@@ -84,7 +85,12 @@ class PythonInterpreter:
         self._process.close()
 
     def run(self, source: bytes) -> None:
-        """Execute the script's text. Raises ScriptError."""
+        """Execute the script's text; one that is indented as a whole, as in a scene's file, is moved to the left."""
+        first = next((line for line in source.splitlines() if line.strip()), b"")
+        if first[:1].isspace():
+            source = textwrap.dedent(source.decode("utf-8", "surrogateescape")).encode(
+                "utf-8", "surrogateescape"
+            )
         self._ask("run", source)
 
     def has(self, function: str) -> bool:

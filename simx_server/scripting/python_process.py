@@ -209,7 +209,7 @@ class PythonProcess:
                 break
             text += data.decode("utf-8", "replace")
         for file, line in re.findall(r'File "([^"]*)", line (\d+)', text):
-            if "/" not in file and not file.startswith("<"):
+            if not file.startswith(("/", "<")):
                 return f"{file}:{line}"
         return ""
 

@@ -99,13 +99,17 @@ class Script:
             interpreter.close()
 
 
+def script_folder(sim: Simulation, folder: Path | None) -> Path | None:
+    """What lies beside a script: `folder` if its model brought one, else the scene's; None without a file."""
+    scene = sim.scene.path
+    return folder or (None if scene is None else scene.resolve().parent)
+
+
 def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
     """A file beside the scene (or in `folder`), or in the ``models/`` there; nothing outside. Raises ScriptError."""
-    scene = sim.scene.path
+    folder = script_folder(sim, folder)
     if folder is None:
-        if scene is None:
-            raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
-        folder = scene.resolve().parent
+        raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
     # A model's file names its script as it lies beside it, also when a scene includes that file.
     for path in ((folder / name).resolve(), (folder / MODELS / name).resolve()):
         if not path.is_relative_to(folder):

@@ -38,7 +38,7 @@ from .exchange import check_results
 from .interpreter import TIME_LIMIT, Interpreter, ScriptError
 from .lua import LuaInterpreter
 from .namespaces import Namespaces
-from .script import LUA, PYTHON, Script, ScriptKind, ScriptSide
+from .script import LUA, PYTHON, Script, ScriptKind, ScriptSide, script_folder
 from .targets import AddOn, find_target, split_target
 
 if TYPE_CHECKING:
@@ -252,7 +252,8 @@ class Scripts:
             source = script.source(self._sim)
             side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
             if script.language == PYTHON:
-                script.interpreter = _python_interpreter(script.file, side, self.time_limit)
+                folder = script_folder(self._sim, script.folder)
+                script.interpreter = _python_interpreter(script.file, side, self.time_limit, folder)
             else:
                 script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
                 source = with_call_backs(
@@ -384,8 +385,8 @@ class Scripts:
         self._sim.serve_others()
 
 
-def _python_interpreter(name: str, side: ScriptSide, time_limit: float) -> Interpreter:
+def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:
     """Imported only when a scene has such a script."""
     from .python_interpreter import PythonInterpreter
 
-    return PythonInterpreter(name, side, time_limit=time_limit)
+    return PythonInterpreter(name, side, time_limit=time_limit, folder=folder)
