@@ -47,7 +47,7 @@ def test_smallest_turn_takes_z_to_the_axis(x: float, y: float, z: float) -> None
     if length < 1e-3:
         return
     axis = (x / length, y / length, z / length)
-    assert np.allclose(poses.rotate(poses.turn_z_to(axis), (0, 0, 1)), axis, atol=1e-6)
+    assert np.allclose(poses.rotate(poses.turn_z_to(axis), (0, 0, 1)), axis, atol=1e-12)
 
 
 def test_gimbal_lock_gives_alpha_zero() -> None:

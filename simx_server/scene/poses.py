@@ -78,9 +78,12 @@ def about(axis: Sequence[float], angle: float) -> Quaternion:
 def turn_z_to(axis: Sequence[float]) -> Quaternion:
     """The smallest rotation that takes +z to a unit axis; for -z a half turn about x."""
     x, y, z = axis
-    if z < -1 + 1e-12:
+    across = x * x + y * y
+    if z < 0 and across < 1e-30:
         return (0.0, 1.0, 0.0, 0.0)
-    return normalised((1.0 + z, -y, x, 0.0))
+    # 1 + z, which near -z would be what rounding has left of it.
+    w = across / (1.0 - z) if z < 0 else 1.0 + z
+    return normalised((w, -y, x, 0.0))
 
 
 def rotation_vector(q: Quaternion) -> Vector:
