@@ -20,6 +20,9 @@ SCENE, APPLICATION = -12, -13
 MAX_BYTES = 256 << 20
 """Of all of it together."""
 
+HIDDEN = "\0"
+"""Begins names of the server's own, which no script can say; removing everything leaves them."""
+
 _TEMPORARY = "@tmp"
 
 
@@ -40,7 +43,8 @@ class CustomData:
         """
         known = self._of(handle)
         if not name:
-            known.clear()
+            for each in [kept for kept in known if not kept.startswith(HIDDEN)]:
+                del known[each]
         elif not data:
             known.pop(name, None)
         else:

@@ -114,9 +114,11 @@ class Engine:
             event = self._inbox.wait(wait)
             if event is not None:
                 self._handle(event)
+                self.simulation.settle()
             return
         for event in self._inbox.at_hand():
             self._handle(event)
+        self.simulation.settle()
         if self._seconds_until_pass() <= 0:
             self._pass()
 

@@ -97,6 +97,9 @@ class Simulation:
         self.signals = Signals()
         self.on_starting: list[Listener] = []
         """Called while still stopped: what is changed here stays after the run."""
+        self.is_stopping = False
+        """The run is to end: a script asked for it, or it is ending now."""
+        self._soon: list[Listener] = []
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []
         """Called before anything is restored: what is still changed here is taken back with the rest."""
@@ -223,6 +226,7 @@ class Simulation:
         """End the run and bring back, bit for bit, what was saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
+        self.is_stopping = True
         _call(self.on_stopping)
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
@@ -232,6 +236,7 @@ class Simulation:
         self.changed()
         self.refresh()
         self._velocities.restart()
+        self.is_stopping = False
         _call(self.on_stop)
         if replaced:
             _call(self.on_model_changed)
@@ -257,10 +262,31 @@ class Simulation:
         _call(self.on_sensing)
         self.pass_count += 1
         _call(self.on_pass_end)
+        self.settle()
 
     def idle(self) -> None:
         """To be called now and then while stopped or paused."""
         _call(self.on_idle)
+        self.settle()
+
+    def soon(self, action: Listener) -> None:
+        """Start, pause or stop when no pass and no script is under way any more: for scripts that ask for it."""
+        self._soon.append(action)
+
+    def stop_soon(self) -> None:
+        """As `soon`, for `stop`; nothing when stopped."""
+        if self.is_running and not self.is_stopping:
+            self.is_stopping = True
+            self.soon(self.stop)
+
+    def settle(self) -> None:
+        """Do what was to be done soon; to be called when neither a pass nor a command is under way."""
+        while self._soon:
+            action = self._soon.pop(0)
+            try:
+                action()
+            except CommandError as problem:
+                logger.error("what a script asked for cannot be done: %s", problem)
 
     def changed(self) -> None:
         """To be called after writing state or model: readers see a new version and fresh kinematics."""

@@ -53,6 +53,9 @@ class PlainSimulation:
         for listener in self.on_stop:
             listener()
 
+    def settle(self) -> None:
+        """No script here asks for anything."""
+
     def advance(self) -> None:
         self.passes += 1
         self.log.append(("pass", self.passes))

@@ -259,7 +259,7 @@ def test_sim_functions_give_what_clients_get(tmp_path: Path) -> None:
     assert ints == [-1, 0, 3, 3]
     assert floats == pytest.approx([2, 0, 0, 0, 1, 0.02])
     assert strings == ["plain"]
-    assert world.sim.status_bar.messages[-1] == "logged"
+    assert world.sim.status_bar.messages[-1] == "[RG2:info] logged"
     for function, text in (
         ("bad", r"sim\.setJointTargetVelocity: argument 1 \(joint\) must be a number, got 'a'"),
         ("nothing", r"argument 1 \(joint\) must be a number, got nothing"),

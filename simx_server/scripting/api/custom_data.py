@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...custom_data import APPLICATION
+from ...custom_data import APPLICATION, HIDDEN
 from .base import ApiPart
 from .packing import pack_table, unpack_table
 
-_PERSISTENT, _EXTENSION = "@persistent/", "@extension/"
+_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
 """Begin the names under which these two are kept."""
 
 
@@ -25,7 +25,7 @@ class CustomDataFunctions(ApiPart):
     def readCustomDataBlockTags(self, handle: int) -> list[str] | None:
         """The names of all blocks; nil when there are none."""
         names = self._sim.custom_data.names(self._self(handle))
-        return [name for name in names if not name.startswith((_PERSISTENT, _EXTENSION))] or None
+        return [name for name in names if not name.startswith(HIDDEN)] or None
 
     def readCustomDataTags(self, handle: int) -> list[str] | None:
         return self.readCustomDataBlockTags(handle)

@@ -1,16 +1,126 @@
-"""What a script tells people."""
+"""What a script tells people: status bar, log, consoles, dialogs."""
 
 from __future__ import annotations
 
+import logging
+
+from simx_client.protocol import constants as c
+
+from ...errors import CommandError
+from ...handlers import consoles, dialogs
 from .base import ApiPart
+
+logger = logging.getLogger(__name__)
+
+_LEVEL = 0x0FFF
+_UNDECORATED = 0xF000
+_ERRORS, _WARNINGS, _SHOWN = (200, 420), (300, 430), 450
+"""sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings; what is above _scriptinfos is not shown."""
+
+_OK, _RETURN_OK = 0, 3
+"""`sim_msgbox_buttons_ok`, `sim_msgbox_return_ok`."""
 
 
 class MessageFunctions(ApiPart):
-    """Status bar and log."""
+    """Nobody need be there to see it: everything is kept, and shown by the server's page."""
 
-    def addStatusbarMessage(self, text: str) -> None:
-        self._sim.status_bar.add(text)
+    def addStatusbarMessage(self, text: str | None = None) -> None:
+        """Nothing for nil, with which V-REP cleared the bar."""
+        if text is not None:
+            self._sim.status_bar.add(text)
 
-    def addLog(self, _severity: int, text: str) -> None:
-        """Every severity goes to the status bar."""
-        self._sim.status_bar.add(text)
+    def addLog(self, verbosity: int | None = None, text: str | None = None) -> None:
+        """Up to sim.verbosity_scriptinfos into the status bar, what is more detailed only into the server's log when it
+        tells debugging. Added to the level: sim.verbosity_undecorated, without the script's name in front."""
+        if text is None:
+            return
+        level = _SHOWN if verbosity is None else verbosity
+        kind = "error" if level & _LEVEL in _ERRORS else "warning" if level & _LEVEL in _WARNINGS else "info"
+        item = self._sim.scene.objects.get(self._owner)
+        shown = (
+            text
+            if level & _UNDECORATED == _UNDECORATED
+            else f"[{item.name if item else 'script'}:{kind}] {text}"
+        )
+        if level & _LEVEL <= _SHOWN:
+            self._sim.status_bar.add(shown)
+        else:
+            logger.debug("%s", shown)
+
+    def auxiliaryConsoleOpen(
+        self,
+        title: str,
+        max_lines: int,
+        mode: int,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+        text_color: list[float] | None = None,
+        background_color: list[float] | None = None,
+    ) -> int:
+        """The console's handle. Mode bits: 1 goes with the run, 2 lines are wrapped, 4 a person may close it,
+        8 hidden in pauses, 16 stays with another scene; position and size in pixels, colours RGB 0..1."""
+        return consoles.open_console(
+            self._sim, title, max_lines, mode, position, size, text_color, background_color
+        )
+
+    def auxiliaryConsoleClose(self, console: int) -> int:
+        """1, or 0 when there is no such console."""
+        known = any(each.handle == console for each in self._sim.user_interface.consoles)
+        consoles.close_console(self._sim, console)
+        return int(known)
+
+    def auxiliaryConsolePrint(self, console: int, text: str | None = None) -> int:
+        """Nil clears it. 1, or 0 when the console was closed."""
+        consoles.print_to_console(self._sim, console, text)
+        return int(self._sim.user_interface.consoles.get(console) is not None)
+
+    def auxiliaryConsoleShow(self, console: int, shown: bool) -> int:
+        """1, or 0 when the console was closed."""
+        consoles.show_console(self._sim, console, shown)
+        return int(self._sim.user_interface.consoles.get(console) is not None)
+
+    def displayDialog(
+        self,
+        title: str,
+        text: str,
+        style: int,
+        modal: bool = False,
+        initial: str | None = None,
+        title_colors: list[float] | None = None,
+        dialog_colors: list[float] | None = None,
+    ) -> tuple[int, int]:
+        """Style: sim.dlgstyle_; colours: RGB of background and text, 0..1. Handle of the dialog, and of its UI.
+
+        Partly: no dialog is modal, the simulation goes on.
+        """
+        if modal:
+            raise CommandError(
+                "a modal dialog would stop the server for everybody; leave it out, and ask sim.getDialogResult later"
+            )
+        return dialogs.display_dialog(
+            self._sim, title, text, style, initial or "", title_colors, dialog_colors
+        )
+
+    def getDialogResult(self, dialog: int) -> int:
+        """sim.dlgret_still_open until somebody answers."""
+        return dialogs.get_dialog_result(self._sim, dialog)
+
+    def getDialogInput(self, dialog: int) -> str:
+        return dialogs.get_dialog_input(self._sim, dialog)
+
+    def endDialog(self, dialog: int) -> int:
+        dialogs.end_dialog(self._sim, dialog)
+        return 1
+
+    def msgBox(self, _kind: int, buttons: int, title: str, text: str) -> int:
+        """A message with an OK button only goes to the status bar, and counts as read: sim.msgbox_return_ok.
+
+        Partly: a box with a choice is an error, as it would stop the server until somebody comes.
+        """
+        if buttons != _OK:
+            raise CommandError(
+                "a box that waits for a choice would stop the server for everybody; show it with sim.displayDialog, "
+                f"style sim.dlgstyle_yes_no ({c.sim_dlgstyle_yes_no}), and ask sim.getDialogResult in later passes"
+            )
+        self._sim.status_bar.add(f"{title}: {text}" if title else text)
+        return _RETURN_OK

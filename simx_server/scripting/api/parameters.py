@@ -1,9 +1,139 @@
-"""Parameters of the simulator."""
+"""Numbered parameters of the simulator. What each number means: `parameters.py` of the server."""
 
 from __future__ import annotations
 
+from ...custom_data import APPLICATION, HIDDEN
+from ...errors import CommandError
+from ...handlers import parameters
 from .base import ApiPart
+
+_NAMED = HIDDEN + "named/"
+"""Begins the names under which named parameters are kept."""
 
 
 class ParameterFunctions(ApiPart):
-    """By number."""
+    """By sim.boolparam_, sim.intparam_, ... Unknown ones are errors that list the known."""
+
+    def getBoolParam(self, number: int) -> bool:
+        return parameters.get_boolean_parameter(self._sim, number)
+
+    def setBoolParam(self, number: int, value: bool) -> None:
+        parameters.set_boolean_parameter(self._sim, number, value)
+
+    def getInt32Param(self, number: int) -> int:
+        return parameters.get_integer_parameter(self._sim, number)
+
+    def setInt32Param(self, number: int, value: int) -> None:
+        parameters.set_integer_parameter(self._sim, number, value)
+
+    def getFloatParam(self, number: int) -> float:
+        return parameters.get_floating_parameter(self._sim, number)
+
+    def setFloatParam(self, number: int, value: float) -> None:
+        parameters.set_floating_parameter(self._sim, number, value)
+
+    def getStringParam(self, number: int) -> str:
+        return parameters.get_string_parameter(self._sim, number)
+
+    def setStringParam(self, number: int, value: str) -> None:
+        self._sim.parameters.strings.set(number, value)
+
+    def getArrayParam(self, number: int) -> list[float]:
+        return parameters.get_array_parameter(self._sim, number)
+
+    def setArrayParam(self, number: int, values: list[float]) -> None:
+        """Three numbers."""
+        if len(values) != 3:
+            raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
+        parameters.set_array_parameter(self._sim, number, values)
+
+    def getNamedStringParam(self, name: str) -> bytes | None:
+        """What a script of this server kept under a name; nil when there is none."""
+        return self._sim.custom_data.read(APPLICATION, f"{_NAMED}{name}")
+
+    def setNamedStringParam(self, name: str, value: bytes) -> None:
+        """Kept until the server ends; '' removes it."""
+        self._sim.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
+
+    # Names of V-REP 3.
+
+    def getBoolParameter(self, number: int) -> bool:
+        return self.getBoolParam(number)
+
+    def setBoolParameter(self, number: int, value: bool) -> None:
+        self.setBoolParam(number, value)
+
+    def getBooleanParameter(self, number: int) -> bool:
+        return self.getBoolParam(number)
+
+    def setBooleanParameter(self, number: int, value: bool) -> None:
+        self.setBoolParam(number, value)
+
+    def getInt32Parameter(self, number: int) -> int:
+        return self.getInt32Param(number)
+
+    def setInt32Parameter(self, number: int, value: int) -> None:
+        self.setInt32Param(number, value)
+
+    def getIntegerParameter(self, number: int) -> int:
+        return self.getInt32Param(number)
+
+    def setIntegerParameter(self, number: int, value: int) -> None:
+        self.setInt32Param(number, value)
+
+    def getFloatParameter(self, number: int) -> float:
+        return self.getFloatParam(number)
+
+    def setFloatParameter(self, number: int, value: float) -> None:
+        self.setFloatParam(number, value)
+
+    def getFloatingParameter(self, number: int) -> float:
+        return self.getFloatParam(number)
+
+    def setFloatingParameter(self, number: int, value: float) -> None:
+        self.setFloatParam(number, value)
+
+    def getStringParameter(self, number: int) -> str:
+        return self.getStringParam(number)
+
+    def setStringParameter(self, number: int, value: str) -> None:
+        self.setStringParam(number, value)
+
+    def getArrayParameter(self, number: int) -> list[float]:
+        return self.getArrayParam(number)
+
+    def setArrayParameter(self, number: int, values: list[float]) -> None:
+        self.setArrayParam(number, values)
+
+    # Parameters of physics engines.
+
+    def getEngineBoolParam(self, number: int, _handle: int) -> bool:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+    def getEngineInt32Param(self, number: int, _handle: int) -> int:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+    def getEngineFloatParam(self, number: int, _handle: int) -> float:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+    def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> None:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+    def setEngineInt32Param(self, number: int, _handle: int, _value: int) -> None:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+    def setEngineFloatParam(self, number: int, _handle: int, _value: float) -> None:
+        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        raise _no_engine_parameter(number)
+
+
+def _no_engine_parameter(number: int) -> CommandError:
+    return CommandError(
+        f"engine parameter {number} is not there: the engine is MuJoCo, which has none of those of Bullet, ODE, Vortex "
+        "and Newton; friction and the like are said in the scene's MJCF"
+    )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from ...errors import CommandError
 from .base import ApiPart
 
 
 class SignalFunctions(ApiPart):
-    """Integer, float and string signals."""
+    """Integer, float and string signals. Clients see the same ones."""
 
     def setIntegerSignal(self, name: str, value: int) -> None:
         if name:
@@ -47,3 +48,38 @@ class SignalFunctions(ApiPart):
 
     def clearStringSignal(self, name: str | None = None) -> None:
         self._sim.signals.clear_string(name or "")
+
+    # One kind of float here: doubles share the name space of the floats, at full precision.
+
+    def setDoubleSignal(self, name: str, value: float) -> None:
+        """Partly: a float signal of this name is the same signal."""
+        self.setFloatSignal(name, value)
+
+    def getDoubleSignal(self, name: str) -> float | None:
+        """Partly: a float signal of this name is the same signal."""
+        return self.getFloatSignal(name)
+
+    def clearDoubleSignal(self, name: str | None = None) -> None:
+        """Partly: a float signal of this name is the same signal."""
+        self.clearFloatSignal(name)
+
+    def setBufferSignal(self, name: str, value: bytes) -> None:
+        self.setStringSignal(name, value)
+
+    def getBufferSignal(self, name: str) -> bytes | None:
+        return self.getStringSignal(name)
+
+    def clearBufferSignal(self, name: str | None = None) -> None:
+        self.clearStringSignal(name)
+
+    def getSignalName(self, index: int, kind: int) -> str | None:
+        """The name of the signal at this index, from 0; nil after the last. Kind: 0 integer, 1 float, 2 string.
+
+        In later versions 2 was double and 3 string: both are taken for strings, as doubles are floats here.
+        """
+        signals = self._sim.signals
+        tables = {0: signals.integers, 1: signals.floats, 2: signals.strings, 3: signals.strings}
+        if kind not in tables:
+            raise CommandError(f"a kind of signal is 0 (integer), 1 (float) or 2 (string), not {kind}")
+        names = list(tables[kind])
+        return names[index] if 0 <= index < len(names) else None

@@ -1,0 +1,78 @@
+"""What scripts tell people: status bar, log, consoles and dialogs."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+__all__ = ["world"]
+
+
+def test_messages_reach_the_status_bar(world: ScriptWorld) -> None:
+    world.lua("sim.addStatusbarMessage('hello'); sim.addStatusbarMessage(nil)")
+    assert world.sim.status_bar.messages[-1] == "hello"
+
+
+def test_the_log_has_levels(world: ScriptWorld, caplog: pytest.LogCaptureFixture) -> None:
+    world.lua("sim.addLog(sim.verbosity_scripterrors, 'bad'); sim.addLog(sim.verbosity_warnings, 'odd')")
+    world.lua("sim.addLog(sim.verbosity_scriptinfos, 'fine')")
+    world.lua(
+        "sim.addLog(sim.verbosity_scriptinfos | sim.verbosity_undecorated, 'plain'); sim.addLog(nil, 'bare')"
+    )
+    with caplog.at_level("DEBUG"):
+        world.lua("sim.addLog(sim.verbosity_debug, 'detail')")
+    assert world.sim.status_bar.messages[-5:] == [
+        "[robot:error] bad",
+        "[robot:warning] odd",
+        "[robot:info] fine",
+        "plain",
+        "[robot:info] bare",
+    ]
+    assert any("detail" in record.message for record in caplog.records)
+
+
+def test_consoles_are_opened_written_to_and_closed(world: ScriptWorld) -> None:
+    console = world.value("sim.auxiliaryConsoleOpen('log', 5, 0, {10, 20}, {300, 200}, {1,1,1}, {0,0,0})")
+    assert world.lua(
+        f"return sim.auxiliaryConsolePrint({console}, 'one\\n'), sim.auxiliaryConsoleShow({console}, false)"
+    ) == [
+        1,
+        1,
+    ]
+    (seen,) = world.sim.user_interface.consoles
+    assert (seen.title, seen.lines, seen.is_shown, seen.position) == ("log", ["one"], False, [10, 20])
+    world.lua(f"sim.auxiliaryConsolePrint({console}, nil)")
+    assert seen.lines == []
+    assert world.lua(
+        f"return sim.auxiliaryConsoleClose({console}), sim.auxiliaryConsoleClose({console})"
+    ) == [1, 0]
+    assert world.lua(
+        f"return sim.auxiliaryConsolePrint({console}, 'x'), sim.auxiliaryConsoleShow({console}, true)"
+    ) == [0, 0]
+    world.fails("sim.auxiliaryConsolePrint(77, 'x')", "no console with handle 77")
+    assert world.value("sim.auxiliaryConsoleOpen('short', 5, 0)") > 0
+
+
+def test_a_dialog_waits_for_an_answer_without_holding_anybody_up(world: ScriptWorld) -> None:
+    dialog, _ = world.lua("return sim.displayDialog('Go?', 'Shall I go on?', sim.dlgstyle_yes_no, false)")
+    assert world.value(f"sim.getDialogResult({dialog}) == sim.dlgret_still_open") is True
+    world.sim.user_interface.dialogs.answer(dialog, world.value("sim.dlgret_yes"))
+    assert world.value(f"sim.getDialogResult({dialog}) == sim.dlgret_yes") is True
+    assert world.value(f"sim.endDialog({dialog})") == 1
+    world.fails(f"sim.getDialogResult({dialog})", "no dialog with handle")
+    asked, _ = world.lua(
+        "return sim.displayDialog('Name', 'Who?', sim.dlgstyle_input, false, 'nobody', nil, nil)"
+    )
+    assert world.value(f"sim.getDialogInput({asked})") == "nobody"
+    world.fails("sim.displayDialog('a', 'b', sim.dlgstyle_ok, true)", "a modal dialog would stop the server")
+
+
+def test_a_message_box_is_read_at_once_unless_it_asks(world: ScriptWorld) -> None:
+    assert world.value(
+        "sim.msgBox(sim.msgbox_type_info, sim.msgbox_buttons_ok, 'Note', 'All is well')"
+    ) == world.value("sim.msgbox_return_ok")
+    assert world.sim.status_bar.messages[-1] == "Note: All is well"
+    world.fails(
+        "sim.msgBox(sim.msgbox_type_question, sim.msgbox_buttons_yesno, 'Go', 'Sure?')",
+        "show it with sim.displayDialog",
+    )

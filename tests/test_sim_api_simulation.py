@@ -1,0 +1,128 @@
+"""The simulation, its clock, its parameters and random numbers, as scripts see and steer them."""
+
+from __future__ import annotations
+
+import pytest
+from sim_api_calls import ScriptWorld, world
+
+from simx_server.simulation import SimulationState
+
+__all__ = ["world"]
+
+
+def test_time_and_state(world: ScriptWorld) -> None:
+    assert world.value("sim.getSimulationState() == sim.simulation_advancing_firstafterstop") is True
+    world.passes(3)
+    assert world.value("sim.getSimulationTime()") == pytest.approx(0.15)
+    assert world.value("sim.getSimulationTimeStep()") == pytest.approx(0.05)
+    assert world.value("sim.getSimulationState() == sim.simulation_advancing_running") is True
+    world.call("simxPauseSimulation")
+    assert world.value("sim.getSimulationState() == sim.simulation_paused") is True
+    world.fails("sim.setSimulationTimeStep(0.01)", "only while the simulation is stopped")
+
+
+def test_a_stop_waits_for_the_end_of_the_pass(world: ScriptWorld) -> None:
+    assert world.value("sim.stopSimulation()") == 1
+    assert world.sim.state is SimulationState.RUNNING
+    assert world.value("sim.getSimulationState() == sim.simulation_advancing_abouttostop") is True
+    assert world.value("sim.getSimulationStopping()") is True
+    world.passes()
+    assert world.sim.state is SimulationState.STOPPED
+    assert not world.sim.is_stopping
+
+
+def test_a_pause_and_what_follows_it(world: ScriptWorld) -> None:
+    assert world.value("sim.getSimulationStopping()") is False
+    assert world.value("sim.pauseSimulation()") == 1
+    world.passes()
+    assert world.sim.state is SimulationState.PAUSED
+    assert world.value("sim.startSimulation()") == 1
+    world.sim.settle()
+    assert world.sim.state is SimulationState.RUNNING
+
+
+def test_the_server_ends_only_while_stopped(world: ScriptWorld) -> None:
+    world.fails("sim.quitSimulator()", "only while the simulation is stopped")
+
+
+def test_clocks_of_the_wall(world: ScriptWorld) -> None:
+    first, second = world.value("sim.getSystemTime()"), world.value("sim.getSystemTime()")
+    assert 0 < first <= second
+    earlier = world.value("sim.getSystemTimeInMs(-1)")
+    assert 0 <= world.value(f"sim.getSystemTimeInMs({earlier})") < 60_000
+    assert world.value("sim.getRealTimeSimulation()") == 0
+    assert world.value("sim.isRealTimeSimulationStepNeeded()") == 1
+    assert world.value("sim.getSimulationPassesPerRenderingPass()") == 1
+    world.lua("sim.adjustRealTimeTimer(0, 0.1)")
+
+
+def test_random_numbers_are_the_same_in_every_run(world: ScriptWorld) -> None:
+    first = world.lua("return sim.getRandom(), sim.getRandom()")
+    assert first[0] != first[1]
+    assert all(0 <= number < 1 for number in first)
+    world.call("simxStopSimulation")
+    world.call("simxStartSimulation")
+    assert world.lua("return sim.getRandom(), sim.getRandom()") == first
+    assert world.value("sim.getRandom(5)") == world.value("sim.getRandom(5)") != first[0]
+
+
+@pytest.mark.parametrize("kind", ["Param", "Parameter"])
+def test_parameters_by_new_and_old_names(world: ScriptWorld, kind: str) -> None:
+    assert world.value(f"sim.getBool{kind}(sim.boolparam_headless)") is True
+    world.lua(f"sim.setBool{kind}(sim.boolparam_collision_handling_enabled, false)")
+    assert world.value(f"sim.getBool{kind}(sim.boolparam_collision_handling_enabled)") is False
+    assert world.value(f"sim.getInt32{kind}(sim.intparam_program_version)") == 30602
+    world.lua(f"sim.setInt32{kind}(sim.intparam_visible_layers, 3)")
+    assert world.value(f"sim.getInt32{kind}(sim.intparam_visible_layers)") == 3
+    assert world.value(f"sim.getFloat{kind}(sim.floatparam_simulation_time_step)") == pytest.approx(0.05)
+    world.lua(f"sim.setFloat{kind}(sim.floatparam_simulation_time_step, 0.1)")
+    assert world.value(f"sim.getString{kind}(sim.stringparam_scene_name)") == "scene"
+    world.lua(f"sim.setArray{kind}(sim.arrayparam_gravity, {{0, 0, -1}})")
+    assert world.value(f"sim.getArray{kind}(sim.arrayparam_gravity)") == [0, 0, -1]
+    world.fails(f"sim.setString{kind}(sim.stringparam_scene_name, 'x')", "string parameter 15 cannot be set")
+    world.fails(
+        f"sim.setArray{kind}(sim.arrayparam_gravity, {{1}})", "an array parameter is 3 numbers, not 1"
+    )
+    world.fails(f"sim.getInt32{kind}(9999)", "integer parameter 9999 cannot be read; those that can")
+
+
+def test_the_oldest_names_of_parameters(world: ScriptWorld) -> None:
+    world.lua("sim.setBooleanParameter(sim.boolparam_distance_handling_enabled, false)")
+    assert world.value("sim.getBooleanParameter(sim.boolparam_distance_handling_enabled)") is False
+    world.lua("sim.setIntegerParameter(sim.intparam_visible_layers, 5)")
+    assert world.value("sim.getIntegerParameter(sim.intparam_visible_layers)") == 5
+    world.lua("sim.setFloatingParameter(sim.floatparam_simulation_time_step, 0.1)")
+    assert world.value("sim.getFloatingParameter(sim.floatparam_simulation_time_step)") == pytest.approx(0.05)
+
+
+def test_named_parameters(world: ScriptWorld) -> None:
+    assert world.value("sim.getNamedStringParam('mine.level')") is None
+    world.lua("sim.setNamedStringParam('mine.level', '3')")
+    assert world.value("sim.getNamedStringParam('mine.level')") == "3"
+    assert world.value("sim.readCustomDataBlockTags(sim.handle_app)") is None
+
+
+@pytest.mark.parametrize("kind", ["Bool", "Int32", "Float"])
+def test_parameters_of_other_engines_are_refused(world: ScriptWorld, kind: str) -> None:
+    world.fails(f"sim.getEngine{kind}Param(3001, -1)", "the engine is MuJoCo, which has none")
+    world.fails(f"sim.setEngine{kind}Param(3001, -1, 1)", "the engine is MuJoCo, which has none")
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "setNavigationMode(1)",
+        "getNavigationMode()",
+        "setPage(0)",
+        "getPage()",
+        "adjustView(0, 1, 0)",
+        "cameraFitToView(0)",
+        "floatingViewAdd(0, 0, 1, 1, 0)",
+        "floatingViewRemove(1)",
+        "fileDialog(0, 't', 'p', 'n', 'e', 'd')",
+        "textEditorOpen('t', 'p')",
+        "openTextEditor('t')",
+    ],
+)
+def test_what_needs_a_window_says_so(world: ScriptWorld, call: str) -> None:
+    world.fails(f"sim.{call}", "needs the simulator's own window, which this server does not have")
