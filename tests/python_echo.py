@@ -1,0 +1,88 @@
+"""A server that echoes, for Python scripts without a simulation, and interpreters that end with their test."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simx_server.errors import CommandError
+from simx_server.scripting.interpreter import Constant, Switching, Waiting
+from simx_server.scripting.python_interpreter import PythonInterpreter
+
+
+class EchoApi:
+    """A ``sim`` with constants and functions that echo, wait, refuse, call back and break."""
+
+    def __init__(self) -> None:
+        self.printed: list[str] = []
+        self.switching = Switching()
+        self.served = 0
+        self.vanish = False
+        self.interpreter: PythonInterpreter | None = None
+
+    def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
+        names = ("echo", "refuse", "break_down", "pause", "packFloatTable", "callBack")
+        return {"sim": {"handle_self": -4, **dict.fromkeys(names)}, "simIK": {"echo": None}}
+
+    def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+        if name in ("sim.echo", "simIK.echo"):
+            return tuple(arguments)
+        if name == "sim.break_down":
+            raise ValueError("a slip of the server")
+        if name == "sim.pause":
+            return self._pause(arguments[0])
+        if name == "sim.packFloatTable":
+            return (b"abcd",)
+        if name == "sim.callBack":
+            assert self.interpreter is not None
+            return tuple(self.interpreter.call(arguments[0].decode(), *arguments[1:]))
+        raise CommandError("is not provided" if name != "sim.refuse" else "no object with handle 7")
+
+    def _pause(self, count: int) -> Waiting:
+        for _ in range(count):
+            yield
+        if count > 2:
+            raise CommandError("too long a pause")
+        return (count, "done")
+
+    def module(self, name: str) -> bytes | None:
+        return {"tools": b"def double(x):\n    return 2 * x\ndef fail():\n    raise ValueError('odd')\n"}.get(
+            name
+        )
+
+    def serve_others(self) -> None:
+        self.served += 1
+        if self.vanish:
+            os._exit(0)
+
+    def output(self, text: str) -> None:
+        self.printed.append(text)
+
+
+class Scripts:
+    """Makes interpreters that end with the test."""
+
+    def __init__(self) -> None:
+        self.api = EchoApi()
+        self.made: list[PythonInterpreter] = []
+
+    def __call__(
+        self, source: str, *, time_limit: float = 5.0, folder: Path | None = None
+    ) -> PythonInterpreter:
+        interpreter = PythonInterpreter("test.py", self.api, time_limit=time_limit, folder=folder)
+        self.made.append(interpreter)
+        self.api.interpreter = interpreter
+        interpreter.run(source.encode())
+        return interpreter
+
+
+@pytest.fixture
+def script() -> Iterator[Scripts]:
+    scripts = Scripts()
+    yield scripts
+    for interpreter in scripts.made:
+        interpreter.close()
