@@ -16,7 +16,7 @@ def _sonar(number: int, x: float, y: float, z: float, bearing_deg: float) -> Sto
     return Stock(name, CONE, (x, y, z), axis, reach=1.0, offset=0.0, angle_deg=30, explicit=False)
 
 
-def _wheel(
+def drive_joint(
     name: str,
     x: float,
     y: float,
@@ -25,6 +25,7 @@ def _wheel(
     axis: Vector = (0.0, 1.0, 0.0),
     position: float = 0.0,
 ) -> Stock:
+    """A motor that turns a wheel, or a caster's free joint."""
     return Stock(
         name, REVOLUTE, (x, y, z), axis, interval="cyclic", mode=5, position_q=position,
         max_force=max_force, upper_velocity=FULL_TURN,
@@ -33,12 +34,12 @@ def _wheel(
 
 PIONEER = (
     Stock("Pioneer_p3dx", SHAPE, (0, 0, 0.1388), euler_deg=(0, 0, 0), mass=16),
-    _wheel("Pioneer_p3dx_rightMotor", 0.0445, -0.1655, 0.0975, 3),
+    drive_joint("Pioneer_p3dx_rightMotor", 0.0445, -0.1655, 0.0975, 3),
     Stock("Pioneer_p3dx_rightWheel", SHAPE, (0.0445, -0.1655, 0.0975), mass=1.5),
-    _wheel("Pioneer_p3dx_leftMotor", 0.0445, 0.1655, 0.0975, 3),
+    drive_joint("Pioneer_p3dx_leftMotor", 0.0445, 0.1655, 0.0975, 3),
     Stock("Pioneer_p3dx_leftWheel", SHAPE, (0.0445, 0.1655, 0.0975), mass=1.5),
-    _wheel("Pioneer_p3dx_caster_freeJoint1", -0.149, 0, 0.061, 11.99, (0, 0, 1)),
-    _wheel("Pioneer_p3dx_caster_freeJoint2", -0.1268, 0, 0.0299, 11.99, (0, -1, 0)),
+    drive_joint("Pioneer_p3dx_caster_freeJoint1", -0.149, 0, 0.061, 11.99, (0, 0, 1)),
+    drive_joint("Pioneer_p3dx_caster_freeJoint2", -0.1268, 0, 0.0299, 11.99, (0, -1, 0)),
     Stock("Pioneer_p3dx_caster_wheel", SHAPE, (-0.1268, 0, 0.0299), mass=0.25),
     _sonar(1, 0.1064, 0.1382, 0.2069, 90),
     _sonar(2, 0.1554, 0.125, 0.2069, 50),
@@ -80,9 +81,9 @@ def _bubble_rob(base: str, names: tuple[str, ...], angle_deg: float, offset: flo
     return (
         Stock(base, SHAPE, (0, 0, 0.12), euler_deg=(0, 0, 0), mass=4.19),
         Stock(nose, CONE, (0.1, 0, 0.12), (1, 0, 0), reach=0.15, offset=offset, angle_deg=angle_deg),
-        _wheel(left_motor, 0.05, 0.1, 0.04, 2.5),
+        drive_joint(left_motor, 0.05, 0.1, 0.04, 2.5),
         Stock(left_wheel, SHAPE, (0.05, 0.1, 0.04), mass=0.804),
-        _wheel(right_motor, 0.05, -0.1, 0.04, 2.5),
+        drive_joint(right_motor, 0.05, -0.1, 0.04, 2.5),
         Stock(right_wheel, SHAPE, (0.05, -0.1, 0.04), mass=0.804),
         Stock(link, FORCE, (-0.07, 0, 0.05), (0, 0, 1)),
         Stock(caster, SHAPE, (-0.07, 0, 0.025), mass=0.524),
@@ -122,10 +123,10 @@ LINE_TRACER = (
     _line_sensor("LeftSensor", 0.0225),
     _line_sensor("RightSensor", -0.0225),
     _line_sensor("MiddleSensor", 0.0),
-    _wheel("DynamicLeftJoint", -0.0442, 0.0581, 0.027, 50, position=math.pi),
+    drive_joint("DynamicLeftJoint", -0.0442, 0.0581, 0.027, 50, position=math.pi),
     Stock("DynamicLeftWheel", SHAPE, (-0.0442, 0.0581, 0.027), mass=0.08),
     _shown_wheel("LeftJoint", -0.0442, 0.0581),
-    _wheel("DynamicRightJoint", -0.0443, -0.0581, 0.027, 50, position=math.pi),
+    drive_joint("DynamicRightJoint", -0.0443, -0.0581, 0.027, 50, position=math.pi),
     Stock("DynamicRightWheel", SHAPE, (-0.0443, -0.0581, 0.027), mass=0.08),
     _shown_wheel("RightJoint", -0.0443, -0.0581),
     Stock("Force_sensor", FORCE, (0.0382, 0, 0.0133), (0, 0, 1)),
