@@ -81,8 +81,11 @@ def make_parser() -> argparse.ArgumentParser:
             )
     parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
     parser.add_argument("--commands", action="store_true", help="print which simx functions are supported")
-    parser.add_argument("--json", action="store_true", help="with --commands: as JSON")
-    parser.add_argument("--markdown", action="store_true", help="with --commands: the page docs/coverage.md")
+    parser.add_argument(
+        "--script-functions", action="store_true", help="print what embedded scripts can call"
+    )
+    parser.add_argument("--json", action="store_true", help="with one of these two: as JSON")
+    parser.add_argument("--markdown", action="store_true", help="with one of these two: as the page in docs/")
     parser.add_argument("--version", action="version", version=_version())
     return parser
 
@@ -97,14 +100,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
     parser = make_parser()
     given = vars(parser.parse_args(argv))
-    show_settings, commands = given.pop("show_settings", False), given.pop("commands", False)
+    show_settings = given.pop("show_settings", False)
+    lists = [name for name in ("commands", "script_functions") if given.pop(name, False)]
     form = {name for name in ("json", "markdown") if given.pop(name, False)}
-    if form and (not commands or len(form) > 1):
+    if len(lists) > 1 or len(form) > 1 or (form and not lists):
         parser.error(
-            "--json and --markdown say how to print a list; valid: --commands with one of them or none"
+            "--json and --markdown say how to print a list; valid: --commands or --script-functions, "
+            "with one of them or none"
         )
-    if commands:
-        return _print_commands(form)
+    if lists:
+        return _print_list(lists[0], form)
     try:
         settings = Settings.gather(given, os.environ)
     except SettingError as error:
@@ -129,18 +134,22 @@ def _print_settings(settings: Settings) -> int:
     return 0
 
 
-def _print_commands(form: Collection[str]) -> int:
+def _print_list(name: str, form: Collection[str]) -> int:
     import_mujoco()
     from simx_server import coverage
     from simx_server.handlers import HANDLERS
+    from simx_server.scripting import coverage as script_coverage
 
-    lines = coverage.coverage(HANDLERS.keys())
-    if "json" in form:
-        text = json.dumps(coverage.as_records(lines), indent=1)
-    elif "markdown" in form:
-        text = coverage.as_markdown(lines).rstrip("\n")
+    if name == "commands":
+        page, lines = coverage, coverage.coverage(HANDLERS.keys())
     else:
-        text = coverage.as_text(lines)
+        page, lines = script_coverage, script_coverage.script_functions()
+    if "json" in form:
+        text = json.dumps(page.as_records(lines), indent=1)
+    elif "markdown" in form:
+        text = page.as_markdown(lines).rstrip("\n")
+    else:
+        text = page.as_text(lines)
     sys.stdout.write(text + "\n")
     return 0
 

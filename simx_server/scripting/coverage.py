@@ -1,0 +1,133 @@
+"""Which functions embedded scripts find under ``sim`` and its like, told from the code that answers them.
+
+What a method's docstring says after ``Partly:`` or ``Not here:`` is the difference from the original; a method without
+either does what the original does.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+
+from . import api
+from .namespaces import signatures
+from .signature import Parameter, Signature
+
+
+class Support(StrEnum):
+    """How much of a function is there."""
+
+    FULL = "full"
+    PARTLY = "partly"
+    NONE = "no"
+
+
+_MARKS = {Support.NONE: "Not here:", Support.PARTLY: "Partly:"}
+
+PAGE = """\
+# What embedded scripts can call
+
+Made by `simx-server --script-functions --markdown > docs/script-functions.md`; a test holds it fresh.
+{count}.
+
+Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua, made from the
+new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` is what stands for an argument that is
+left out or nil. A function that is not listed raises an error that names it.
+
+{sections}
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptFunction:
+    """One line of the listing."""
+
+    name: str
+    """With its namespace."""
+    arguments: str
+    topic: str
+    support: Support
+    doc: str
+    differs: str
+    """What is different, of a function that is not fully there."""
+
+
+def script_functions() -> list[ScriptFunction]:
+    """All of them, by topic as the files of `api/` have them."""
+    found: list[ScriptFunction] = []
+    for space, kind in api.NAMESPACES.items():
+        known = signatures(space)
+        for part in kind.__mro__:
+            for name in vars(part):
+                if name in known and getattr(kind, name) is vars(part)[name]:
+                    found.append(_describe(space, name, known[name], part, vars(part)[name]))
+    return found
+
+
+def _describe(space: str, name: str, signature: Signature, part: type, method: object) -> ScriptFunction:
+    text = " ".join((inspect.getdoc(method) or "").split())
+    support, doc, differs = Support.FULL, text, ""
+    for level, mark in _MARKS.items():
+        if mark in text:
+            doc, _, differs = text.partition(mark)
+            support = level
+            break
+    arguments = ", ".join(_argument(parameter) for parameter in signature.parameters)
+    topic = re.sub(r"(?<!^)(?=[A-Z])", " ", part.__name__.removesuffix("Functions")).capitalize()
+    return ScriptFunction(f"{space}.{name}", arguments, topic, support, doc.strip(), differs.strip())
+
+
+def _argument(parameter: Parameter) -> str:
+    name = parameter.name.lstrip("_")
+    if parameter.default is inspect.Parameter.empty:
+        return name
+    return f"{name}={'nil' if parameter.default is None else parameter.default}"
+
+
+def as_text(lines: list[ScriptFunction]) -> str:
+    """A table for people, and a closing count."""
+    width = max(len(line.name) for line in lines)
+    rows = [f"{line.name:{width}}  {line.support:6}  {line.differs or line.doc}".rstrip() for line in lines]
+    return "\n".join([*rows, _count(lines)])
+
+
+def as_records(lines: list[ScriptFunction]) -> list[dict[str, object]]:
+    """The same for programs, ready for json.dumps."""
+    return [asdict(line) for line in lines]
+
+
+def as_markdown(lines: list[ScriptFunction]) -> str:
+    """The page docs/script-functions.md."""
+    sections: list[str] = []
+    for space in api.NAMESPACES:
+        of_space = [line for line in lines if line.name.startswith(f"{space}.")]
+        for topic in dict.fromkeys(line.topic for line in of_space):
+            rows = [
+                f"| `{line.name}({line.arguments})` | {line.support} | {_cell(line)} |"
+                for line in of_space
+                if line.topic == topic
+            ]
+            sections.append(
+                "\n".join(
+                    [
+                        f"## `{space}`: {topic.lower()}",
+                        "",
+                        "| function | here | what it does |",
+                        "|---|---|---|",
+                        *rows,
+                    ]
+                )
+            )
+    return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
+
+
+def _cell(line: ScriptFunction) -> str:
+    differs = f"*{line.differs}*" if line.differs else ""
+    return " ".join(text for text in (line.doc, differs) if text).replace("|", "\\|")
+
+
+def _count(lines: list[ScriptFunction]) -> str:
+    full, partly, none = (sum(line.support is level for line in lines) for level in Support)
+    return f"{full} functions are there in full, {partly} partly, {none} only as an error that says so"
