@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 from .applied_forces import AppliedForces
 from .custom_data import CustomData
+from .drawing import DrawingObjects
+from .graphs import Graphs
 from .kinematics import IkGroups
 from .object_settings import ObjectSettings
 from .parameters import Parameters
@@ -53,6 +55,8 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.vision = VisionSensors(sim)
     sim.scripts = Scripts(sim)
     sim.ik_groups = IkGroups(sim)  # after the scripts, whose actuation moves the targets
+    sim.drawings = DrawingObjects(sim)
+    sim.graphs = Graphs(sim)
     UnresetModels(sim)
     sim.user_interface = UserInterface(sim)
     sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)

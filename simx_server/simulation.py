@@ -25,6 +25,8 @@ from simx_server.velocities import Velocities
 if TYPE_CHECKING:
     from simx_server.applied_forces import AppliedForces
     from simx_server.custom_data import CustomData
+    from simx_server.drawing import DrawingObjects
+    from simx_server.graphs import Graphs
     from simx_server.kinematics import IkGroups
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
@@ -65,6 +67,8 @@ class Simulation:
     # Given by `parts.attach_parts` (a bare simulation works without them).
     applied_forces: AppliedForces
     custom_data: CustomData
+    drawings: DrawingObjects
+    graphs: Graphs
     object_settings: ObjectSettings
     parameters: Parameters
     scripts: Scripts
