@@ -51,13 +51,13 @@ class Surroundings:
 class Instant:
     """Poses of all geoms and sites, and places of all bodies, at one moment; never changed after it was made."""
 
-    def __init__(self, sim: Simulation, surroundings: Surroundings) -> None:
-        sim.refresh()
+    def __init__(self, data: mujoco.MjData, surroundings: Surroundings) -> None:
+        """`data`: with fresh kinematics."""
         self.surroundings = surroundings
         self.scene, self.model = surroundings.scene, surroundings.model
-        self.geom_xpos, self.geom_xmat = sim.data.geom_xpos.copy(), sim.data.geom_xmat.copy()
-        self.xpos = sim.data.xpos.copy()
-        self.site_xpos, self.site_xmat = sim.data.site_xpos.copy(), sim.data.site_xmat.copy()
+        self.geom_xpos, self.geom_xmat = data.geom_xpos.copy(), data.geom_xmat.copy()
+        self.xpos = data.xpos.copy()
+        self.site_xpos, self.site_xmat = data.site_xpos.copy(), data.site_xmat.copy()
 
     @property
     def data(self) -> mujoco.MjData:
@@ -103,8 +103,13 @@ class Instants:
 
     def now(self) -> Instant:
         """The present state."""
+        self._sim.refresh()
+        return self.of(self._sim.data)
+
+    def of(self, data: mujoco.MjData) -> Instant:
+        """Another state of the present model, with fresh kinematics: one that was tried out."""
         sim = self._sim
         known = self._surroundings
         if known is None or known.scene is not sim.scene or known.model is not sim.model:
             known = self._surroundings = Surroundings(sim.scene, sim.model)
-        return Instant(sim, known)
+        return Instant(data, known)

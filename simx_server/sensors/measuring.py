@@ -120,6 +120,11 @@ def _least(
     return best
 
 
+def geoms_meet(instant: Instant, first: int, second: int) -> bool:
+    """Whether two geoms (MuJoCo ids) meet, near or far, whosever they are."""
+    return _between(instant, first, second, 1e-3).distance <= 0.0
+
+
 def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
     """Signed distance of two geoms and where; infinity when it is above `limit`."""
     triangles = instant.surroundings.triangles
