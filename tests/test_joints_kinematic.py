@@ -154,3 +154,13 @@ def test_group_data_says_type_mode_and_hybrid_operation(world: World) -> None:
     assert rows[world.handle("track")] == ([11, 65536], [-1e9, 2e9])
     assert rows[world.handle("axle")] == ([10, 5], [-math.pi, -1.0])
     assert rows[world.handle("socket")] == ([12, 5], [-math.pi, -1.0])
+
+
+def test_rewound_joint_turns_freely_without_getting_anywhere() -> None:
+    sim = simulation_of("""<mujoco><option integrator="implicitfast" gravity="0 0 0"/><worldbody>
+      <body name="roller"><joint name="free" axis="0 0 1"/><geom type="sphere" size="0.1"/></body></worldbody>
+      <custom><text name="simx:joint:free" data="motor=off rewind=yes"/></custom></mujoco>""")
+    sim.data.qvel[0] = 3.0
+    run(sim, 5)
+    assert sim.joints.position(sim.scene.resolve("free")) == 0.0
+    assert sim.data.qvel[0] == pytest.approx(3.0)

@@ -5,7 +5,8 @@ In force mode with the motor on:
   to the upper velocity, the force to the maximum force: V-REP's controller at its standard 5 ms dynamics step;
 * control loop on, spring and damper: the force is K * (target - position) - C * velocity, within the maximum force;
 * control loop off: the target velocity; at zero with the lock on, the position reached is held;
-* motor off: no force at all, and no gravity compensation of the driven body: it falls.
+* motor off: no force at all, and no gravity compensation of the driven body: it falls; a joint that is rewound (rollers
+  around a wheel) turns freely without getting anywhere.
 
 The other modes are kinematic. Passive and IK (nothing here computes it): the joint stays where it was set. Motion: it
 moves at its target velocity. Dependent: it follows its master. In hybrid operation the joint's motor drives it, under

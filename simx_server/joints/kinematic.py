@@ -1,4 +1,4 @@
-"""Joints that physics does not move: held, moving at a given speed, or following their master."""
+"""Joints that physics does not move: held, in motion at a given speed, following their master; or not for long: rewound."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ class Kinematic:
     """Puts the joints where they belong after every physics step, in arrays.
 
     Their inertia is huge (`weights.py`), so a step moves them hardly at all against their velocity.
+
+    Also puts back free joints that are rewound: they turn, at the velocity that physics gives them, but get nowhere. So
+    the rollers around a mecanum wheel always lie as the one does that is on the floor.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
@@ -34,7 +37,10 @@ class Kinematic:
         ]
         self._low, self._high = np.array(limits, dtype=float).reshape(-1, 2).T.copy()
         self._followers = Followers(model, entries, Rule.DEPENDENT)
-        self._exists = bool(still or moving or self._followers)
+        rewound = [b.qpos for b, s, r in entries if s.rewind and r == Rule.FREE and b.kind != "ball"]
+        self._rewound = np.array(rewound, dtype=np.intp)
+        self._start = model.qpos0[self._rewound]
+        self._exists = bool(still or moving or rewound or self._followers)
         if moving:
             # Contacts of the first step must feel the velocity too.
             data.qvel[self._moving_dof] = self._rate
@@ -46,6 +52,7 @@ class Kinematic:
         """Undo what the step did to them."""
         data.qpos[self._still_qpos] = self._still
         data.qvel[self._still_dof] = 0.0
+        data.qpos[self._rewound] = self._start
         if self._moving.size:
             before = self._moving
             self._moving = np.clip(before + self._rate * self._step, self._low, self._high)

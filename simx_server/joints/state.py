@@ -136,6 +136,9 @@ class JointState:
     factor: float = 1.0
     shift: float = 0.0
     """Position = shift + factor * master's position."""
+    rewind: bool = False
+    """After each physics step the joint, where nothing drives it, is put back to where the file has it, and keeps its
+    velocity."""
     inert: bool = False
     """Held where it is, in any mode: the joint belongs to a model that is not dynamic."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -227,6 +230,7 @@ def initial_state(
         target_velocity=float(note.get("target_velocity", 0.0)),
         cyclic=bool(note.get("cyclic", cyclic_by_file)),
         hybrid=bool(note.get("hybrid", False)),
+        rewind=bool(note.get("rewind", False)),
         master=joints.get(str(note["master"]), -1) if "master" in note else -1,
         factor=float(note.get("multiplication", 1.0)),
         shift=shift,
