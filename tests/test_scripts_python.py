@@ -102,11 +102,13 @@ a = types.SimpleNamespace(b={'c': lambda x: x + 1}, d=3)
 def make():
     global made
     made = lambda: 7
+    return {1, 2}
 number = 5
 """)
     assert interpreter.call("a.b.c", 1) == [2]
     assert not interpreter.has("made")
-    interpreter.call("make")
+    with pytest.raises(ScriptError, match="a set cannot leave"):
+        interpreter.call("make")
     assert interpreter.has("made")
     for wrong in ("number", "a.d", "a.b.x", "x.y", "", "print"):
         assert not interpreter.has(wrong)

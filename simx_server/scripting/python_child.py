@@ -104,6 +104,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         except BaseException as problem:
             text = self._describe(problem)
             del problem  # its frames may hold what filled the memory
+            self._told = set()  # results that cannot leave were to bring the names
             self._output.finish()
             self._link.send("failed", text, self._new_names())
 
