@@ -1,4 +1,4 @@
-"""Joints that physics does not move: held, in motion at a given speed, following their master; or not for long: rewound."""
+"""Joints that physics does not move: held, moving at a given speed, following a master; and free ones put back."""
 
 from __future__ import annotations
 
