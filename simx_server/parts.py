@@ -26,6 +26,7 @@ from .sensors.meters import Meters
 from .sensors.proximity import ProximitySensors
 from .sensors.vision import VisionSensors
 from .status_bar import StatusBar
+from .tubes import Tubes
 from .user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.proximity = ProximitySensors(sim)
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)
+    sim.tubes = Tubes(sim)
     sim.scripts = Scripts(sim)
     sim.ik_groups = IkGroups(sim)  # after the scripts, whose actuation moves the targets
     sim.drawings = DrawingObjects(sim)

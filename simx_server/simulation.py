@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from simx_server.sensors.render_thread import RenderThread
     from simx_server.sensors.vision import VisionSensors
     from simx_server.status_bar import StatusBar
+    from simx_server.tubes import Tubes
     from simx_server.user_interface import UserInterface
 
 logger = logging.getLogger(__name__)
@@ -81,6 +82,7 @@ class Simulation:
     vision: VisionSensors
     rendering: RenderThread
     status_bar: StatusBar
+    tubes: Tubes
     user_interface: UserInterface
     selection: list[int]
     workspace: Path

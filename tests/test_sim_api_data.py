@@ -1,4 +1,4 @@
-"""Custom data, forces and the selection, as scripts use them."""
+"""Custom data, tubes, forces, inertia and the selection, as scripts use them."""
 
 from __future__ import annotations
 
@@ -100,6 +100,87 @@ def test_what_was_added_can_be_taken_back(world: ScriptWorld) -> None:
     world.lua("sim.addForceAndTorque(wall, {0,0,1000})")
     world.fails("sim.addForceAndTorque(mark, {0,0,1})", "'mark' is a dummy, but this command needs a shape")
     world.fails("sim.addForce(cube, {0,0}, {0,0,1})", "a position is 3 numbers")
+
+
+def test_the_inertia_of_a_shape_is_read_in_its_own_frame_and_in_others(world: ScriptWorld) -> None:
+    box = [0.5 * (0.2**2 + 0.2**2) / 12, 0, 0, 0, 0.5 * 0.08 / 12, 0, 0, 0, 0.5 * 0.08 / 12]
+    moments, frame = world.lua("return sim.getShapeInertia(cube)")
+    assert moments == pytest.approx(box, abs=1e-9)
+    assert frame == pytest.approx([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], abs=1e-9)
+    moments, frame = world.lua("return sim.getShapeInertia(arm)")
+    assert frame[3] == pytest.approx(0.2), "the arm's geom lies beside its origin"
+    mass, moments, centre = world.lua("return sim.getShapeMassAndInertia(cube)")
+    assert (mass, centre) == (pytest.approx(0.5), pytest.approx([2, 0, 1], abs=1e-6))
+    assert world.lua("return sim.getShapeMassAndInertia(cube, sim.getObjectMatrix(cube, -1))")[
+        2
+    ] == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_a_shape_gets_another_inertia_until_the_stop(world: ScriptWorld) -> None:
+    wanted = [0.02, 0.001, 0, 0.001, 0.03, 0, 0, 0, 0.04]
+    table = "{" + ",".join(map(str, wanted)) + "}"
+    world.lua("sim.setObjectOrientation(cube, -1, {0.3, 0.4, 0.5})")
+    world.lua(f"sim.setShapeInertia(cube, {table}, {{1,0,0,0.01, 0,1,0,0, 0,0,1,0}})")
+    moments, frame = world.lua("return sim.getShapeInertia(cube)")
+    assert moments == pytest.approx(wanted, abs=1e-9)
+    assert frame == pytest.approx([1, 0, 0, 0.01, 0, 1, 0, 0, 0, 0, 1, 0], abs=1e-9)
+    world.lua(f"sim.setShapeMassAndInertia(cube, 2, {table}, {{2, 0.1, 1}})")
+    mass, moments, centre = world.lua("return sim.getShapeMassAndInertia(cube)")
+    assert (mass, moments) == (pytest.approx(2), pytest.approx(wanted, abs=1e-9))
+    assert centre == pytest.approx([2, 0.1, 1], abs=1e-9)
+    world.passes(2)
+    assert world.value("sim.getObjectPosition(cube, -1)") == pytest.approx([2, 0, 1], abs=1e-6)
+    world.fails("sim.setShapeInertia(cube, {1,2}, sim.buildIdentityMatrix())", "9 numbers, not 2")
+    world.fails(
+        "sim.setShapeInertia(cube, {1,0,0,0,1,0,0,0,9}, sim.buildIdentityMatrix())", "belong to no body"
+    )
+    world.fails(
+        "sim.setShapeInertia(cube, {0,0,0,0,0,0,0,0,0}, sim.buildIdentityMatrix())", "must be above 0"
+    )
+    world.call("simxStopSimulation")
+    assert world.sim.model.body("cube").mass[0] == pytest.approx(0.5)
+
+
+def test_the_spin_of_a_shape_follows_from_its_new_inertia(world: ScriptWorld) -> None:
+    world.lua("sim.setShapeInertia(cube, {0.02,0,0, 0,0.03,0, 0,0,0.04}, sim.buildIdentityMatrix())")
+    world.lua("sim.addForceAndTorque(cube, nil, {0, 0, 0.04})")
+    world.passes(2)
+    assert world.lua("return sim.getVelocity(cube)")[1] == pytest.approx([0, 0, 0.05], abs=1e-6)
+
+
+def test_a_mass_is_computed_from_a_density(world: ScriptWorld) -> None:
+    assert world.value("sim.computeMassAndInertia(cube, 1000)") == 1
+    mass, moments, _ = world.lua("return sim.getShapeMassAndInertia(cube)")
+    assert mass == pytest.approx(8)
+    assert moments[0] == pytest.approx(8 * 0.08 / 12)
+    world.fails("sim.computeMassAndInertia(cube, 0)", "a density must be above 0")
+
+
+def test_what_one_end_of_a_tube_writes_the_other_reads(world: ScriptWorld) -> None:
+    world.lua("a = sim.tubeOpen(0, 'gyro', 2); sim.tubeWrite(a, '1')")
+    assert world.lua("return sim.tubeStatus(a)") == [0, 0, 1]
+    world.lua("b = sim.tubeOpen(0, 'gyro', 2, false); other = sim.tubeOpen(1, 'gyro', 1)")
+    assert world.lua("return sim.tubeStatus(b)") == [1, 1, 0]
+    world.lua("sim.tubeWrite(a, '2'); sim.tubeWrite(a, '3')")
+    assert world.lua("return sim.tubeRead(b), sim.tubeRead(b, false)") == ["2", "3"], "the oldest was dropped"
+    assert world.value("sim.tubeRead(b)") is None
+    world.lua("sim.tubeWrite(b, 'back')")
+    assert world.value("sim.tubeRead(a)") == "back"
+    world.fails("sim.tubeRead(b, true)", "waits, so it works only in a thread")
+    assert world.value("sim.tubeClose(a)") == 1
+    assert world.lua("return sim.tubeStatus(b)")[0] == 0
+    world.fails("sim.tubeWrite(a, 'x')", "no tube with handle")
+    world.fails("sim.tubeOpen(0, 'x', 0)", "a tube keeps 1 to")
+
+
+def test_a_thread_waits_for_what_comes_through_a_tube(world: ScriptWorld) -> None:
+    world.lua(
+        "a, b = sim.tubeOpen(0, 't', 1), sim.tubeOpen(0, 't', 1)"
+        " thread = coroutine.create(function() got = sim.tubeRead(b, true) end) coroutine.resume(thread)"
+    )
+    assert world.value("got") is None
+    world.lua("sim.tubeWrite(a, 'now'); coroutine.resume(thread)")
+    assert world.value("got") == "now"
 
 
 def test_what_the_physics_moves(world: ScriptWorld) -> None:

@@ -75,7 +75,13 @@ def test_products_and_inverses(world: ScriptWorld) -> None:
     ) == near((a @ b)[:3].ravel().tolist())
     assert world.value("sim.poseToMatrix(sim.invertPose(sim.matrixToPose(a)))") == near(inverse)
     assert world.value("sim.poseToMatrix(sim.getPoseInverse(sim.matrixToPose(a)))") == near(inverse)
+    assert world.value("sim.getInvertedMatrix(a)") == near(inverse)
+    assert world.value("a") == near(a[:3].ravel().tolist()), "nothing so far has changed it"
     assert world.value("sim.invertMatrix(a)") == near(inverse)
+    assert world.value("a") == near(inverse), "V-REP's scripts look at the table they passed"
+    world.lua("simInvertMatrix(a)")
+    assert world.value("a") == near(a[:3].ravel().tolist())
+    world.fails("sim.invertMatrix(7)", "must be a table, got 7")
 
 
 def test_vectors_are_moved_one_or_many(world: ScriptWorld) -> None:

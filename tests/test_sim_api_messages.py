@@ -7,6 +7,12 @@ from sim_api_calls import ScriptWorld, world
 
 __all__ = ["world"]
 
+PANEL = """
+[[ui]]
+name = "panel"
+element = [{id = 1, kind = "slider"}, {id = 2, kind = "button", label = "Go"}]
+"""
+
 
 def test_messages_reach_the_status_bar(world: ScriptWorld) -> None:
     world.lua("sim.addStatusbarMessage('hello'); sim.addStatusbarMessage(nil)")
@@ -76,3 +82,21 @@ def test_a_message_box_is_read_at_once_unless_it_asks(world: ScriptWorld) -> Non
         "sim.msgBox(sim.msgbox_type_question, sim.msgbox_buttons_yesno, 'Go', 'Sure?')",
         "show it with sim.displayDialog",
     )
+
+
+def test_custom_uis_are_operated_by_number(world: ScriptWorld, tmp_path) -> None:
+    (tmp_path / "panel.toml").write_text(PANEL, encoding="utf-8")
+    world.call("simxLoadUI", "panel.toml", 0)
+    ui = world.value("sim.getUIHandle('panel')")
+    world.lua(f"ui = {ui} sim.setUISlider(ui, 1, 250)")
+    assert world.value("sim.getUISlider(ui, 1)") == 250
+    assert world.lua("return sim.getUIEventButton(ui)") == [-1, [0, 0]]
+    world.sim.user_interface.custom_uis.click(ui, 2)
+    assert world.lua("return sim.getUIEventButton(ui)")[0] == 2
+    world.lua("sim.setUIButtonLabel(ui, 2, 'Run')")
+    assert world.value("sim.getUIButtonLabel(ui, 2)") == "Run"
+    bits = world.value("sim.getUIButtonProperty(ui, 2)")
+    world.lua(f"sim.setUIButtonProperty(ui, 2, {bits})")
+    assert world.value("sim.getUIButtonProperty(ui, 2)") == bits
+    world.lua("sim.removeUI(ui)")
+    world.fails("sim.getUIHandle('panel')", "panel")

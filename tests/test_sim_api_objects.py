@@ -33,6 +33,17 @@ def test_objects_are_found_by_name_path_and_special_handles(world: ScriptWorld) 
     world.fails("sim.getObjectAssociatedWithScript(7)", "only sim.handle_self")
 
 
+def test_options_say_which_object_and_whether_a_miss_is_an_error(world: ScriptWorld) -> None:
+    cube, copy, tip = handles(world, "cube", "cube#0", "tip")
+    assert world.value("sim.getObject('/cube', {index = 1})") == copy
+    assert world.value("sim.getObject('/cube', {index = 0})") == cube
+    assert world.value("sim.getObject('./tip', {proxy = arm})") == tip
+    assert world.value("sim.getObject('./tip', {proxy = cube, noError = true})") == -1
+    assert world.value("sim.getObject('nothing', {noError = true})") == -1
+    assert world.value("sim.getObjectHandle('/nothing', {noError = true})") == -1
+    assert world.value("sim.getObjectFromUid(7, {noError = true})") == -1
+
+
 def test_copies_are_told_apart_by_their_numbers(world: ScriptWorld) -> None:
     assert world.lua("return sim.getNameSuffix('cube#0')") == [0, "cube"]
     assert world.lua("return sim.getNameSuffix('cube')") == [-1, "cube"]
@@ -242,6 +253,15 @@ def test_special_properties_decide_what_collisions_and_sensors_find(world: Scrip
     world.fails("sim.setObjectSpecialProperty(cube, 0)", "leave that bit as it is")
     world.call("simxStopSimulation")
     assert world.sim.scene.get(world.handle("cube")).annotations.get("shape", {}).get("detectable", True)
+
+
+def test_boxes_around_objects(world: ScriptWorld) -> None:
+    assert world.value("sim.getObjectSizeValues(robot)") == pytest.approx([0.2, 0.4, 0.6])
+    size, pose = world.lua("return sim.getShapeBB(arm)")
+    assert size == pytest.approx([0.1, 0.1, 0.1])
+    assert pose == pytest.approx([0.2, 0, 0, 0, 0, 0, 1])
+    assert world.value("sim.getModelBB(robot)") == pytest.approx([0.35, 0.4, 0.65])
+    world.fails("sim.getShapeBB(hinge)", "'hinge' is a joint, but this command needs a shape")
 
 
 def test_nothing_was_scaled(world: ScriptWorld) -> None:

@@ -176,6 +176,16 @@ for space, names in pairs(known) do
     loaded[space] = members
 end
 
+-- V-REP's one function that overwrites a table it is given: values cross the border as copies, so it is done here.
+local inverse = world.sim and rawget(world.sim, "invertMatrix")
+if inverse then
+    function world.sim.invertMatrix(matrix)
+        local found = inverse(matrix)
+        for i = 1, #found do rawset(matrix, i, found[i]) end
+        return matrix
+    end
+end
+
 -- The old names: simGetObjectPosition, sim_handle_self
 setmetatable(world, {
     __index = function(_, name)

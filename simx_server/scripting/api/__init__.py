@@ -16,6 +16,7 @@ from .base import HANDLE_SELF, ApiPart
 from .buffers import BufferFunctions
 from .collisions import CollisionFunctions
 from .custom_data import CustomDataFunctions
+from .custom_uis import CustomUIFunctions
 from .drawing import DrawingFunctions
 from .dynamics import DynamicsFunctions
 from .graphs import GraphFunctions
@@ -36,6 +37,7 @@ from .signals import SignalFunctions
 from .simulation import SimulationFunctions
 from .threads import ThreadFunctions
 from .topic_constants import TOPIC_CONSTANTS
+from .tubes import TubeFunctions
 from .vision import VisionFunctions
 from .window import WindowFunctions
 
@@ -121,6 +123,8 @@ class SimApi(
     ThreadFunctions,
     BufferFunctions,
     CustomDataFunctions,
+    CustomUIFunctions,
+    TubeFunctions,
     DynamicsFunctions,
     MatrixFunctions,
     ObjectNameFunctions,

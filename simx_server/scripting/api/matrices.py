@@ -101,11 +101,14 @@ class MatrixFunctions(ApiPart):
         return as_numbers(poses.compose(as_pose(first), as_pose(second)))
 
     def invertMatrix(self, matrix: list[float]) -> list[float]:
-        """The inverse; the table that is passed is overwritten with it too, as in V-REP."""
+        """The inverse; a Lua table that is passed is overwritten with it, as in V-REP."""
         return self.getMatrixInverse(matrix)
 
     def getMatrixInverse(self, matrix: list[float]) -> list[float]:
         return frames.matrix12(poses.inverse(frames.pose_from_matrix12(matrix)))
+
+    def getInvertedMatrix(self, matrix: list[float]) -> list[float]:
+        return self.getMatrixInverse(matrix)
 
     def invertPose(self, pose: list[float]) -> list[float]:
         return as_numbers(poses.inverse(as_pose(pose)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from simx_client.protocol import constants as c
 
 from ...errors import CommandError
+from ...handlers import bounding_box
 from ...handlers import object_parameters as parameters
 from ...handlers.parameter_tables import entries_of
 from ...scene import renaming
@@ -114,6 +115,24 @@ class ObjectParameterFunctions(ApiPart):
                 "sim.setModelProperty"
             )
         renaming.annotate(self._sim, own, "shape", {name: bool(bits & bit) for name, bit in _SPECIAL.items()})
+
+    def getObjectSizeValues(self, handle: int) -> list[float]:
+        """Metres along the axes of the object's own frame."""
+        least, greatest = bounding_box.of_object(self._sim, self._self(handle))
+        return [high - low for low, high in zip(least, greatest, strict=True)]
+
+    def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
+        """Size of the box around a shape, in metres, and the pose of its middle in the shape's frame."""
+        own = self._self(handle)
+        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
+        least, greatest = bounding_box.of_object(self._sim, own)
+        middle = [(low + high) / 2 for low, high in zip(least, greatest, strict=True)]
+        return self.getObjectSizeValues(own), [*middle, 0.0, 0.0, 0.0, 1.0]
+
+    def getModelBB(self, handle: int) -> list[float]:
+        """Size of the box around an object and all below it, in metres along the axes of the object's frame."""
+        least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)
+        return [high - low for low, high in zip(least, greatest, strict=True)]
 
     def getObjectSizeFactor(self, handle: int) -> float:
         """1: nothing here scales objects."""

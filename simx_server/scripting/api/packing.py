@@ -75,7 +75,7 @@ def unpack_table(data: bytes) -> Any:
         )
     try:
         return msgpack.unpackb(data[len(_TABLE_MARK) :], strict_map_key=False)
-    except (ValueError, msgpack.UnpackException) as problem:
+    except ValueError as problem:
         raise CommandError(f"the packed table is damaged: {problem}") from None
 
 
