@@ -164,6 +164,15 @@ def pioneer_velocities(distances: list[float]) -> tuple[float, float]:
     return 2.5 - 3.0 * lean, 2.5 + 3.0 * lean
 
 
+def test_level_sonar_does_not_take_the_floor_for_an_obstacle(world: Callable[[str], World]) -> None:
+    """The cone's lower edge meets the floor 0.8 m away, within its range."""
+    _, client = world("pioneer_p3dx")
+    start_stepped(client)
+    step(client, 0.1)
+    sides = [handle_of(client, f"Pioneer_p3dx_ultrasonicSensor{number}") for number in (1, 8, 9, 16)]
+    assert read_distances(client, sides, math.inf) == [math.inf] * 4
+
+
 def test_pioneer_turns_as_far_as_its_wheels_say(world: Callable[[str], World]) -> None:
     _, client = world("pioneer_p3dx")
     robot = Drive(client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331)
