@@ -20,6 +20,7 @@ from .parameters import Parameters
 from .scene.collection import Collections
 from .scene.unreset import UnresetModels
 from .scripting import Scripts
+from .scripting.script_parameters import ScriptParameters
 from .sensors.force import ForceSensors
 from .sensors.instant import Instants
 from .sensors.meters import Meters
@@ -55,6 +56,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
     sim.force = ForceSensors(sim)
     sim.vision = VisionSensors(sim)
     sim.tubes = Tubes(sim)
+    sim.script_parameters = ScriptParameters(sim)
     sim.scripts = Scripts(sim)
     sim.ik_groups = IkGroups(sim)  # after the scripts, whose actuation moves the targets
     sim.drawings = DrawingObjects(sim)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from simx_server.parameters import Parameters
     from simx_server.scene.collection import Collections
     from simx_server.scripting import Scripts
+    from simx_server.scripting.script_parameters import ScriptParameters
     from simx_server.sensors.force import ForceSensors
     from simx_server.sensors.instant import Instants
     from simx_server.sensors.meters import Meters
@@ -73,6 +74,7 @@ class Simulation:
     object_settings: ObjectSettings
     parameters: Parameters
     scripts: Scripts
+    script_parameters: ScriptParameters
     ik_groups: IkGroups
     collections: Collections
     instants: Instants

@@ -176,6 +176,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     },
     "collision": {"entity1": str, "entity2": str, "explicit": _switch},
     "distance": {"entity1": str, "entity2": str, "explicit": _switch},
+    "parameters": {},
     "script": {"file": str, "type": _one_of(*SCRIPT_TYPES), "threaded": _switch},
     **{kind: {} for kind in TEXT_KINDS},
     "ik": {
@@ -190,6 +191,9 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     "model": {"base": _switch},
     "ui": {"file": str},
 }
+
+FREE = ("parameters",)
+"""Kinds that take any key, for scripts to read; values stay texts."""
 
 
 REGISTERED = ("collection", "collision", "distance", "ik", "ui")
@@ -244,6 +248,9 @@ def parse(kind: str, data: str, element: str) -> Annotation:
     values: Annotation = {}
     for word in data.split():
         key, sign, text = word.partition("=")
+        if sign and key and kind in FREE:
+            values[key] = text
+            continue
         if not sign or key not in keys:
             raise SceneError(
                 f"text '{element}' has '{word}'; valid is key=value with a key of {', '.join(keys)}"

@@ -52,11 +52,6 @@ class ObjectFunctions(ApiPart):
                 return -1
             raise
 
-    def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
-        if script != HANDLE_SELF:
-            raise CommandError("only sim.handle_self, the script itself, can be asked for its object")
-        return self._owner
-
     def getObjectFromUid(self, uid: int, options: dict[str, Any] | None = None) -> int:
         """The object with this identifier. Option `noError`: -1 instead of an error."""
         scene, handle = divmod(uid, _UIDS_PER_SCENE)

@@ -1,9 +1,224 @@
-"""Scripts of the scene among themselves: handles, names, calls, parameters."""
+"""Scripts of the scene among themselves: handles, names, calls, attributes, parameters."""
 
 from __future__ import annotations
 
-from .base import ApiPart
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from simx_client.protocol import constants as c
+
+from ...errors import CommandError
+from ..bodies import CALL_TYPES
+from ..exchange import check_results
+from ..interpreter import ScriptError
+from ..script import LUA, Script, ScriptKind
+from ..signature import to_text
+from ..targets import AddOn, find_target, split_target
+from .base import HANDLE_SELF, ApiPart
+
+_NONE = -1
+_ENABLED, _ORDER, _TYPE, _HANDLE = 4, 1, 7, 8
+_NORMAL_ORDER = 1
+"""sim.scriptexecorder_normal."""
+
+_VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+
+_PHASES = {0: "sysCall_init", 1: "sysCall_cleanup", 2: "sysCall_actuation", 3: "sysCall_sensing"}
+"""What sim.handleChildScripts calls, by the number of a phase."""
 
 
 class ScriptFunctions(ApiPart):
-    """A child script is known by a handle of its own."""
+    """A script is known by its handle, or by a type and the name of its object; sim.handle_self is the caller."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "customizationscriptattribute_activeduringsimulation": 0,
+        "scriptattribute_executionorder": _ORDER,
+        "scriptattribute_executioncount": 2,
+        "childscriptattribute_automaticcascadingcalls": 3,
+        "childscriptattribute_enabled": _ENABLED,
+        "scriptattribute_enabled": _ENABLED,
+        "scriptattribute_debuglevel": 6,
+        "scriptattribute_scripttype": _TYPE,
+        "scriptattribute_scripthandle": _HANDLE,
+        "scriptexecorder_first": 0,
+        "scriptexecorder_normal": _NORMAL_ORDER,
+        "scriptexecorder_last": 2,
+    }
+
+    def callScriptFunction(self, function: str, script: int, *values: Any) -> tuple[Any, ...]:
+        """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle; any values, and all its results.
+
+        Functions of the server's add-ons take four tables: integers, floats, strings, and a buffer.
+        """
+        name, described = split_target(function, "")
+        target = self._target(script, described)
+        if isinstance(target, Script):
+            return tuple(self._sim.scripts.run(target, name, *values))
+        ints, floats, texts, buffer = [*values, *([], [], [], b"")[len(values) :]][:4]
+        return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
+
+    def setScriptVariable(self, variable: str, script: int, value: Any) -> int:
+        """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its handle.
+
+        Partly: of Lua scripts only.
+        """
+        name, described = split_target(variable, "")
+        target = self._target(script, described)
+        if not _VARIABLE.fullmatch(name):
+            raise CommandError(f"'{name[:80]}' is no name of a variable")
+        if not isinstance(target, Script) or target.language != LUA:
+            raise CommandError(
+                "only variables of Lua scripts can be set; give the script a function that does it"
+            )
+        assign: Callable[..., Any] = self._sim.scripts.run(target, "load", f"{name} = ...")[0]
+        assign(value)
+        return 1
+
+    def getScriptHandle(self, owner: str | None = None) -> int:
+        """Of the child script of an object, or the caller's without a name. V-REP 3's form."""
+        if owner is None or owner == str(HANDLE_SELF):
+            return self._script.handle
+        handle = self._sim.scene.resolve(self._adjusted(owner), self._owner)
+        return self._of(handle, ScriptKind.CHILD)
+
+    def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:
+        """Of an object (handle or name) by script type, -1 for none; the caller's with sim.handle_self alone."""
+        if kind == HANDLE_SELF:
+            return self._script.handle
+        if kind not in tuple(ScriptKind):
+            known = ", ".join(f"{int(each)} {each.text}" for each in ScriptKind)
+            raise CommandError(f"{kind} is no type of script of the scene; those are {known}")
+        if kind == ScriptKind.MAIN:
+            return self._of(-1, ScriptKind.MAIN)
+        if isinstance(owner, str):
+            owner = self._sim.scene.resolve(self._adjusted(owner), self._owner)
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind(kind))
+
+    def getScriptName(self, script: int = HANDLE_SELF) -> str:
+        """Of its object; empty for the main script."""
+        found = self._get(script)
+        return "" if found.kind == ScriptKind.MAIN else self._sim.scene.get(found.owner).name
+
+    def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
+        """-1 for the main script."""
+        return self._get(script).owner
+
+    def getScriptAssociatedWithObject(self, owner: int) -> int:
+        """The child script of an object, -1 for none."""
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CHILD)
+
+    def getCustomizationScriptAssociatedWithObject(self, owner: int) -> int:
+        """The customization script of an object, -1 for none."""
+        return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CUSTOMIZATION)
+
+    def getScriptAttribute(self, script: int, attribute: int) -> int | bool:
+        """Whether it is alive (sim.scriptattribute_enabled), its execution order, type or handle.
+
+        Partly: other attributes are not known.
+        """
+        found = self._get(script)
+        known = {_ENABLED: found.interpreter is not None, _ORDER: _NORMAL_ORDER, _TYPE: int(found.kind)}
+        known[_HANDLE] = found.handle
+        if attribute not in known:
+            raise CommandError(
+                f"attribute {attribute} of scripts is not known; those are 1 order, 4 enabled, 7 type, 8 handle"
+            )
+        return known[attribute]
+
+    def setScriptAttribute(self, script: int, attribute: int, value: int | bool) -> int:
+        """Partly: an attribute can be set to what it is only; scripts are not switched off one by one."""
+        if self.getScriptAttribute(script, attribute) != value:
+            raise CommandError(
+                f"attribute {attribute} of a script cannot be changed; to keep the scripts of a model from running "
+                "give its base sim.modelproperty_scripts_inactive"
+            )
+        return 1
+
+    def getScriptSimulationParameter(
+        self, script: int, name: str, as_text: bool = False
+    ) -> bool | float | str | None:
+        """True, false or a number where the text is one, else the text; nil for none, and for `nil`."""
+        text = self._sim.script_parameters.get(self._get(script).owner, name)
+        if text is None or as_text:
+            return text
+        plain = {"true": True, "false": False, "nil": None}
+        if text in plain:
+            return plain[text]
+        try:
+            return int(text)
+        except ValueError:
+            pass
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    def setScriptSimulationParameter(self, script: int, name: str, value: Any) -> int:
+        """Of one script, or with sim.handle_all of all; how many got it.
+
+        Differs: a parameter that is not there is made. A number is kept as its text.
+        """
+        every = script == c.sim_handle_all
+        owners = [one.owner for one in self._sim.scripts.all() if one.owner != -1]
+        text = _text(value)
+        parameters = self._sim.script_parameters
+        return sum(parameters.set(o, name, text) for o in (owners if every else [self._get(script).owner]))
+
+    def handleChildScripts(self, call_type: int = CALL_TYPES["syscb_actuation"], *_values: Any) -> int:
+        """For main scripts: call this phase of all child scripts; how many have it. Raises elsewhere."""
+        if self._script.kind != ScriptKind.MAIN:
+            raise CommandError(
+                "only a main script handles the child scripts; they are called without one too"
+            )
+        if call_type not in _PHASES:
+            raise CommandError(
+                f"{call_type} is no phase of child scripts; those are sim.syscb_init, actuation, sensing, cleanup"
+            )
+        return self._sim.scripts.handle_children(_PHASES[call_type])
+
+    def getScriptExecutionCount(self) -> int:
+        """How many passes were begun before this one."""
+        return self._sim.pass_count
+
+    def isScriptExecutionThreaded(self) -> int:
+        """1 in a script with a thread."""
+        return int(self._script.has_thread)
+
+    def _get(self, script: int) -> Script:
+        if script == HANDLE_SELF:
+            return self._script
+        found = self._sim.scripts.get(script)
+        if found is None:
+            listed = ", ".join(
+                f"{one.handle} {self._sim.scripts.describe(one)}" for one in self._sim.scripts.all()
+            )
+            raise ScriptError(f"no script with handle {script}; scripts of this scene: {listed or 'none'}")
+        return found
+
+    def _of(self, owner: int, kind: ScriptKind) -> int:
+        found = self._sim.scripts.of(owner, kind)
+        return _NONE if found is None else found.handle
+
+    def _target(self, script: int, described: str) -> Script | AddOn:
+        if script == HANDLE_SELF:
+            return self._script
+        name = self._adjusted(described) if described else described
+        return find_target(self._sim.scripts, self._sim.scene, script, name)
+
+
+def _text(value: Any) -> str:
+    """How a parameter is kept. Raises CommandError."""
+    match value:
+        case bool():
+            return str(value).lower()
+        case int():
+            return str(value)
+        case float():
+            return f"{value:.17g}"
+        case bytes() | str():
+            return to_text(value)
+        case None:
+            return "nil"
+        case _:
+            raise CommandError("a parameter is a number, a text, true or false")

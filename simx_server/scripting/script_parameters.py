@@ -1,0 +1,51 @@
+"""Simulation parameters of scripts: named texts that belong to the script of an object, for others to set.
+
+`simx:parameters:OBJECT` gives them (any key=value), a script can set more. What a run sets is taken back at its stop.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+_MOST = 1000
+"""Of all scripts together."""
+
+
+class ScriptParameters:
+    """By the object that a script belongs to."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._set: dict[tuple[int, str], str] = {}
+        self._before_run: dict[tuple[int, str], str] = {}
+        sim.on_start.append(self._remember)
+        sim.on_stop.append(self._restore)
+        for listeners in (sim.on_load, sim.on_close):
+            listeners.append(self._forget)
+
+    def get(self, owner: int, name: str) -> str | None:
+        """None when there is none of this name. Raises UnknownHandle."""
+        note = self._sim.scene.get(owner).annotations.get("parameters", {})
+        text = self._set.get((owner, name), note.get(name))
+        return None if text is None else str(text)
+
+    def set(self, owner: int, name: str, text: str) -> bool:
+        """False when there are too many. Raises UnknownHandle."""
+        self._sim.scene.get(owner)
+        if len(self._set) >= _MOST and (owner, name) not in self._set:
+            return False
+        self._set[owner, name] = text
+        return True
+
+    def _remember(self) -> None:
+        self._before_run = dict(self._set)
+
+    def _restore(self) -> None:
+        self._set = dict(self._before_run)
+
+    def _forget(self) -> None:
+        self._set.clear()
+        self._before_run.clear()

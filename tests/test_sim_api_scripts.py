@@ -1,0 +1,185 @@
+"""What scripts know of each other, and what they say to each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from sim_api_calls import SCENE, ScriptWorld
+
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.loader import load_text
+
+OTHER = """
+level = 3
+settings = {speed = 1}
+function double(value) return value * 2, 'twice' end
+function swap(ints, floats, strings, buffer) return floats, ints, strings, buffer end
+function state() return level, settings.speed end
+"""
+
+NOTES = """
+    <text name="simx:script:cube" data="file=other.lua"/>
+    <text name="simx:script:wall" data="file=custom.lua type=customization"/>
+    <text name="simx:parameters:cube" data="speed=2.5 count=7 name=left loud=true nothing=nil"/>
+  </custom>"""
+
+ELSE = "local cube, wall = sim.getObjectHandle('cube'), sim.getObjectHandle('wall')\n"
+OTHER_SCRIPT = ELSE + "local other = sim.getScriptAssociatedWithObject(cube)\n"
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> ScriptWorld:
+    (tmp_path / "other.lua").write_text(OTHER, encoding="utf-8")
+    (tmp_path / "custom.lua").write_text("function hello(name) return 'hello ' .. name end", encoding="utf-8")
+    return ScriptWorld(tmp_path, SCENE.replace("</custom>", NOTES))
+
+
+def test_scripts_are_found_by_their_object(world: ScriptWorld) -> None:
+    other, custom, none = world.lua(
+        OTHER_SCRIPT + "return other, sim.getCustomizationScriptAssociatedWithObject(wall), "
+        "sim.getScriptAssociatedWithObject(wall)"
+    )
+    assert world.sim.scripts.get(other).owner == world.handle("cube")  # type: ignore[union-attr]
+    assert world.sim.scripts.get(custom).owner == world.handle("wall")  # type: ignore[union-attr]
+    assert none == -1
+    assert world.value("sim.getScriptHandle('cube')") == other
+    assert world.lua(
+        ELSE + "return sim.getScript(sim.scripttype_childscript, cube), sim.getScript(1, 'cube')"
+    ) == [
+        other,
+        other,
+    ]
+    assert world.lua(ELSE + "return sim.getScript(6, wall), sim.getScript(0)") == [custom, -1]
+    world.fails("sim.getScript(9)", "no type of script of the scene; those are 0 main script")
+
+
+def test_a_script_knows_itself(world: ScriptWorld) -> None:
+    own = world.value("sim.getScriptHandle()")
+    assert (
+        world.lua("return sim.getScript(sim.handle_self), sim.getScriptHandle(sim.handle_self)") == [own] * 2
+    )
+    assert world.value("sim.getScriptName(sim.handle_self)") == "robot"
+    assert world.value(f"sim.getScriptName({own})") == "robot"
+    assert world.value("sim.getObjectAssociatedWithScript(sim.handle_self)") == world.handle("robot")
+    world.fails("sim.getScriptName(7)", "no script with handle 7; scripts of this scene: .* of 'robot'")
+
+
+def test_the_object_of_another_script_is_told(world: ScriptWorld) -> None:
+    assert world.lua(
+        OTHER_SCRIPT + "return sim.getObjectAssociatedWithScript(other), sim.getScriptName(other)"
+    ) == [
+        world.handle("cube"),
+        "cube",
+    ]
+
+
+def test_any_values_go_to_a_function_of_another_script_and_come_back(world: ScriptWorld) -> None:
+    assert world.lua("return sim.callScriptFunction('double@cube', sim.scripttype_childscript, 21)") == [
+        42,
+        "twice",
+    ]
+    assert world.lua(OTHER_SCRIPT + "return sim.callScriptFunction('double', other, 1.5)") == [3, "twice"]
+    assert world.lua("return sim.callScriptFunction('swap@cube', 1, {1}, {0.5}, {'a'}, 'b')") == [
+        [0.5],
+        [1],
+        ["a"],
+        "b",
+    ]
+    custom = ELSE + "local c = sim.getCustomizationScriptAssociatedWithObject(wall) "
+    assert world.lua(custom + "return sim.callScriptFunction('hello', c, 'you')") == ["hello you"]
+    assert world.lua("return sim.callScriptFunction('hello@wall', 6, 'all')") == ["hello all"]
+    world.fails("sim.callScriptFunction('missing@cube', 1)", "has no function 'missing'")
+    world.fails("sim.callScriptFunction('double@wall', 1)", "no child script of 'wall'")
+
+
+def test_a_script_can_call_itself(world: ScriptWorld) -> None:
+    assert world.lua(
+        "function mine(x) return x + 1 end return sim.callScriptFunction('mine', sim.handle_self, 1)"
+    ) == [2]
+
+
+def test_variables_of_another_script_are_set(world: ScriptWorld) -> None:
+    state = "return sim.callScriptFunction('state@cube', 1)"
+    assert world.lua(state) == [3, 1]
+    assert world.lua("return sim.setScriptVariable('level@cube', 1, 9)") == [1]
+    world.lua(OTHER_SCRIPT + "sim.setScriptVariable('settings.speed', other, 'high')")
+    assert world.lua(state) == [9, "high"]
+    world.fails("sim.setScriptVariable('level = 1 x@cube', 1, 9)", "no name of a variable")
+
+
+def test_attributes_are_read_and_keep_what_they_are(world: ScriptWorld) -> None:
+    other = world.value("sim.getScriptHandle('cube')")
+    read = "return sim.getScriptAttribute({0}, sim.scriptattribute_enabled), "
+    read += "sim.getScriptAttribute({0}, sim.scriptattribute_executionorder), "
+    read += "sim.getScriptAttribute({0}, sim.scriptattribute_scripttype), "
+    read += "sim.getScriptAttribute({0}, sim.scriptattribute_scripthandle)"
+    assert world.lua(read.format(other)) == [True, 1, 1, other]
+    assert world.value(f"sim.setScriptAttribute({other}, sim.scriptattribute_enabled, true)") == 1
+    world.fails(f"sim.setScriptAttribute({other}, 4, false)", "scripts_inactive")
+    world.fails(f"sim.getScriptAttribute({other}, 99)", "attribute 99 of scripts is not known")
+
+
+def test_parameters_of_the_scene_are_numbers_switches_and_texts(world: ScriptWorld) -> None:
+    get = (
+        OTHER_SCRIPT
+        + "local function get(...) return sim.getScriptSimulationParameter(other, ...) end return "
+    )
+    assert world.lua(get + "get('speed'), get('count'), get('name'), get('loud'), (get('nothing'))") == [
+        2.5,
+        7,
+        "left",
+        True,
+        None,
+    ]
+    assert world.lua(get + "get('speed', true), get('loud', true), (get('unknown'))") == ["2.5", "true", None]
+
+
+def test_parameters_that_are_set_last_until_the_stop(world: ScriptWorld) -> None:
+    put = OTHER_SCRIPT + "return sim.setScriptSimulationParameter({}, '{}', {})"
+    assert world.lua(put.format("other", "speed", "4")) == [1]
+    assert world.lua(put.format("other", "own", "'text'")) == [1]
+    assert world.lua(put.format("sim.handle_all", "flag", "false")) == [3]
+    get = (
+        OTHER_SCRIPT
+        + "local function get(...) return sim.getScriptSimulationParameter(other, ...) end return "
+    )
+    assert world.lua(get + "get('speed'), get('own'), get('flag')") == [4, "text", False]
+    assert world.lua("return sim.getScriptSimulationParameter(sim.handle_self, 'flag')") == [False]
+    world.call("simxStopSimulation")
+    world.run(0)
+    assert world.lua(get + "get('speed'), (get('own')), (get('flag'))") == [2.5, None, None]
+
+
+def test_parameters_need_a_value_and_an_object() -> None:
+    text = '<mujoco><worldbody><body name="a"><geom size="1"/></body></worldbody><custom>{}</custom></mujoco>'
+    note = '<text name="simx:parameters:{}" data="{}"/>'
+    with pytest.raises(SceneError, match="valid is key=value"):
+        load_text(text.format(note.format("a", "speed")))
+    with pytest.raises(SceneError, match="names no object"):
+        load_text(text.format(note.format("b", "speed=1")))
+
+
+def test_child_scripts_are_handled_by_a_main_script_only(world: ScriptWorld) -> None:
+    world.fails("sim.handleChildScripts(sim.syscb_actuation)", "only a main script")
+
+
+def test_a_main_script_calls_the_others(tmp_path: Path) -> None:
+    (tmp_path / "other.lua").write_text(
+        "function sysCall_actuation() sim.setIntegerSignal('acted', 1) end", encoding="utf-8"
+    )
+    (tmp_path / "main.lua").write_text(
+        "function sysCall_actuation() sim.setIntegerSignal('called', sim.handleChildScripts(sim.syscb_actuation)) end",
+        encoding="utf-8",
+    )
+    notes = '<text name="simx:script:cube" data="file=other.lua"/>'
+    notes += '<text name="simx:script:main" data="file=main.lua type=main"/></custom>'
+    world = ScriptWorld(tmp_path, SCENE.replace("</custom>", notes))
+    world.passes()
+    assert world.lua("return sim.getIntegerSignal('acted'), sim.getIntegerSignal('called')") == [1, 1]
+    assert world.lua("return sim.getScriptName(sim.getScript(0))") == [""]
+
+
+def test_passes_are_counted_and_threads_told_apart(world: ScriptWorld) -> None:
+    world.passes(3)
+    assert world.lua("return sim.getScriptExecutionCount(), sim.isScriptExecutionThreaded()") == [3, 0]
