@@ -172,16 +172,15 @@ class VisionSensors:
 
         def convert(made: Picture) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else Picture(drawn, made.depth)
-            numbers = statistics(seen, shows_depth)
-            return _detects(settings, numbers[_MEAN_INTENSITY]), [numbers]
+            return _judged(settings, seen, shows_depth)
 
         return then(picture, convert)
 
-    def check(self, handle: int) -> Future[list[list[float]]]:
-        """The statistics of a picture made now, whatever was handled or set. Raises UnknownHandle, WrongKind."""
-        shows_depth = self._sensor(handle).shows_depth
+    def check(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
+        """As `read`, of a picture made now, whatever was handled or set. Raises UnknownHandle, WrongKind."""
+        settings = self._sensor(handle)
         picture = self._request(handle, rgb=True, depth=True)
-        return then(picture, lambda made: [statistics(made, shows_depth)])
+        return then(picture, lambda made: _judged(settings, made, settings.shows_depth))
 
     def handle(self, handle: int) -> None:
         """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does. Switched off it keeps none."""
@@ -306,14 +305,17 @@ _MEAN_INTENSITY = 10
 """Which of the 15 numbers it is."""
 
 
-def _detects(settings: VisionSettings, intensity: float) -> bool:
-    """Every limit that is set must be kept."""
+def _judged(settings: VisionSettings, picture: Picture, shows_depth: bool) -> tuple[bool, list[list[float]]]:
+    """Whether the sensor detects, for which every limit that is set must be kept; and the numbers."""
+    numbers = statistics(picture, shows_depth)
+    intensity = numbers[_MEAN_INTENSITY]
     above, below = settings.detect_above, settings.detect_below
-    return (
+    detects = (
         (above is not None or below is not None)
         and (above is None or intensity > above)
         and (below is None or intensity < below)
     )
+    return detects, [numbers]
 
 
 def _mean(values: np.ndarray) -> float:

@@ -39,7 +39,7 @@ class VisionFunctions(ApiPart):
     """Rows come bottom first. Regions: x and y of the lower left pixel, width and height; 0, 0 is the whole picture."""
 
     def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
-        """Make the picture now: 0 (nothing triggers), and its 15 statistics; of sim.handle_all no statistics."""
+        """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics."""
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             self._sim.vision.handle(self._vision_sensor(sensor))
             return self.readVisionSensor(sensor)
@@ -49,7 +49,7 @@ class VisionFunctions(ApiPart):
         return (0,)
 
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
-        """0, and the 15 statistics: least, greatest, mean of intensity, red, green, blue, depth. -1 if not handled."""
+        """1 if it detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if not handled."""
         handle = self._vision_sensor(sensor)
         try:
             future = sensors.read_vision_sensor(self._sim, handle)
@@ -64,7 +64,7 @@ class VisionFunctions(ApiPart):
         return 1
 
     def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
-        """The statistics of a picture made now.
+        """1 if it detects, else 0, and the statistics of a picture made now.
 
         Partly: the entity must be sim.handle_all; pictures that show a part of the scene alone are not made.
         """
@@ -73,7 +73,8 @@ class VisionFunctions(ApiPart):
             raise CommandError(
                 "pictures of single entities are not available; give sim.handle_all, or check with a proximity sensor"
             )
-        return 0, *_wait(self._sim.vision.check(handle))
+        triggered, packets = _wait(self._sim.vision.check(handle))
+        return int(triggered), *packets
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """{width, height} in pixels."""
