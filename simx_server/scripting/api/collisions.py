@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import islice
+from typing import ClassVar
 
 from simx_client.protocol import constants as c
 
@@ -30,6 +32,10 @@ _EXTENDED = 0x400000
 
 class CollisionFunctions(ApiPart):
     """Between objects, collections, and registered pairs."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "handleflag_extended": _EXTENDED,
+    }
 
     def checkCollision(self, first: int, second: int) -> tuple[int, list[int]] | int:
         """1 when they meet now, and as in CoppeliaSim 4 one pair of objects that do; else 0.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from simx_client.protocol import constants as c
 
 from ...drawing import Color
@@ -17,6 +20,18 @@ _WHITE: Color = (1.0, 1.0, 1.0)
 
 class DrawingFunctions(ApiPart):
     """Metres in the world, colours 0..1. Everything drawn goes with the run."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "handleflag_addmultiple": _ADD_MULTIPLE,
+        "handleflag_setmultiple": _SET_MULTIPLE,
+        "drawing_linestrip": 8,
+        "drawing_trianglepts": 9,
+        "drawing_quadpts": 10,
+        "drawing_discpts": 11,
+        "drawing_cubepts": 12,
+        "drawing_spherepts": 7,
+        "drawing_local": 0x800000,
+    }
 
     def addDrawingObject(
         self,

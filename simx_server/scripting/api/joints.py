@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from ...errors import CommandError
 from ...handlers import joints
 from ...joints import JointMode
@@ -13,6 +16,16 @@ _HYBRID = 1
 
 class JointFunctions(ApiPart):
     """Radians or metres, their rates per second, N m or N. What sets something gives 1, as in V-REP 3."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "jointmode_kinematic": 0,
+        "jointmode_dynamic": 5,
+        "jointdynctrl_free": 0,
+        "jointdynctrl_force": 1,
+        "jointdynctrl_velocity": 4,
+        "jointdynctrl_position": 8,
+        "jointdynctrl_spring": 12,
+    }
 
     def getJointPosition(self, joint: int) -> float:
         """Cyclic joints in -pi..pi. Raises for spherical joints."""

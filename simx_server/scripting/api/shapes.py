@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from collections.abc import Mapping
+from typing import ClassVar, NoReturn
 
 import numpy as np
 
@@ -33,6 +34,23 @@ _MANY = "@compound"
 
 class ShapeFunctions(ApiPart):
     """Metres, kilograms, colours 0..1. What a run creates is gone after its stop."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "colorcomponent_ambient": 0,
+        "colorcomponent_ambient_diffuse": 0,
+        "colorcomponent_diffuse": 1,
+        "colorcomponent_specular": 2,
+        "colorcomponent_emission": 3,
+        "colorcomponent_transparency": 4,
+        "colorcomponent_auxiliary": 5,
+        **{
+            f"{start}_{shape}": number
+            for start in ("pure_primitive", "primitiveshape")
+            for number, shape in enumerate(
+                ("none", "plane", "disc", "cuboid", "spheroid", "cylinder", "cone", "heightfield", "capsule")
+            )
+        },
+    }
 
     def createPureShape(
         self, kind: int, options: int, sizes: list[float], mass: float, _precision: list[int] | None = None

@@ -7,8 +7,9 @@ does not count as processor time of the script.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Future
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,13 @@ _GREY = _METRES = 1
 
 class VisionFunctions(ApiPart):
     """Rows come bottom first. Regions: x and y of the lower left pixel, width and height; 0, 0 is the whole picture."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "handleflag_greyscale": _FLAG_GREY,
+        "handleflag_codedstring": _FLAG_STRING,
+        "handleflag_depthbuffer": _FLAG_METRES,
+        "handleflag_depthbuffermeters": _FLAG_METRES,
+    }
 
     def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
         """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics."""
