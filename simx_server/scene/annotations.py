@@ -189,6 +189,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "handling": _one_of("auto", "explicit"),
     },
     "model": {"base": _switch},
+    "mount": {"on": str, "ahead": _number},
     "ui": {"file": str},
 }
 

@@ -22,6 +22,7 @@ import mujoco
 
 from simx_server.scene.annotations import SceneError, read_annotations
 from simx_server.scene.dependencies import add_dependencies
+from simx_server.scene.mounting import mount_bodies
 from simx_server.scene.objects import Scene
 from simx_server.scene.tree import INTERNAL, build_scene
 
@@ -70,11 +71,14 @@ def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel
     try:
         prepare(spec)
         add_dependencies(spec, annotations)
+        mounted = mount_bodies(spec, annotations)
         model = compile_spec(spec)
     except (ValueError, mujoco.FatalError) as error:
         name = path.name if path is not None else spec.modelname
         raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
-    return build_scene(spec, model, annotations, path), model
+    scene = build_scene(spec, model, annotations, path)
+    scene.welded_bodies |= mounted
+    return scene, model
 
 
 def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:

@@ -56,6 +56,7 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
             spec=model.scene.spec.copy(),
             names={(item.element, item.element_name): item.name for item in objects.values()},
             annotations=notes,
+            welded=model.scene.welded_bodies,
             registered={
                 kind: model.scene.annotations.registered[kind]
                 for kind in MEASURED
