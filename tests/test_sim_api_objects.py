@@ -30,7 +30,7 @@ def test_objects_are_found_by_name_path_and_special_handles(world: ScriptWorld) 
     assert world.value("sim.getObjectAssociatedWithScript(sim.handle_self)") == robot
     assert world.value("sim.getObjectHandle('nothing@silentError')") == -1
     world.fails("sim.getObject('cubes')", r"no object named 'cubes'; did you mean 'cube'")
-    world.fails("sim.getObjectAssociatedWithScript(7)", "only sim.handle_self")
+    world.fails("sim.getObjectAssociatedWithScript(7)", "no script with handle 7")
 
 
 def test_options_say_which_object_and_whether_a_miss_is_an_error(world: ScriptWorld) -> None:
@@ -253,6 +253,13 @@ def test_special_properties_decide_what_collisions_and_sensors_find(world: Scrip
     world.fails("sim.setObjectSpecialProperty(cube, 0)", "leave that bit as it is")
     world.call("simxStopSimulation")
     assert world.sim.scene.get(world.handle("cube")).annotations.get("shape", {}).get("detectable", True)
+
+
+def test_properties_for_whoever_shows_the_scene_are_kept(world: ScriptWorld) -> None:
+    assert world.value("sim.getObjectProperty(cube) == sim.objectproperty_selectable") is True
+    world.lua("sim.setObjectProperty(cube, sim.objectproperty_collapsed)")
+    assert world.value("sim.getObjectProperty(cube) == sim.objectproperty_collapsed") is True
+    world.fails("sim.setObjectProperty(999, 0)", "no object with handle 999")
 
 
 def test_boxes_around_objects(world: ScriptWorld) -> None:

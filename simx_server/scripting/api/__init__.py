@@ -36,7 +36,6 @@ from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .simulation import SimulationFunctions
 from .threads import ThreadFunctions
-from .topic_constants import TOPIC_CONSTANTS
 from .tubes import TubeFunctions
 from .vision import VisionFunctions
 from .window import WindowFunctions
@@ -46,53 +45,6 @@ __all__ = ["HANDLE_SELF", "NAMESPACES", "ApiPart", "SimApi", "known_constants"]
 _LATER_CONSTANTS = MappingProxyType(
     {
         "handleflag_axis": 0x400000,
-        "handleflag_greyscale": 0x400000,
-        "handleflag_codedstring": 0x400000,
-        "handleflag_extended": 0x400000,
-        "handleflag_depthbuffer": 0x800000,
-        "handleflag_depthbuffermeters": 0x800000,
-        "handleflag_addmultiple": 0x1000000,
-        "handleflag_setmultiple": 0x400000,
-        "colorcomponent_ambient": 0,
-        "colorcomponent_ambient_diffuse": 0,
-        "colorcomponent_diffuse": 1,
-        "colorcomponent_specular": 2,
-        "colorcomponent_emission": 3,
-        "colorcomponent_transparency": 4,
-        "colorcomponent_auxiliary": 5,
-        "drawing_linestrip": 8,
-        "drawing_trianglepts": 9,
-        "drawing_quadpts": 10,
-        "drawing_discpts": 11,
-        "drawing_cubepts": 12,
-        "drawing_spherepts": 7,
-        "drawing_local": 0x800000,
-        "jointmode_kinematic": 0,
-        "jointmode_dynamic": 5,
-        "jointdynctrl_free": 0,
-        "jointdynctrl_force": 1,
-        "jointdynctrl_velocity": 4,
-        "jointdynctrl_position": 8,
-        "jointdynctrl_spring": 12,
-        "customizationscriptattribute_activeduringsimulation": 0,
-        "scriptattribute_executionorder": 1,
-        "scriptattribute_executioncount": 2,
-        "childscriptattribute_automaticcascadingcalls": 3,
-        "childscriptattribute_enabled": 4,
-        "scriptattribute_enabled": 4,
-        "scriptattribute_debuglevel": 6,
-        "scriptattribute_scripttype": 7,
-        "scriptattribute_scripthandle": 8,
-        "scriptexecorder_first": 0,
-        "scriptexecorder_normal": 1,
-        "scriptexecorder_last": 2,
-        **{
-            f"{start}_{shape}": number
-            for start in ("pure_primitive", "primitiveshape")
-            for number, shape in enumerate(
-                ("none", "plane", "disc", "cuboid", "spheroid", "cylinder", "cone", "heightfield", "capsule")
-            )
-        },
         "handle_scene": -12,
         "handle_app": -13,
         "verbosity_none": 100,
@@ -154,4 +106,4 @@ def known_constants() -> Mapping[str, int]:
         for name, value in vars(constants).items()
         if name.startswith("sim_") and isinstance(value, int)
     }
-    return MappingProxyType(found | dict(_LATER_CONSTANTS) | dict(TOPIC_CONSTANTS))
+    return MappingProxyType(found | dict(_LATER_CONSTANTS))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,18 @@ _PIXELS: dict[int, tuple[int, ...]] = {8: (0, 1, 2), 9: (2, 1, 0), 10: (0, 1, 2,
 
 _BASE64, _SPLIT, _CLAMP = 12, 13, 256
 
+_FORMATS = (
+    *("uint8", "int8", "uint16", "int16", "uint32", "int32", "float", "double"),
+    *("uint8rgb", "uint8bgr", "uint8rgba", "uint8argb", "base64", "split"),
+)
+
 
 class BufferFunctions(ApiPart):
     """Formats are sim.buffer_ constants."""
+
+    CONSTANTS = MappingProxyType(
+        {**{f"buffer_{name}": number for number, name in enumerate(_FORMATS)}, "buffer_clamp": _CLAMP}
+    )
 
     def transformBuffer(
         self, data: bytes, in_format: int, multiplier: float, offset: float, out_format: int

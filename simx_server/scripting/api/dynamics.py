@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,15 @@ _NOTHING: Vector = (0.0, 0.0, 0.0)
 
 class DynamicsFunctions(ApiPart):
     """Newtons, newton metres, kilograms. A static shape feels no force."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "handleflag_abscoords": 0x800000,
+            "handleflag_resetforce": 0x400000,
+            "handleflag_resettorque": 0x800000,
+            "handleflag_resetforcetorque": 0xC00000,
+        }
+    )
 
     def addForce(self, shape: int, position: list[float], force: list[float]) -> None:
         """At a point of the shape, in metres; point and force in the shape's own frame.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from types import MappingProxyType
 
 from simx_client.protocol import constants as c
 
@@ -23,6 +24,31 @@ _OK, _RETURN_OK = 0, 3
 
 class MessageFunctions(ApiPart):
     """Nobody need be there to see it: everything is kept, and shown by the server's page."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "verbosity_default": 400,
+            "verbosity_questions": 410,
+            "verbosity_tracelua": 800,
+            "verbosity_traceall": 900,
+            "verbosity_undecorated": 0xF000,
+            "verbosity_onlyterminal": 0x10000,
+            "verbosity_once": 0x20000,
+            "msgbox_type_info": 0,
+            "msgbox_type_question": 1,
+            "msgbox_type_warning": 2,
+            "msgbox_type_critical": 3,
+            "msgbox_buttons_ok": 0,
+            "msgbox_buttons_yesno": 1,
+            "msgbox_buttons_yesnocancel": 2,
+            "msgbox_buttons_okcancel": 3,
+            "msgbox_return_cancel": 0,
+            "msgbox_return_no": 1,
+            "msgbox_return_yes": 2,
+            "msgbox_return_ok": 3,
+            "msgbox_return_error": 4,
+        }
+    )
 
     def addStatusbarMessage(self, text: str | None = None) -> None:
         """Nothing for nil, with which V-REP cleared the bar."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 from simx_client.protocol import constants as c
 
+from ...custom_data import HIDDEN
 from ...errors import CommandError
 from ...handlers import bounding_box
 from ...handlers import object_parameters as parameters
@@ -19,12 +22,24 @@ _SPECIAL = {
 }
 """What the scene says of a shape to the bits that say the same."""
 
+_PROPERTY = HIDDEN + "property"
+"""Under which name what setObjectProperty says is kept."""
+
 _FIXED = c.sim_objectspecialproperty_renderable
 
 
 class ObjectParameterFunctions(ApiPart):
     """Reading gives nil where an object of this kind has no such parameter; the names of V-REP 3, which end in
     Parameter, give 1 and the value, or 0."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "objectspecialproperty_detectable": 496,
+            "objintparam_visible": 36,
+            "jointintparam_dynctrlmode": 2039,
+            "dummyfloatparam_size": 10002,
+        }
+    )
 
     def getObjectInt32Param(self, handle: int, parameter: int) -> int | None:
         own = self._self(handle)
@@ -115,6 +130,15 @@ class ObjectParameterFunctions(ApiPart):
                 "sim.setModelProperty"
             )
         renaming.annotate(self._sim, own, "shape", {name: bool(bits & bit) for name, bit in _SPECIAL.items()})
+
+    def getObjectProperty(self, handle: int) -> int:
+        """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
+        kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
+        return int(kept) if kept else c.sim_objectproperty_selectable
+
+    def setObjectProperty(self, handle: int, bits: int) -> None:
+        """Partly: the bits are kept, but nothing here acts on them."""
+        self._sim.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
 
     def getObjectSizeValues(self, handle: int) -> list[float]:
         """Metres along the axes of the object's own frame."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 from ...custom_data import APPLICATION, HIDDEN
 from ...errors import CommandError
 from ...handlers import parameters
@@ -13,6 +15,21 @@ _NAMED = HIDDEN + "named/"
 
 class ParameterFunctions(ApiPart):
     """By sim.boolparam_, sim.intparam_, ... Unknown ones are errors that list the known."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "floatparam_physicstimestep": 3,
+            "intparam_program_full_version": 39,
+            "stringparam_scene_path": 14,
+            "stringparam_scene_name": 15,
+            "stringparam_remoteapi_temp_file_dir": 16,
+            "physics_bullet": 0,
+            "physics_ode": 1,
+            "physics_vortex": 2,
+            "physics_newton": 3,
+            "physics_mujoco": 4,
+        }
+    )
 
     def getBoolParam(self, number: int) -> bool:
         return parameters.get_boolean_parameter(self._sim, number)

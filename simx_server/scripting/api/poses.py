@@ -8,6 +8,8 @@ and CoppeliaSim's later one (object, value, relative to; the world when left out
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 from ...errors import CommandError
 from ...handlers import poses as handlers
 from ...scene import frames, poses
@@ -24,6 +26,16 @@ _INVERSE = -14
 
 class PoseFunctions(ApiPart):
     """Positions in metres, angles in radians, quaternions (x, y, z, w), matrices of 12 numbers."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "handle_world": -1,
+            "handle_inverse": -14,
+            "handleflag_wxyzquat": 0x1000000,
+            "handleflag_wxyzquaternion": 0x400000,
+            "handleflag_reljointbaseframe": 0x400000,
+        }
+    )
 
     def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
         return handlers.get_object_position(self._sim, self._plain(handle), self._self(relative_to))
