@@ -62,6 +62,40 @@ def test_scene_stands_still_for_a_minute(
     record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
 
 
+COPIES = {
+    "pioneer p3dx.ttm": ("Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975),
+    "bubbleRob.ttm": ("bubbleRob_leftMotor", "bubbleRob_rightMotor", 0.04),
+    "remoteApiControlledBubbleRob.ttm": (
+        "remoteApiControlledBubbleRobLeftMotor",
+        "remoteApiControlledBubbleRobRightMotor",
+        0.04,
+    ),
+    "line follower.ttm": ("DynamicLeftJoint", "DynamicRightJoint", 0.027),
+}
+"""File to left motor, right motor, and the wheels' radius in metres."""
+
+
+@pytest.mark.parametrize("file", COPIES)
+def test_copy_drives_by_its_own_motors_and_the_first_one_stays(
+    world: Callable[[str], World], file: str
+) -> None:
+    _, client = world("stock_kinect")
+    first, copy = load_model(client, file, (0.0, 0.0)), load_model(client, file, (0.0, 0.8))
+    left, right, radius = COPIES[file]
+    start_stepped(client)
+    step(client, 0.5)
+    before = position_of(client, first), position_of(client, copy)
+    for motor in (left, right):
+        vrep.simxSetJointTargetVelocity(
+            client, handle_of(client, motor + "#0"), 4.0, vrep.simx_opmode_oneshot
+        )
+    step(client, 4.0)
+    assert math.dist(position_of(client, first), before[0]) < 0.001
+    x, y, _ = position_of(client, copy)
+    assert x - before[1][0] == pytest.approx(16.0 * radius, rel=0.03)
+    assert y == pytest.approx(before[1][1], abs=0.02)
+
+
 class Drive:
     """A robot with two wheels, as scripts drive it: by target velocities, and odometry from the joints."""
 
