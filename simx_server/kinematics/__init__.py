@@ -12,24 +12,24 @@ target     (must be given)      object the tip is brought to; best outside the c
 base       (none: the world)    object below which the joints lie that may move: a body or a site
 constraints pose                pose, position, orientation, or words of x, y, z (axes of the base), alpha_beta
                                 (direction of the tip's z), gamma (turn about it) with commas between them
-damping    0.1                  of damped least squares; 0: pseudo inverse, which is exact and nervous near singular poses
+damping    0.1                  of damped least squares; 0: pseudo inverse: exact, and nervous near singular poses
 iterations 20                   at most, in each pass
 handling   auto                 auto: in each pass, after the scripts' actuation and before physics; explicit: when a
                                 script calls sim.handleIkGroup
 ========== ==================== ==================================================================================
 
 As in V-REP, a group moves those hinges and slides between base and tip that are **in IK mode**
-(``simx:joint:NAME`` with ``mode=ik``, and ``hybrid=yes`` where a motor shall do it); with no such joint it does nothing and
-the log says so once. The name belongs to the group, not to an object; a model brings its groups along, and its second
-copy has ``NAME#0``. Scripts use ``sim.getIkGroupHandle``, ``sim.handleIkGroup`` and the like (``scripting/api/ik.py``), or
-``simIK``, which needs no annotation.
+(``simx:joint:NAME`` with ``mode=ik``, and ``hybrid=yes`` where a motor shall do it); with no such joint it does nothing
+and the log says so once. The name belongs to the group, not to an object; a model brings its groups along, and its
+second copy has ``NAME#0``. Scripts use ``sim.getIkGroupHandle``, ``sim.handleIkGroup`` and the like
+(``scripting/api/ik.py``), or ``simIK``, which needs no annotation.
 
-**Why our own solver.** `mink` 1.3 with daqp was measured against it on the UR5 (200 random poses, one start): 4.8 ms and
-85 % within 0.5 mm and 0.1 degrees, against 1.9 ms and 83 % here; it needs 0.65 s to import, and scipy and the QP solvers
-weigh 150 MB more than MuJoCo itself. What is left of the task is a Jacobian that MuJoCo computes and one 6 x 6 system.
+**Why our own solver.** `mink` 1.3 with daqp was measured against it on the UR5 (200 random poses, one start): 4.8 ms
+and 85 % within 0.5 mm and 0.1 degrees, against 1.9 ms and 83 % here; it needs 0.65 s to import, and scipy and the QP
+solvers weigh 150 MB more than MuJoCo itself. What is left is a Jacobian that MuJoCo computes and one 6 x 6 system.
 
 `chain` finds the joints, `scratch` is the state on which all is tried (never the live one), `solver` the iteration,
-`groups` the scene's groups.
+`groups` the scene's groups, `environment` what `simIK` works on, `search` finds configurations from random starts.
 """
 
 from .chain import Constraint, Element

@@ -16,7 +16,7 @@ from ..errors import CommandError
 from ..scene.joint_chain import body_pose
 from ..scene.objects import ObjectKind, SceneObject
 from ..scene.placing import carrier_body, object_pose
-from ..scene.poses import Pose, compose, inverse
+from ..scene.poses import IDENTITY, Pose, compose, inverse
 from .scratch import Array
 
 if TYPE_CHECKING:
@@ -116,20 +116,19 @@ def make_arms(
     arms: list[Arm] = []
     for element, chain in zip(elements, chains, strict=True):
         tip = sim.scene.get(element.tip)
-        body, local = _fixed(sim, tip)
+        body, local = carrier_body(sim, tip), fixed_pose(sim, tip)
         base = sim.scene.objects.get(element.base)
         base_body, base_pose = (
-            (0, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))) if base is None else _fixed(sim, base)
+            (0, IDENTITY) if base is None else (carrier_body(sim, base), fixed_pose(sim, base))
         )
         used = np.array([joint in chain for joint in ids], dtype=bool)
         arms.append(Arm(element, body, local, used, base_body, base_pose))
     return joints, arms
 
 
-def _fixed(sim: Simulation, item: SceneObject) -> tuple[int, Pose]:
-    """The body an object is fixed to, and its pose in that body's frame."""
-    body = carrier_body(sim, item)
-    return body, compose(inverse(body_pose(sim, body)), object_pose(sim, item))
+def fixed_pose(sim: Simulation, item: SceneObject) -> Pose:
+    """An object's pose in the frame of the body that carries it. The kinematics must be fresh."""
+    return compose(inverse(body_pose(sim, carrier_body(sim, item))), object_pose(sim, item))
 
 
 def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool]) -> list[int]:

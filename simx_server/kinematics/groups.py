@@ -100,7 +100,7 @@ class IkGroups:
         return sum(self._handle_or_complain(group) for group in self._groups())
 
     def handle(self, handle: int) -> Result:
-        """Solve a group and put its joints where that says, also when the target is out of reach: then as near as may be.
+        """Solve a group and put its joints where that says: with a target out of reach as near as may be.
 
         Raises CommandError: no such group, or no joint that takes part.
         """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -139,14 +138,14 @@ class Solver:
     def _of(self, arm: Arm, goal: Pose, data: mujoco.MjData) -> tuple[Array, Array]:
         """Rows of one element: coordinates in the base's axes, then turns about the tip's own axes."""
         wanted = arm.element.constraints
-        tip = compose(_body_pose(data, arm.body), arm.tip)
+        tip = compose(pose_of_body(data, arm.body), arm.tip)
         mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
         linear, angular = arm.element.weights
         errors: list[Array] = []
         rows: list[Array] = []
         if wanted & Constraint.POSITION:
             chosen = [i for i in range(3) if wanted & (1 << i)]
-            axes = np.array(matrix(compose(_body_pose(data, arm.base_body), arm.base)[1])).T[chosen]
+            axes = np.array(matrix(compose(pose_of_body(data, arm.base_body), arm.base)[1])).T[chosen]
             errors.append(linear * (axes @ np.array(subtract(goal[0], tip[0]))))
             rows.append(linear * (axes @ self._position[:, self._joints.dofs]))
         if wanted & Constraint.ORIENTATION:
@@ -197,10 +196,6 @@ def _count(flags: Constraint) -> int:
     return int(flags).bit_count()
 
 
-def _body_pose(data: mujoco.MjData, body: int) -> Pose:
+def pose_of_body(data: mujoco.MjData, body: int) -> Pose:
+    """World pose in a scratch state."""
     return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]
-
-
-def angle_between(a: Pose, b: Pose) -> float:
-    """Radians between two orientations, 0..pi."""
-    return math.hypot(*rotation_vector(multiply(conjugate(a[1]), b[1])))

@@ -20,6 +20,7 @@ from .custom_uis import CustomUIFunctions
 from .drawing import DrawingFunctions
 from .dynamics import DynamicsFunctions
 from .graphs import GraphFunctions
+from .ik import IkFunctions
 from .joints import JointFunctions
 from .matrices import MatrixFunctions
 from .messages import MessageFunctions
@@ -34,6 +35,7 @@ from .selection import SelectionFunctions
 from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
+from .sim_ik_worlds import SimIk
 from .simulation import SimulationFunctions
 from .threads import ThreadFunctions
 from .tubes import TubeFunctions
@@ -90,11 +92,12 @@ class SimApi(
     DrawingFunctions,
     ScriptFunctions,
     GraphFunctions,
+    IkFunctions,
 ):
     """What one script may do to the simulation."""
 
 
-NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi})
+NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk})
 """What scripts find as globals, each a class assembled as `SimApi` is."""
 
 

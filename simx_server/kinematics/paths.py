@@ -1,0 +1,248 @@
+"""Ways in joint space that avoid what is in the way: RRT-Connect, shortened and made even.
+
+J. Kuffner and S. LaValle, "RRT-Connect: An Efficient Approach to Single-Query Path Planning", ICRA 2000.
+
+**Why not OMPL.** `ompl` 2.0 has wheels for Python 3.11 to 3.13 (5 MB) and is well kept. It was not taken: its random
+numbers are one seed for the process, which is set before first use, so two equal runs in one server differ; an
+exception of a validity check (a script's) would cross C++; and nearly all the time goes into the check, which is ours
+either way. Algorithm names are accepted and all mean this planner.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+import numpy as np
+
+from .scratch import Array
+
+Check = Callable[[Array], bool]
+
+
+@dataclass(frozen=True)
+class Space:
+    """Where states lie."""
+
+    low: Array
+    high: Array
+    """(n,)."""
+    weights: Array
+    """(n,) of each coordinate in distances."""
+    endless: Array
+    """(n,) bool: coordinates that are angles, of which 2 pi is 0."""
+    resolution: float = 0.02
+    """Greatest weighted distance between two states that are checked along a way."""
+    step: float = 0.3
+    """Greatest weighted length of a tree's branch."""
+
+    def difference(self, start: Array, end: Array) -> Array:
+        """From start to end (..., n), angles the short way round."""
+        change = end - start
+        if self.endless.any():
+            turned = np.remainder(change + np.pi, 2 * np.pi) - np.pi
+            change = np.where(self.endless, turned, change)
+        return change
+
+    def length(self, change: Array) -> float:
+        """Weighted; the greatest coordinate counts, so that no joint moves farther than that between two checks."""
+        return float(np.max(np.abs(change) * self.weights))
+
+    def distances(self, states: Array, to: Array) -> Array:
+        """(m,) of states (m, n)."""
+        change = self.difference(states, to) * self.weights
+        return np.einsum("mi,mi->m", change, change)
+
+    def sample(self, random: np.random.Generator) -> Array:
+        return self.low + (self.high - self.low) * random.random(len(self.low))
+
+    def contains(self, state: Array) -> bool:
+        return bool(np.all((state >= self.low - 1e-9) & (state <= self.high + 1e-9)))
+
+
+class Failure(Enum):
+    """Why there is no path."""
+
+    START = "the start state is not valid"
+    GOAL = "no goal state is valid"
+    TIME = "no path was found in time"
+
+
+class Planner:
+    """Plans in one space. `poll` is called about every hundred checks."""
+
+    def __init__(
+        self,
+        space: Space,
+        is_valid: Check,
+        random: np.random.Generator,
+        poll: Callable[[], object] | None = None,
+    ) -> None:
+        self._space = space
+        self._check = is_valid
+        self._random = random
+        self._poll = poll
+        self._count = 0
+        self._end = 0.0
+
+    def plan(self, start: Array, goals: Sequence[Array], seconds: float) -> list[Array] | Failure:
+        """States (n,) from the start to one of the goals, each straight way between two of them valid."""
+        self._end = time.monotonic() + seconds
+        space = self._space
+        try:
+            if not self._is_valid(start):
+                return Failure.START
+            good = [goal for goal in goals if self._is_valid(goal)]
+            if not good:
+                return Failure.GOAL
+            for goal in sorted(good, key=lambda each: space.length(space.difference(start, each))):
+                if self._is_free(start, goal):
+                    return [start, goal]
+            return self._connect(start, good)
+        except _TimeIsUpError:
+            return Failure.TIME
+
+    def shorten(self, path: list[Array], seconds: float) -> list[Array]:
+        """Leave out what is not needed: straight ways between random points of the path, while that helps."""
+        self._end = time.monotonic() + seconds
+        idle = 0
+        while len(path) > 2 and idle < 50 and time.monotonic() < self._end:
+            first, last = sorted(self._random.random(2) * (len(path) - 1))
+            i, j = int(first), int(last)
+            if i == j:
+                idle += 1
+                continue
+            a, b = self._at(path, first), self._at(path, last)
+            between = [a, *path[i + 1 : j + 1], b]
+            saved = self._lengths(between) - self._lengths([a, b])
+            try:
+                is_better = saved > 1e-6 and self._is_free(a, b)
+            except _TimeIsUpError:
+                break
+            if is_better:
+                path = self._without_repeats([*path[: i + 1], a, b, *path[j + 1 :]])
+            idle = 0 if is_better and saved > 1e-3 else idle + 1
+        return path
+
+    def _is_free(self, start: Array, end: Array) -> bool:
+        """Whether all of the straight way is valid; the ends are not checked."""
+        change = self._space.difference(start, end)
+        count = int(np.ceil(self._space.length(change) / self._space.resolution))
+        # The middle first, then the middles of the halves: a way that is blocked is so in its middle mostly.
+        width = 1 << max(0, count - 1).bit_length()
+        while width > 1:
+            for at in range(width >> 1, count, width):
+                if not self._is_valid(start + change * (at / count)):
+                    return False
+            width >>= 1
+        return True
+
+    def _is_valid(self, state: Array) -> bool:
+        self._count += 1
+        if self._count % 100 == 0:
+            if self._poll is not None:
+                self._poll()
+            if time.monotonic() > self._end:
+                raise _TimeIsUpError
+        return self._check(state)
+
+    def _connect(self, start: Array, goals: list[Array]) -> list[Array]:
+        trees = (_Tree([start]), _Tree(goals))
+        grows_forward = True
+        while True:
+            one, other = trees if grows_forward else trees[::-1]
+            added = self._extend(one, self._space.sample(self._random))
+            if added is not None:
+                while True:
+                    reached = self._extend(other, one.states[added])
+                    if reached is None:
+                        break
+                    gap = self._space.difference(other.states[reached], one.states[added])
+                    if self._space.length(gap) < 1e-9:
+                        halves = one.path(added), other.path(reached)
+                        forward, backward = halves if grows_forward else halves[::-1]
+                        return [*forward, *backward[::-1][1:]]
+            grows_forward = not grows_forward
+
+    def _extend(self, tree: _Tree, towards: Array) -> int | None:
+        """One branch from the nearest state; its index, or None where something is in the way."""
+        space = self._space
+        near = int(np.argmin(space.distances(tree.array(), towards)))
+        change = space.difference(tree.states[near], towards)
+        length = space.length(change)
+        if length < 1e-12:
+            return near
+        state = tree.states[near] + change * min(1.0, space.step / length)
+        if self._is_valid(state) and self._is_free(tree.states[near], state):
+            return tree.add(state, near)
+        return None
+
+    def _at(self, path: list[Array], where: float) -> Array:
+        index = min(int(where), len(path) - 2)
+        return path[index] + self._space.difference(path[index], path[index + 1]) * (where - index)
+
+    def _lengths(self, path: list[Array]) -> float:
+        return sum(
+            float(np.linalg.norm(self._space.difference(a, b) * self._space.weights))
+            for a, b in pairwise(path)
+        )
+
+    def _without_repeats(self, path: list[Array]) -> list[Array]:
+        kept = [path[0]]
+        for state in path[1:]:
+            if self._space.length(self._space.difference(kept[-1], state)) > 1e-9:
+                kept.append(state)
+        return kept if len(kept) > 1 else [path[0], path[-1]]
+
+
+class _TimeIsUpError(Exception):
+    """Within a plan."""
+
+
+class _Tree:
+    """States, each with the one it was reached from; -1 for roots."""
+
+    def __init__(self, roots: list[Array]) -> None:
+        self.states = list(roots)
+        self._parents = [-1] * len(roots)
+        self._array = np.array(roots)
+
+    def add(self, state: Array, parent: int) -> int:
+        self.states.append(state)
+        self._parents.append(parent)
+        count = len(self.states)
+        if count > len(self._array):
+            self._array = np.concatenate([self._array, np.zeros_like(self._array)])
+        self._array[count - 1] = state
+        return count - 1
+
+    def array(self) -> Array:
+        return self._array[: len(self.states)]
+
+    def path(self, index: int) -> list[Array]:
+        """From the root."""
+        states: list[Array] = []
+        while index >= 0:
+            states.append(self.states[index])
+            index = self._parents[index]
+        return states[::-1]
+
+
+def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
+    """`count` states evenly along the path, with its ends; the path itself when it has as many already."""
+    if count <= len(path) or len(path) < 2:
+        return list(path)
+    pieces = [space.difference(a, b) for a, b in pairwise(path)]
+    lengths = np.array([np.linalg.norm(piece * space.weights) for piece in pieces])
+    # Corners stay states, or the way would cut them; what is left is shared out by length.
+    shares = lengths / max(lengths.sum(), 1e-12) * (count - len(path))
+    extra = np.floor(shares).astype(int)
+    for index in np.argsort(extra - shares)[: count - len(path) - int(extra.sum())]:
+        extra[index] += 1
+    states = [path[0]]
+    for begin, piece, more in zip(path, pieces, extra.tolist(), strict=False):
+        states += [begin + piece * (step / (more + 1)) for step in range(1, more + 2)]
+    return states
