@@ -1,0 +1,160 @@
+"""The e-puck is as V-REP has it, keeps off the walls of its maze, and sees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+import pytest
+from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from small_stock import E_PUCK
+
+import simx_client as vrep
+
+ONESHOT = vrep.simx_opmode_oneshot
+World = tuple[RealWorld, int]
+Open = Callable[[str], World]
+
+
+@pytest.fixture
+def world() -> Iterator[Open]:
+    """Opens a scene: the world, and a client of it."""
+    opened: list[RealWorld] = []
+
+    def open_scene(scene: str) -> World:
+        opened.append(RealWorld(scene))
+        return opened[-1], opened[-1].client()
+
+    yield open_scene
+    for each in opened:
+        each.close()
+
+
+def test_model_and_its_copy_are_vreps(world: Open) -> None:
+    opened, client = world("stock_kinect")
+    load_model(client, "models/robots/mobile/e-puck.ttm", (0.0, 0.0))
+    load_model(client, "models/robots/mobile/e-puck.ttm", (1.0, 1.5))
+    check_stock(opened, client, E_PUCK)
+    check_stock(opened, client, E_PUCK, suffix="#0", shift=(1.0, 1.5, 0.0))
+
+
+def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
+    opened, client = world("e_puck")
+    start_stepped(client)
+    check_idle(client, ("ePuck", "ePuck_leftRespondableWheel", "ePuck_topPart"))
+    record_property("figures", f"e_puck: {real_time_factor(opened, 5.0):.0f} times real time")
+
+
+class Epuck:
+    """An e-puck by its joints and sensors."""
+
+    def __init__(self, client: int, suffix: str = "") -> None:
+        self.client = client
+        self.base = handle_of(client, "ePuck_base" + suffix)
+        self._motors = [handle_of(client, f"ePuck_{side}Joint{suffix}") for side in ("left", "right")]
+        self.sensors = [handle_of(client, f"ePuck_proxSensor{number}{suffix}") for number in range(1, 9)]
+
+    def drive(self, left: float, right: float) -> None:
+        for motor, velocity in zip(self._motors, (left, right), strict=True):
+            vrep.simxSetJointTargetVelocity(self.client, motor, velocity, ONESHOT)
+
+    def place(self) -> tuple[float, float]:
+        x, y, _ = position_of(self.client, self.base)
+        return x, y
+
+    def heading(self) -> float:
+        rotation = rotation_of(self.client, self.base)
+        return math.atan2(rotation[1, 0], rotation[0, 0])
+
+    def nearness(self) -> list[float]:
+        """Per sensor 1 for what touches it, 0 for nothing within its range."""
+        found = []
+        for sensor in self.sensors:
+            _, state, point, _, _ = vrep.simxReadProximitySensor(
+                self.client, sensor, vrep.simx_opmode_streaming
+            )
+            found.append(1 - math.hypot(*point) / 0.04 if state else 0.0)
+        return found
+
+
+def test_wheels_drive_as_far_and_turn_as_much_as_they_say(world: Open) -> None:
+    _, client = world("stock_kinect")
+    load_model(client, "e-puck.ttm", (1.0, 1.0))
+    robot = Epuck(client)
+    start_stepped(client)
+    robot.drive(2.0, 2.0)
+    step(client, 0.5)
+    begin = robot.place()
+    step(client, 5)
+    assert robot.place() == pytest.approx((1.0, begin[1] + 2.0 * 0.0212 * 5), abs=0.002)
+    robot.drive(-1.0, 1.0)
+    step(client, 0.5)
+    heading = robot.heading()
+    step(client, 2)
+    assert robot.heading() - heading == pytest.approx(2 * 0.0212 * 2.0 / 0.054, rel=0.02)
+
+
+def test_e_puck_keeps_off_the_walls_of_its_maze_for_half_a_minute(
+    world: Open, record_property: Callable[[str, str], None]
+) -> None:
+    opened, client = world("e_puck")
+    robot = Epuck(client)
+    floor = opened.simulation.model.body("ResizableFloor_5_25_element").id
+    start_stepped(client)
+    step(client, 0.1)
+    places, met = [robot.place()], 0
+    for _ in range(600):
+        near = robot.nearness()
+        met += any(near)
+        left, right = near[0] * 0.5 + near[1] + near[2], near[3] + near[4] + near[5] * 0.5
+        if near[2] + near[3] > 0.6:
+            # Straight ahead it is closed: turn to where there is more room, on the spot.
+            robot.drive(*((1.5, -1.5) if left >= right else (-1.5, 1.5)))
+        else:
+            robot.drive(2.0 + 2.5 * (left - right), 2.0 - 2.5 * (left - right))
+        step(client, 0.05)
+        places.append(robot.place())
+        bodies = opened.simulation.model.geom_bodyid[opened.simulation.data.contact.geom]
+        assert (bodies == floor).any(axis=1).all(), f"it touches a wall at {places[-1]}"
+    path = sum(math.dist(a, b) for a, b in pairwise(places))
+    record_property("figures", f"e-puck: {path:.2f} m, a wall in sight in {met / 6:.0f} % of the passes")
+    assert path > 0.6
+    assert met > 60
+
+
+def test_e_puck_turns_until_its_camera_has_the_red_mark_ahead(world: Open) -> None:
+    _, client = world("e_puck")
+    robot = Epuck(client)
+    camera = handle_of(client, "ePuck_camera")
+    vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_streaming)
+    start_stepped(client)
+    robot.drive(2.0, -2.0)
+    columns: list[int] = []
+    for _ in range(60):
+        step(client, 0.1)
+        code, (width, height), image = vrep.simxGetVisionSensorImage(
+            client, camera, 0, vrep.simx_opmode_buffer
+        )
+        assert (code, width, height) == (vrep.simx_return_ok, 128, 128)
+        row = [value & 255 for value in image[3 * 64 * width : 3 * 65 * width]]
+        columns = [x for x in range(width) if row[3 * x] > 100 and row[3 * x + 1] < 60]
+        if columns and abs(sum(columns) / len(columns) - 63.5) < 12:
+            break
+    assert len(columns) > 20
+    robot.drive(0, 0)
+    step(client, 0.2)
+    assert abs(math.remainder(robot.heading() - math.pi, 2 * math.pi)) < math.radians(12)
+
+
+def test_light_sensor_tells_a_black_patch_from_the_floor(world: Open) -> None:
+    _, client = world("e_puck")
+    eye, robot = handle_of(client, "ePuck_lightSensor"), handle_of(client, "ePuck")
+    start_stepped(client)
+    for (x, y), dark in (((0.0, 0.0), False), ((-0.22, 0.36), True)):
+        vrep.simxSetObjectPosition(client, robot, -1, [x, y, 0.0191], BLOCKING)
+        step(client, 0.2)
+        code, size, image = vrep.simxGetVisionSensorImage(client, eye, 1, BLOCKING)
+        assert (code, size) == (vrep.simx_return_ok, [16, 2])
+        assert all((value & 255 < 60) == dark for value in image)
