@@ -85,14 +85,20 @@ end
 class ScriptWorld(World):
     """A running simulation in which one object has a child script that evaluates what the test says."""
 
-    def __init__(self, folder: Path, xml: str = SCENE, owner: str = "robot") -> None:
-        """`owner`: the name of the object the script belongs to; its file is written to `folder`."""
+    def __init__(self, folder: Path, xml: str = SCENE, owner: str = "robot", kind: str = "child") -> None:
+        """`owner`: the name of the object the script belongs to; `kind`: child or customization.
+
+        Its file is written to `folder`.
+        """
         pytest.importorskip("lupa")
         (folder / "host.lua").write_text(_SCRIPT, encoding="utf-8")
-        note = f'<custom><text name="simx:script:{owner}" data="file=host.lua"/></custom></mujoco>'
+        note = (
+            f'<custom><text name="simx:script:{owner}" data="file=host.lua type={kind}"/></custom></mujoco>'
+        )
         (folder / "scene.xml").write_text(xml.replace("</mujoco>", note), encoding="utf-8")
         super().__init__(file=folder / "scene.xml", workspace=folder)
         self.owner = owner
+        self._type = {"child": 1, "customization": 6}[kind]
         self.scene_file = folder / "scene.xml"
         self.run(0)
 
@@ -103,7 +109,7 @@ class ScriptWorld(World):
             CommandError: what the piece raised.
         """
         buffer = self.call(
-            "simxCallScriptFunction", self.owner, 1, "evaluate", [], [], [], source.encode("utf-8")
+            "simxCallScriptFunction", self.owner, self._type, "evaluate", [], [], [], source.encode("utf-8")
         )[3]
         return ast.literal_eval(buffer.decode("latin-1"))
 

@@ -71,6 +71,45 @@ def test_persistent_data_and_extension_strings(world: ScriptWorld) -> None:
     assert world.value("sim.getExtensionString(cube, 1)") is None
 
 
+def test_referenced_objects_are_remembered(world: ScriptWorld) -> None:
+    assert world.value("sim.getReferencedHandles(cube)") == []
+    world.lua("sim.setReferencedHandles(cube, {wall, mark})")
+    assert world.value("sim.getReferencedHandles(cube)") == [world.handle("wall"), world.handle("mark")]
+    world.lua("sim.removeObject(mark)")
+    assert world.value("sim.getReferencedHandles(cube)") == [world.handle("wall"), -1]
+    world.lua("sim.setReferencedHandles(cube)")
+    assert world.value("sim.getReferencedHandles(cube)") == []
+
+
+def test_configurations_are_taken_and_brought_back(world: ScriptWorld) -> None:
+    world.lua("sim.setJointPosition(hinge, 0.5); sim.setJointTargetPosition(hinge, 0.6)")
+    world.lua("tree, one = sim.getConfigurationTree(robot), sim.getObjectConfiguration(cube)")
+    before = [world.value(f"sim.getObjectPose({name}, -1)") for name in ("robot", "arm", "cube")]
+    world.lua("sim.setObjectPosition(robot, -1, {5,5,5}); sim.setJointPosition(hinge, -1)")
+    world.lua("sim.setObjectPosition(cube, -1, {9,9,9}); sim.setJointTargetPosition(hinge, 0)")
+    world.lua("sim.setConfigurationTree(tree); sim.setObjectConfiguration(one)")
+    for name, pose in zip(("robot", "arm", "cube"), before, strict=True):
+        assert world.value(f"sim.getObjectPose({name}, -1)") == pytest.approx(pose, abs=1e-9)
+    assert world.lua(
+        "return sim.getJointPosition(hinge), sim.getJointTargetPosition(hinge)"
+    ) == pytest.approx([0.5, 0.6])
+    world.fails("sim.setConfigurationTree(sim.packTable({1}))", "these bytes are no configuration")
+    world.fails("sim.setConfigurationTree('x')", "not made by packTable")
+
+
+def test_bits_are_combined(world: ScriptWorld) -> None:
+    assert world.lua("return sim.boolAnd32(12, 10), sim.boolOr32(12, 10), sim.boolXor32(12, 10)") == [
+        8,
+        14,
+        6,
+    ]
+    assert world.lua("return sim.boolAnd16(65551, 3), sim.boolOr16(65536, 1), sim.boolXor16(65537, 3)") == [
+        3,
+        1,
+        2,
+    ]
+
+
 def test_a_force_acts_for_one_pass(world: ScriptWorld) -> None:
     world.lua("sim.addForceAndTorque(cube, {0,0,1}); sim.addForceAndTorque(cube, {0,0,1}, nil)")
     world.passes(2)

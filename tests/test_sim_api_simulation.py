@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from sim_api_calls import ScriptWorld, world
 
@@ -43,6 +45,42 @@ def test_a_pause_and_what_follows_it(world: ScriptWorld) -> None:
 
 def test_the_server_ends_only_while_stopped(world: ScriptWorld) -> None:
     world.fails("sim.quitSimulator()", "only while the simulation is stopped")
+
+
+def test_scenes_are_changed_only_while_stopped_and_never_saved(world: ScriptWorld) -> None:
+    world.fails("sim.loadScene('scene.xml')", "only while the simulation is stopped")
+    world.fails("sim.closeScene()", "only while the simulation is stopped")
+    world.fails("sim.saveScene('x.ttt')", "scenes are not saved here")
+    world.fails("sim.saveModel(1, 'x.ttm')", "models are not saved here")
+    assert world.value("sim.announceSceneContentChange()") == 0
+
+
+def test_a_customization_script_changes_the_scene_when_it_is_through(tmp_path: Path) -> None:
+    (tmp_path / "other.xml").write_text(
+        "<mujoco><worldbody><body name='other'><geom size='1'/></body></worldbody></mujoco>"
+    )
+    world = ScriptWorld(tmp_path, kind="customization")
+    world.call("simxStopSimulation")
+    scene = world.sim.scene
+    assert world.value("sim.loadScene('other.xml')") == 1
+    assert world.sim.scene is scene
+    world.sim.settle()
+    assert world.handle("other")
+
+
+def test_a_customization_script_starts_and_closes(tmp_path: Path) -> None:
+    world = ScriptWorld(tmp_path, kind="customization")
+    world.call("simxStopSimulation")
+    world.lua("sim.setSimulationTimeStep(0.1); sim.startSimulation()")
+    world.sim.settle()
+    assert world.sim.state is SimulationState.RUNNING
+    assert world.value("sim.getSimulationTimeStep()") == 0.1
+    world.lua("sim.stopSimulation()")
+    world.sim.settle()
+    assert world.sim.state is SimulationState.STOPPED
+    assert world.value("sim.closeScene()") == 1
+    world.sim.settle()
+    assert not world.sim.scene.objects
 
 
 def test_clocks_of_the_wall(world: ScriptWorld) -> None:

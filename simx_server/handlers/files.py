@@ -104,6 +104,16 @@ def find_mesh(sim: Simulation, text: str) -> Path:
     return found
 
 
+def find_scene_of_server(sim: Simulation, text: str) -> Path:
+    """The scene file that a script names; it may be loaded. Raises CommandError: not stopped, no such file, a file
+    elsewhere."""
+    if sim.is_running:
+        raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
+    found = _find(sim, workspace.check_name(text))
+    check_references(found, _open_folders(sim))
+    return found
+
+
 def _add(sim: Simulation, found: Path, name: str) -> int:
     check_references(found, _open_folders(sim))
     handle = add_model(sim, found, PurePosixPath(name).stem)

@@ -13,8 +13,10 @@ from types import MappingProxyType
 from simx_client.protocol import constants
 
 from .base import HANDLE_SELF, ApiPart
+from .bits import BitFunctions
 from .buffers import BufferFunctions
 from .collisions import CollisionFunctions
+from .configurations import ConfigurationFunctions
 from .custom_data import CustomDataFunctions
 from .custom_uis import CustomUIFunctions
 from .drawing import DrawingFunctions
@@ -75,7 +77,9 @@ class SimApi(
     SimulationFunctions,
     MessageFunctions,
     ThreadFunctions,
+    BitFunctions,
     BufferFunctions,
+    ConfigurationFunctions,
     CustomDataFunctions,
     CustomUIFunctions,
     TubeFunctions,

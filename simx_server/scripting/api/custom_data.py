@@ -6,10 +6,10 @@ from typing import Any
 
 from ...custom_data import APPLICATION, HIDDEN
 from .base import ApiPart
-from .packing import pack_table, unpack_table
+from .packing import pack, pack_table, unpack, unpack_table
 
-_PERSISTENT, _EXTENSION = HIDDEN + "persistent/", HIDDEN + "extension/"
-"""Begin the names under which these two are kept."""
+_PERSISTENT, _EXTENSION, _REFERENCES = HIDDEN + "persistent/", HIDDEN + "extension/", HIDDEN + "references"
+"""Begin the names under which these are kept."""
 
 
 class CustomDataFunctions(ApiPart):
@@ -67,6 +67,19 @@ class CustomDataFunctions(ApiPart):
     def getPersistentDataTags(self) -> list[str]:
         names = self._sim.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
+
+    def setReferencedHandles(self, handle: int, handles: list[int] | None = None) -> None:
+        """Other objects that an object remembers.
+
+        Partly: a copy remembers the same ones, also where they were copied with it.
+        """
+        packed = pack("i", [float(each) for each in handles or []], 0, 0)
+        self._sim.custom_data.write(self._self(handle), _REFERENCES, packed)
+
+    def getReferencedHandles(self, handle: int) -> list[int]:
+        """-1 stands for those that are gone."""
+        packed = self._sim.custom_data.read(self._self(handle), _REFERENCES) or b""
+        return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
         """Text of V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""

@@ -68,11 +68,11 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectInt32Param(handle, parameter, int(value))
 
     def getObjectStringParam(self, handle: int, parameter: int) -> str:
-        """Partly: no object has a string parameter here, so this is always an error."""
+        """Not here: no object has a string parameter."""
         raise self._no_text(handle, parameter)
 
     def setObjectStringParam(self, handle: int, parameter: int, _value: bytes) -> None:
-        """Partly: no object has a string parameter here, so this is always an error."""
+        """Not here: no object has a string parameter."""
         raise self._no_text(handle, parameter)
 
     def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
@@ -98,11 +98,11 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectStringParameter(self, handle: int, parameter: int) -> str:
-        """Partly: no object has a string parameter here, so this is always an error."""
+        """Not here: no object has a string parameter."""
         return self.getObjectStringParam(handle, parameter)
 
     def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
-        """Partly: no object has a string parameter here, so this is always an error."""
+        """Not here: no object has a string parameter."""
         self.setObjectStringParam(handle, parameter, value)
 
     def getObjectSpecialProperty(self, handle: int) -> int:

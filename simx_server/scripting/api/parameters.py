@@ -125,27 +125,27 @@ class ParameterFunctions(ApiPart):
     # Parameters of physics engines.
 
     def getEngineBoolParam(self, number: int, _handle: int) -> bool:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
     def getEngineInt32Param(self, number: int, _handle: int) -> int:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
     def getEngineFloatParam(self, number: int, _handle: int) -> float:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
     def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> None:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
     def setEngineInt32Param(self, number: int, _handle: int, _value: int) -> None:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
     def setEngineFloatParam(self, number: int, _handle: int, _value: float) -> None:
-        """Partly: MuJoCo has none of these parameters, so this is always an error."""
+        """Not here: MuJoCo has none of these parameters."""
         raise _no_engine_parameter(number)
 
 

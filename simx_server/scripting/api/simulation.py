@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import random
 import time
+from functools import partial
+from typing import NoReturn
 
 from simx_client.protocol import constants as c
 
+from ...errors import CommandError
+from ...handlers import files
 from ...simulation import SimulationState
 from .base import ApiPart
 
@@ -67,6 +71,34 @@ class SimulationFunctions(ApiPart):
         """
         self._sim.stop_soon()
         return 1
+
+    def loadScene(self, file: str) -> int:
+        """Instead of the present one, which ends the script; only while stopped, as soon as no script is under way; 1.
+
+        Partly: files are MJCF or URDF, and for a `.ttt` file the one that stands for it.
+        """
+        found = files.find_scene_of_server(self._sim, file)
+        self._sim.soon(partial(self._sim.load, found))
+        return 1
+
+    def closeScene(self) -> int:
+        """Leaves an empty one; only while stopped, as soon as no script is under way; 1."""
+        if self._sim.is_running:
+            raise CommandError("a scene can be closed only while the simulation is stopped; stop it first")
+        self._sim.soon(self._sim.close)
+        return 1
+
+    def saveScene(self, _file: str) -> NoReturn:
+        """Not here: scenes are files that people write."""
+        raise CommandError("scenes are not saved here: write what is to stay into the scene's MJCF file")
+
+    def saveModel(self, _base: int, _file: str | None = None) -> NoReturn:
+        """Not here: models are files that people write."""
+        raise CommandError("models are not saved here: write what is to stay into the model's MJCF file")
+
+    def announceSceneContentChange(self) -> int:
+        """Partly: nothing here can be undone, so this does nothing; 0."""
+        return 0
 
     def quitSimulator(self) -> None:
         """Ends the server, only while stopped."""
