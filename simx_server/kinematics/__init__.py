@@ -24,9 +24,9 @@ and the log says so once. The name belongs to the group, not to an object; a mod
 second copy has ``NAME#0``. Scripts use ``sim.getIkGroupHandle``, ``sim.handleIkGroup`` and the like
 (``scripting/api/ik.py``), or ``simIK``, which needs no annotation.
 
-**Why our own solver.** `mink` 1.3 with daqp was measured against it on the UR5 (200 random poses, one start): 4.8 ms
-and 85 % within 0.5 mm and 0.1 degrees, against 1.9 ms and 83 % here; it needs 0.65 s to import, and scipy and the QP
-solvers weigh 150 MB more than MuJoCo itself. What is left is a Jacobian that MuJoCo computes and one 6 x 6 system.
+**Why our own solver.** `mink` 1.3 with daqp was measured against it on the UR5 (200 random poses, one start, at most 50
+iterations): 1.9 ms and 85 % within 0.5 mm and 0.1 degrees, against 1.2 ms and 83 % here; and scipy and the QP solvers,
+which it needs, weigh 150 MB, twice MuJoCo itself. What is left is a Jacobian that MuJoCo computes and one 6 x 6 system.
 
 `chain` finds the joints, `scratch` is the state on which all is tried (never the live one), `solver` the iteration,
 `groups` the scene's groups, `environment` what `simIK` works on, `search` finds configurations from random starts.

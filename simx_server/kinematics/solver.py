@@ -28,6 +28,9 @@ _ENOUGH = 0.01
 _STUCK = 1e-7
 """rad or m: an iteration that moves no joint farther is the last."""
 
+_HALVINGS = 6
+"""How often a step that makes it worse is shortened before the place counts as the nearest."""
+
 _LEAST_DAMPING = 1e-3
 """Of the adaptive damping; Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method",
 IEEE T-RO 27 (2011), recommends about 1e-3 of the squared length of the links, which is near 1 here."""
@@ -101,8 +104,16 @@ class Solver:
                 break
             change = self._limited_change(values, error, jacobian, how)
             change /= max(1.0, float(np.max(np.abs(change) / largest)))
-            values = joints.clip(values + change)
-            error, jacobian, misses = self.look(values, goals)
+            for _ in range(_HALVINGS):
+                trial = joints.clip(values + change)
+                looked = self.look(trial, goals)
+                if looked[0] @ looked[0] < error @ error:
+                    break
+                # Too far: out of reach the way that seems to lead on bends back.
+                change *= 0.5
+            else:
+                break
+            values, (error, jacobian, misses) = trial, looked
             if np.max(np.abs(change)) < _STUCK:
                 break
         reached = all(_within(arm, miss, 1.0) for arm, miss in zip(self._arms, misses, strict=True))

@@ -1,0 +1,335 @@
+"""Inverse kinematics: groups of a scene, what scripts do with them, and simIK's environments."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim_api_calls import ScriptWorld
+
+from simx_server.errors import CommandError
+from simx_server.kinematics import Element, Result
+from simx_server.kinematics.environment import Environment, EnvironmentGroup
+from simx_server.kinematics.search import find_configs
+from simx_server.library import find_scene
+from simx_server.parts import attach_parts
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.copying import copy_objects
+from simx_server.scene.frames import get_pose, get_position, set_pose, set_position
+from simx_server.scene.poses import conjugate, multiply, rotation_vector
+from simx_server.simulation import Simulation
+
+ARM = """
+<mujoco model="arm">
+  <compiler angle="degree"/>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <body name="base">
+      <geom type="cylinder" size=".05 .05"/>
+      <site name="target" pos=".3 .1 .4"/>
+      <body name="link1" pos="0 0 .1"><joint name="j1" axis="0 0 1" range="-170 170"/>
+        <geom type="capsule" fromto="0 0 0 0 0 .1" size=".04"/>
+        <body name="link2" pos="0 0 .1"><joint name="j2" axis="0 1 0" range="-120 120"/>
+          <geom type="capsule" fromto="0 0 0 0 0 .3" size=".04"/>
+          <body name="link3" pos="0 0 .3"><joint name="j3" axis="0 1 0" range="-150 150"/>
+            <geom type="capsule" fromto="0 0 0 0 0 .3" size=".03"/>
+            <body name="link4" pos="0 0 .3"><joint name="j4" axis="0 1 0" range="-120 120"/>
+              <geom type="capsule" fromto="0 0 0 0 0 .05" size=".03"/>
+              <body name="link5" pos="0 0 .08"><joint name="j5" axis="1 0 0" range="-120 120"/>
+                <geom type="capsule" fromto="0 0 0 0 0 .05" size=".03"/>
+                <body name="link6" pos="0 0 .05"><joint name="j6" axis="0 0 1" range="-170 170"/>
+                  <geom type="box" size=".03 .02 .02"/><site name="tip" pos="0 0 .05"/>
+    </body></body></body></body></body></body></body>
+  </worldbody>
+  <custom>
+    <text name="simx:joint:j1" data="mode=ik"/><text name="simx:joint:j2" data="mode=ik"/>
+    <text name="simx:joint:j3" data="mode=ik"/><text name="simx:joint:j4" data="mode=ik"/>
+    <text name="simx:joint:j5" data="mode=ik"/><text name="simx:joint:j6" data="mode=ik"/>
+    <text name="simx:model:base" data="base=yes"/>
+    <text name="simx:ik:arm_ik" data="tip=tip target=target base=base constraints=position"/>
+  </custom>
+</mujoco>
+"""
+"""A target within the reach of 0.78 m about the second joint; it hangs on the base."""
+
+JOINTS = [f"j{number}" for number in range(1, 7)]
+LUA_JOINTS = "local js = {}; for i = 1, 6 do js[i] = sim.getObjectHandle('j' .. i) end\n"
+TO_GROUP = "local g = sim.getIkGroupHandle('arm_ik')\n"
+
+
+def simulation(xml: str, folder: Path) -> Simulation:
+    file = folder / "arm.xml"
+    file.write_text(xml, encoding="utf-8")
+    sim = Simulation()
+    attach_parts(sim, folder)
+    sim.load(file)
+    return sim
+
+
+def miss(sim: Simulation, tip: str = "tip", target: str = "target") -> tuple[float, float]:
+    """Metres and radians between two objects."""
+    a, b = (get_pose(sim, sim.scene.resolve(name)) for name in (tip, target))
+    return math.dist(a[0], b[0]), math.hypot(*rotation_vector(multiply(conjugate(a[1]), b[1])))
+
+
+def bend(sim: Simulation) -> None:
+    """Away from the stretched arm, which is singular."""
+    for name, value in zip(JOINTS, (0.2, 0.5, 0.9, 0.6, 0.1, 0.0), strict=True):
+        sim.joints.set_position(sim.scene.resolve(name), value)
+
+
+@pytest.fixture
+def sim(tmp_path: Path) -> Simulation:
+    return simulation(ARM, tmp_path)
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> ScriptWorld:
+    # A position is solved for by hand here, so that nothing moves before a test says so.
+    return ScriptWorld(tmp_path, ARM.replace("constraints=position", "handling=explicit"), owner="base")
+
+
+def test_the_tip_follows_its_target_in_each_pass(sim: Simulation) -> None:
+    sim.start()
+    target = sim.scene.resolve("target")
+    for index in range(40):
+        set_position(sim, target, -1, [0.3 + 0.1 * math.sin(index / 5), 0.1, 0.4])
+        sim.advance()
+        assert miss(sim)[0] < 1e-3
+
+
+def test_the_stop_brings_the_joints_back(sim: Simulation) -> None:
+    before = sim.data.qpos.copy()
+    sim.start()
+    sim.advance()
+    assert not np.array_equal(sim.data.qpos, before)
+    sim.stop()
+    assert np.array_equal(sim.data.qpos, before)
+
+
+def test_equal_runs_give_equal_numbers(sim: Simulation) -> None:
+    ends: list[bytes] = []
+    for _ in range(2):
+        sim.start()
+        for _ in range(5):
+            sim.advance()
+        ends.append(sim.data.qpos.tobytes())
+        sim.stop()
+    assert ends[0] == ends[1]
+
+
+def test_a_target_out_of_reach_is_approached_and_fails(sim: Simulation) -> None:
+    sim.start()
+    set_position(sim, sim.scene.resolve("target"), -1, [2.0, 0.0, 0.5])
+    for _ in range(20):
+        sim.advance()
+    group = sim.ik_groups.find("arm_ik")
+    assert sim.ik_groups.get(group).result == Result.FAIL
+    shoulder = [0.0, 0.0, 0.2]
+    reach = math.dist(get_position(sim, sim.scene.resolve("tip")), shoulder)
+    assert reach == pytest.approx(0.78, abs=1e-3)
+    assert miss(sim)[0] == pytest.approx(math.dist([2.0, 0.0, 0.5], shoulder) - 0.78, abs=1e-3)
+
+
+def test_joints_in_another_mode_stay_and_the_log_says_when_none_is_left(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim = simulation(ARM.replace("mode=ik", "mode=passive"), tmp_path)
+    sim.start()
+    before = sim.data.qpos.copy()
+    for _ in range(3):
+        sim.advance()
+    assert np.array_equal(sim.data.qpos, before)
+    assert [record.getMessage() for record in caplog.records if "arm_ik" in record.getMessage()] != []
+    assert len([record for record in caplog.records if "arm_ik" in record.getMessage()]) == 1
+
+
+def test_a_second_copy_of_the_model_has_its_own_group(sim: Simulation) -> None:
+    (copy,) = _copy(sim, "base")
+    assert sim.ik_groups.names() == ["arm_ik", "arm_ik#0"]
+    set_position(sim, copy, -1, [1.0, 0.0, 0.0])
+    sim.start()
+    for _ in range(3):
+        sim.advance()
+    assert miss(sim, "tip#0", "target#0")[0] < 1e-3
+    assert get_position(sim, sim.scene.resolve("tip#0"))[0] > 1.2
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("tip=nobody target=target", "tip=nobody"),
+        ("tip=tip", "target="),
+        ("tip=tip target=target constraints=all", "constraints"),
+        ("tip=tip target=target handling=never", "handling"),
+    ],
+)
+def test_a_bad_annotation_is_refused(tmp_path: Path, words: str, says: str) -> None:
+    wrong = ARM.replace("tip=tip target=target base=base constraints=position", words)
+    with pytest.raises(SceneError, match=says):
+        simulation(wrong, tmp_path)
+
+
+def test_twenty_reachable_poses_of_the_tutorials_robot_are_found(tmp_path: Path) -> None:
+    sim = Simulation()
+    attach_parts(sim, tmp_path)
+    sim.load(find_scene("ur5_rg2_kinect"))
+
+    base, tip, target = (sim.scene.resolve(name) for name in ("UR5", "UR5_ikTip", "UR5_ikTarget"))
+    handles = [sim.scene.resolve(f"UR5_joint{number}") for number in range(1, 7)]
+    environment, group = Environment(sim), EnvironmentGroup("arm")
+    environment.add(group, Element(tip, target, base))
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        wanted = random.uniform(-math.pi, math.pi, 6)
+        for handle, value in zip(handles, wanted.tolist(), strict=True):
+            environment.set_joint_position(handle, value)
+        environment.set_pose(target, -1, environment.pose(tip))
+        goals = environment.goals(group)
+        joints, solver = environment.solver(group)
+        found = next(find_configs(solver, joints, goals, random, seconds=5.0), None)
+        assert found is not None
+        for handle, value in zip(joints.handles, found.tolist(), strict=True):
+            sim.joints.set_position(handle, value)
+        sim.refresh()
+        reached, goal = get_pose(sim, tip), goals[0]
+        assert math.dist(reached[0], goal[0]) < 1e-3
+        assert math.hypot(*rotation_vector(multiply(conjugate(reached[1]), goal[1]))) < math.radians(0.5)
+
+
+def test_a_script_handles_a_group_and_changes_how(world: ScriptWorld) -> None:
+    assert world.lua(
+        TO_GROUP + "return sim.getExplicitHandling(g), sim.handleIkGroup(sim.handle_all_except_explicit)"
+    ) == [
+        1,
+        0,
+    ]
+    set_pose(world.sim, world.sim.scene.resolve("target"), -1, ((0.3, 0.1, 0.4), (0.0, 1.0, 0.0, 0.0)))
+    bend(world.sim)
+    for _ in range(10):
+        result = world.value("sim.handleIkGroup(sim.getIkGroupHandle('arm_ik'))")
+    assert result == 1
+    assert miss(world.sim) == (pytest.approx(0, abs=5e-4), pytest.approx(0, abs=2e-3))
+    world.lua(TO_GROUP + "sim.setIkElementProperties(g, sim.getObjectHandle('tip'), sim.ik_x_constraint)")
+    assert world.lua(TO_GROUP + "local m, size = sim.getIkGroupMatrix(g, 0) return #m, size") == [6, [6, 1]]
+    world.lua(TO_GROUP + "sim.setIkGroupProperties(g, sim.ik_pseudo_inverse_method, 50, 0)")
+    world.lua(TO_GROUP + "sim.setExplicitHandling(g, 0)")
+    world.passes(1)
+    world.sim.stop()
+    world.sim.start()
+    assert world.lua(TO_GROUP + "return sim.getExplicitHandling(g)") == [1]
+    world.fails("sim.getIkGroupHandle('leg')", "arm_ik")
+
+
+def test_a_script_finds_values_for_a_tip_pose_without_moving(world: ScriptWorld) -> None:
+    set_pose(world.sim, world.sim.scene.resolve("target"), -1, ((0.3, 0.1, 0.4), (0.0, 1.0, 0.0, 0.0)))
+    before = world.sim.data.qpos.copy()
+    values = world.value(
+        "(function() " + LUA_JOINTS + TO_GROUP + "return sim.getConfigForTipPose(g, js, 0.1, 3000) end)()"
+    )
+    assert np.array_equal(world.sim.data.qpos, before)
+    for name, value in zip(JOINTS, values, strict=True):
+        world.sim.joints.set_position(world.sim.scene.resolve(name), value)
+    assert miss(world.sim) == (pytest.approx(0, abs=1e-3), pytest.approx(0, abs=math.radians(0.5)))
+    set_position(world.sim, world.sim.scene.resolve("target"), -1, [3.0, 0.0, 0.0])
+    assert world.lua(LUA_JOINTS + TO_GROUP + "return (sim.getConfigForTipPose(g, js, 0.1, 50))") == [None]
+    world.fails(TO_GROUP + "sim.getConfigForTipPose(g, {1}, 0.1, 50)", "not those that the group moves")
+
+
+def test_a_straight_path_ends_at_the_target(world: ScriptWorld) -> None:
+    bend(world.sim)
+    tip = get_pose(world.sim, world.sim.scene.resolve("tip"))
+    end = ((tip[0][0], tip[0][1] + 0.1, tip[0][2]), tip[1])
+    set_pose(world.sim, world.sim.scene.resolve("target"), -1, end)
+    path = world.value("(function() " + LUA_JOINTS + TO_GROUP + "return sim.generateIkPath(g, js, 11) end)()")
+    states = [path[start : start + 6] for start in range(0, len(path), 6)]
+    assert len(states) == 11
+    for share, state in enumerate(states):
+        for name, value in zip(JOINTS, state, strict=True):
+            world.sim.joints.set_position(world.sim.scene.resolve(name), value)
+        place = get_position(world.sim, world.sim.scene.resolve("tip"))
+        assert place == pytest.approx([tip[0][0], tip[0][1] + 0.01 * share, tip[0][2]], abs=1e-3)
+
+
+ENVIRONMENT = (
+    LUA_JOINTS
+    + """
+local base, tip, target = sim.getObjectHandle('base'), sim.getObjectHandle('tip'), sim.getObjectHandle('target')
+local env = simIK.createEnvironment()
+local group = simIK.createGroup(env)
+simIK.setGroupCalculation(env, group, simIK.method_damped_least_squares, 0.05, 100)
+local element, toIk = simIK.addElementFromScene(env, group, base, tip, target, simIK.constraint_position)
+"""
+)
+
+
+def test_an_environment_is_solved_without_moving_the_scene_and_then_moves_it(world: ScriptWorld) -> None:
+    before = world.sim.data.qpos.copy()
+    result, flags, precision, there, kept = world.lua(
+        ENVIRONMENT
+        + """
+local result, flags, precision = simIK.handleGroup(env, group)
+return result, flags, precision, simIK.getObjectPose(env, toIk[tip]), simIK.getJointPosition(env, toIk[js[2]])
+"""
+    )
+    assert (result, flags) == (1, 0)
+    assert precision[0] < 5e-4
+    assert there[:3] == pytest.approx([0.3, 0.1, 0.4], abs=5e-4)
+    assert kept != 0
+    assert np.array_equal(world.sim.data.qpos, before)
+    assert world.lua(ENVIRONMENT + "return simIK.applyIkEnvironmentToScene(env, group)") == [1]
+    assert miss(world.sim)[0] < 5e-4
+
+
+def test_an_environments_target_is_its_own(world: ScriptWorld) -> None:
+    code, place = world.lua(
+        ENVIRONMENT
+        + """
+simIK.setObjectPose(env, target, {0.2, -0.2, 0.5, 0, 0, 0, 1})
+simIK.setJointMode(env, js[6], simIK.jointmode_passive)
+local result = simIK.handleGroups(env, {group}, {})
+simIK.syncToSim(env, {group})
+return result, sim.getObjectPosition(tip, -1)
+"""
+    )
+    assert code == 1
+    assert place == pytest.approx([0.2, -0.2, 0.5], abs=1e-3)
+    assert get_position(world.sim, world.sim.scene.resolve("target")) == pytest.approx([0.3, 0.1, 0.4])
+
+
+def test_configurations_are_found_that_a_call_back_accepts(world: ScriptWorld) -> None:
+    many, one, none, path = world.lua(
+        ENVIRONMENT
+        + """
+local function left(values) return values[1] < 1.5 end
+local many = simIK.findConfigs(env, group, js, {maxTime = 0.3, findMultiple = true, cb = left})
+local one = simIK.findConfig(env, group, js, 0.1, 1, {1, 1, 1, 0.1}, left)
+local none = simIK.getConfigForTipPose(env, group, js, 0.1, 0.05, nil, function() return false end)
+local path = simIK.generatePath(env, group, js, tip, 3)
+return many, one, none, path and #path
+"""
+    )
+    assert len(many) > 1
+    assert all(len(values) == 6 and values[0] < 1.5 for values in [*many, one])
+    assert (none, path) == (None, 18)
+
+
+def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> None:
+    world.fails("simIK.createGroup(5)", "no environment 5")
+    world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")
+    world.fails(ENVIRONMENT + "simIK.setElementConstraints(env, group, element, 99)", "constraints")
+    world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
+    world.fails("simIK.createJoint(0, 0)", "not provided")
+    with pytest.raises(CommandError, match="not above"):
+        world.lua(
+            ENVIRONMENT
+            + "simIK.addElementFromScene(env, group, target, tip, target, 7)".replace(
+                "target, tip", "sim.getObjectHandle('link6'), target"
+            )
+        )
+
+
+def _copy(sim: Simulation, name: str) -> list[int]:
+    return copy_objects(sim, [sim.scene.resolve(name)])
