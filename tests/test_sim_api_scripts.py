@@ -164,20 +164,65 @@ def test_child_scripts_are_handled_by_a_main_script_only(world: ScriptWorld) -> 
     world.fails("sim.handleChildScripts(sim.syscb_actuation)", "only a main script")
 
 
-def test_a_main_script_calls_the_others(tmp_path: Path) -> None:
+MAIN = """
+function sysCall_init()
+    sim.handleSimulationStart()
+    sim.openModule(sim.handle_all)
+    sim.handleGraph(sim.handle_all_except_explicit, 0)
+end
+function sysCall_actuation()
+    sim.resumeThreads(sim.scriptthreadresume_default)
+    sim.launchThreadedChildScripts()
+    sim.setIntegerSignal('called', sim.handleChildScripts(sim.syscb_actuation))
+    sim.handleCustomizationScripts(sim.syscb_actuation)
+    sim.handleAddOnScripts(sim.syscb_actuation)
+    sim.handleSandboxScript(sim.syscb_actuation)
+    sim.handleModule(sim.handle_all, false)
+    sim.handleJointMotion()
+    sim.handleMechanism(sim.handle_all_except_explicit)
+    sim.handleDynamics(sim.getSimulationTimeStep())
+    sim.handleMill(sim.handle_all_except_explicit)
+end
+function sysCall_sensing()
+    sim.handleSensingStart()
+    sim.handleCollision(sim.handle_all_except_explicit)
+    sim.handleDistance(sim.handle_all_except_explicit)
+    sim.handleProximitySensor(sim.handle_all_except_explicit)
+    sim.handleVisionSensor(sim.handle_all_except_explicit)
+    sim.handleChildScripts(sim.syscb_sensing)
+    sim.handleGraph(sim.handle_all_except_explicit, sim.getSimulationTime() + sim.getSimulationTimeStep())
+end
+function sysCall_cleanup()
+    sim.resetMill(sim.handle_all_except_explicit)
+    sim.resetCollision(sim.handle_all_except_explicit)
+    sim.resetDistance(sim.handle_all_except_explicit)
+    sim.resetProximitySensor(sim.handle_all_except_explicit)
+    sim.resetVisionSensor(sim.handle_all_except_explicit)
+    sim.closeModule(sim.handle_all)
+end
+"""
+
+
+def test_a_main_script_that_does_what_the_default_one_did_runs(tmp_path: Path) -> None:
     (tmp_path / "other.lua").write_text(
-        "function sysCall_actuation() sim.setIntegerSignal('acted', 1) end", encoding="utf-8"
-    )
-    (tmp_path / "main.lua").write_text(
-        "function sysCall_actuation() sim.setIntegerSignal('called', sim.handleChildScripts(sim.syscb_actuation)) end",
+        "function sysCall_actuation() sim.setIntegerSignal('acted', 1) end\n"
+        "function sysCall_sensing() sim.setIntegerSignal('sensed', 1) end",
         encoding="utf-8",
     )
+    (tmp_path / "main.lua").write_text(MAIN, encoding="utf-8")
     notes = '<text name="simx:script:cube" data="file=other.lua"/>'
     notes += '<text name="simx:script:main" data="file=main.lua type=main"/></custom>'
     world = ScriptWorld(tmp_path, SCENE.replace("</custom>", notes))
-    world.passes()
-    assert world.lua("return sim.getIntegerSignal('acted'), sim.getIntegerSignal('called')") == [1, 1]
+    world.passes(2)
+    signals = (
+        "return sim.getIntegerSignal('acted'), sim.getIntegerSignal('sensed'), sim.getIntegerSignal('called')"
+    )
+    assert world.lua(signals) == [1, 1, 1]
     assert world.lua("return sim.getScriptName(sim.getScript(0))") == [""]
+    assert world.lua("return sim.getScriptAttribute(sim.getScript(0), 4)") == [True]  # no error ended it
+    (main,) = [script for script in world.sim.scripts.all() if script.owner == -1]
+    world.call("simxStopSimulation")
+    assert main.problem == ""
 
 
 def test_passes_are_counted_and_threads_told_apart(world: ScriptWorld) -> None:

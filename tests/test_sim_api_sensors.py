@@ -126,3 +126,17 @@ def test_a_force_sensor_weighs_and_breaks(world: ScriptWorld) -> None:
     assert (state, force[2]) == (1, pytest.approx(-20, abs=0.1))
     assert world.lua(f"return sim.breakForceSensor({sensor('scale')})") == [1]
     assert world.lua(f"return sim.readForceSensor({sensor('scale')})")[0] & 2
+
+
+def test_a_sensor_can_be_left_to_scripts_until_the_stop(world: ScriptWorld) -> None:
+    both = f"return sim.getExplicitHandling({sensor('near')}), sim.getExplicitHandling({sensor('shy')})"
+    assert world.lua(both) == [0, 1]
+    swap = f"return sim.setExplicitHandling({sensor('near')}, 1), sim.setExplicitHandling({sensor('shy')}, 0)"
+    assert world.lua(swap) == [1, 1]
+    world.passes()
+    assert world.lua(both) == [1, 0]
+    assert world.lua(f"return sim.readProximitySensor({sensor('near')})") == [-1]
+    assert world.lua(f"return sim.readProximitySensor({sensor('shy')})") == detected(world, 0.9)
+    world.call("simxStopSimulation")
+    world.run(0)
+    assert world.lua(both) == [0, 1]

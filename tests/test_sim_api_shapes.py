@@ -17,6 +17,7 @@ SCENE = """
   <worldbody>
     <body name="floor"><geom type="box" size="9 9 0.1" pos="0 0 -0.1" rgba="1 0 0 1"/></body>
     <body name="painted" pos="0 5 1"><geom size="0.1" material="paint"/></body>
+    <light name="lamp" pos="0 0 5" diffuse="1 0 0"/>
     <body name="pair" pos="0 6 1"><geom size="0.1"/><geom size="0.1" pos="0 0 1"/></body>
     <body name="sheet" pos="0 7 1"><geom type="plane" size="1 1 0.1" contype="0" conaffinity="0"/></body>
   </worldbody>
@@ -241,6 +242,18 @@ def test_the_colour_of_a_shape_is_read_and_set(world: ScriptWorld) -> None:
     world.fails(H + "sim.getShapeColor(h'floor', nil, 2)", "component 0 .ambient and diffuse. and 4")
     world.call("simxStopSimulation")
     assert world.sim.model.geom_rgba[0].tolist() == [1, 0, 0, 1]
+
+
+def test_the_colour_of_a_shape_has_a_new_form_too(world: ScriptWorld) -> None:
+    assert world.lua(H + "return sim.getObjectColor(h'floor', 0, 0)") == [[1, 0, 0]]
+
+
+def test_a_light_is_read_switched_and_coloured(world: ScriptWorld) -> None:
+    get = H + "return sim.getLightParameters(h'lamp')"
+    assert world.lua(get)[:3] == [1, [0, 0, 0], [1, 0, 0]]
+    assert world.lua(H + "return sim.setLightParameters(h'lamp', 0, nil, {0, 0, 2}, {0.5, 0, 0})") == [1]
+    assert world.lua(get) == [0, [0, 0, 0], [0, 0, 1], [0.5, 0, 0]]
+    world.fails(H + "sim.setLightParameters(h'floor', 0)", "needs a light")
 
 
 def test_a_compound_is_told_from_a_single_shape(world: ScriptWorld) -> None:

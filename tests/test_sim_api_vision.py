@@ -130,6 +130,12 @@ def test_a_check_looks_now_and_keeps_nothing(world: ScriptWorld) -> None:
     world.fails(LAZY + "sim.checkVisionSensor(lazy, lazy)", "single entities are not available")
 
 
+def test_a_check_gives_the_picture_or_the_depth(world: ScriptWorld) -> None:
+    check = EYE + "return sim.checkVisionSensorEx(eye, sim.handle_all, {})"
+    assert world.lua(check.format("true")) == [pytest.approx((RAMP.ravel() / 255).tolist())]
+    assert world.lua(check.format("false")) == [pytest.approx(np.linspace(0, 1, 32).tolist(), abs=1e-6)]
+
+
 def test_an_image_is_set_from_numbers_or_bytes(world: ScriptWorld) -> None:
     source = LAZY + "local grey = lazy + sim.handleflag_greyscale "
     source += "local done = sim.setVisionSensorImage({0}, {1}) return done, sim.getVisionSensorImage(grey)"

@@ -44,11 +44,14 @@ class ProximitySensors:
         self._handled_by_hand: dict[int, Detection | None] = {}
         self._reset: set[int] = set()
         """Sensors whose result was forgotten on demand since the last pass."""
+        self._explicit: dict[int, bool] = {}
+        """Where a script changed whether a sensor is handled explicitly."""
+        self._explicit_before_run = self._explicit
         self._instant: Instant | None = None
         """That of the last pass in which sensors were handled."""
         sim.on_sensing.append(self._sense)
-        sim.on_start.append(self._forget)
-        sim.on_stop.append(self._forget)
+        sim.on_start.append(self._begin_run)
+        sim.on_stop.append(self._end_run)
         sim.on_load.append(self._forget_all)
         sim.on_close.append(self._forget_all)
 
@@ -62,7 +65,7 @@ class ProximitySensors:
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         if handle in self._handled_by_hand:
             return self._handled_by_hand[handle]
-        if _is_explicit(item):
+        if self.is_explicit(handle):
             raise CommandError(
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run"
             )
@@ -111,7 +114,13 @@ class ProximitySensors:
 
     def is_explicit(self, handle: int) -> bool:
         """Whether passes leave a sensor alone, for a script to handle it. Raises UnknownHandle, WrongKind."""
-        return _is_explicit(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR))
+        item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
+        return self._explicit.get(handle, bool(_note(item).get("explicit", False)))
+
+    def set_explicit(self, handle: int, explicit: bool) -> None:
+        """Until the stop, if the simulation runs. Raises UnknownHandle, WrongKind."""
+        self.reset(handle)
+        self._explicit = {**self._explicit, handle: explicit}
 
     def volume_type(self, handle: int) -> int:
         """`sim_proximitysensor_*_subtype`. Raises UnknownHandle, WrongKind."""
@@ -138,9 +147,16 @@ class ProximitySensors:
         self._results.clear()
         self._reset.clear()
         for handle in list(self._handled_by_hand):
-            item = self._sim.scene.objects.get(handle)
-            if item is None or not _is_explicit(item):
+            if handle not in self._sim.scene.objects or not self.is_explicit(handle):
                 del self._handled_by_hand[handle]
+
+    def _begin_run(self) -> None:
+        self._forget()
+        self._explicit_before_run = self._explicit
+
+    def _end_run(self) -> None:
+        self._forget()
+        self._explicit = self._explicit_before_run
 
     def _forget(self) -> None:
         self._results.clear()
@@ -151,6 +167,7 @@ class ProximitySensors:
     def _forget_all(self) -> None:
         self._forget()
         self.enabled = True
+        self._explicit = self._explicit_before_run = {}
         self._optics.clear()
         self._entities.clear()
 
@@ -196,7 +213,3 @@ class ProximitySensors:
 
 def _note(item: SceneObject) -> Annotation:
     return item.annotations.get("proximity", {})
-
-
-def _is_explicit(item: SceneObject) -> bool:
-    return bool(_note(item).get("explicit", False))

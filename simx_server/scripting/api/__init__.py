@@ -24,6 +24,7 @@ from .dynamics import DynamicsFunctions
 from .graphs import GraphFunctions
 from .ik import IkFunctions
 from .joints import JointFunctions
+from .main_scripts import MainScriptFunctions
 from .matrices import MatrixFunctions
 from .messages import MessageFunctions
 from .object_names import ObjectNameFunctions
@@ -95,6 +96,7 @@ class SimApi(
     ShapeFunctions,
     DrawingFunctions,
     ScriptFunctions,
+    MainScriptFunctions,
     GraphFunctions,
     IkFunctions,
 ):

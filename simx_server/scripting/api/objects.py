@@ -8,7 +8,8 @@ from simx_client.protocol import constants as c
 
 from ...errors import CommandError, UnknownName
 from ...handlers import files, objects
-from ...scene import editing
+from ...scene import editing, shape_looks
+from ...scene.objects import ObjectKind
 from .base import HANDLE_SELF, ApiPart
 
 _SILENT = "@silenterror"
@@ -121,8 +122,11 @@ class ObjectFunctions(ApiPart):
         objects.set_object_parent(self._sim, self._self(handle), self._self(parent), keep_in_place)
 
     def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
-        """RGB 0..1 of a dummy; component 0 ambient and diffuse, 2 specular, 3 emission."""
-        return editing.dummy_color(self._sim, self._self(handle), component)
+        """RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""
+        handle = self._self(handle)
+        if self._sim.scene.get(handle).kind == ObjectKind.SHAPE:
+            return shape_looks.color(self._sim, handle, component)
+        return editing.dummy_color(self._sim, handle, component)
 
     def createDummy(self, size: float, color: list[float] | None = None) -> int:
         """A dummy at the origin, its size in metres. Colour: RGB 0..1, or 12 numbers: RGB of ambient and diffuse,

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 from simx_client.protocol import constants as c
 
 from ...errors import CommandError
-from ..bodies import CALL_TYPES
 from ..exchange import check_results
 from ..interpreter import ScriptError
 from ..script import LUA, Script, ScriptKind
@@ -23,9 +22,6 @@ _NORMAL_ORDER = 1
 """sim.scriptexecorder_normal."""
 
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
-
-_PHASES = {0: "sysCall_init", 1: "sysCall_cleanup", 2: "sysCall_actuation", 3: "sysCall_sensing"}
-"""What sim.handleChildScripts calls, by the number of a phase."""
 
 
 class ScriptFunctions(ApiPart):
@@ -164,18 +160,6 @@ class ScriptFunctions(ApiPart):
         text = _text(value)
         parameters = self._sim.script_parameters
         return sum(parameters.set(o, name, text) for o in (owners if every else [self._get(script).owner]))
-
-    def handleChildScripts(self, call_type: int = CALL_TYPES["syscb_actuation"], *_values: Any) -> int:
-        """For main scripts: call this phase of all child scripts; how many have it. Raises elsewhere."""
-        if self._script.kind != ScriptKind.MAIN:
-            raise CommandError(
-                "only a main script handles the child scripts; they are called without one too"
-            )
-        if call_type not in _PHASES:
-            raise CommandError(
-                f"{call_type} is no phase of child scripts; those are sim.syscb_init, actuation, sensing, cleanup"
-            )
-        return self._sim.scripts.handle_children(_PHASES[call_type])
 
     def getScriptExecutionCount(self) -> int:
         """How many passes were begun before this one."""

@@ -86,6 +86,22 @@ class SensorFunctions(ApiPart):
         sensors.break_force_sensor(self._sim, self._self(sensor))
         return 1
 
+    def getExplicitHandling(self, sensor: int) -> int:
+        """1 when a proximity or vision sensor is left to scripts, else 0."""
+        handle = self._self(sensor)
+        if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
+            return int(self._sim.vision.settings(handle).explicit)
+        return int(self._sim.proximity.is_explicit(handle))
+
+    def setExplicitHandling(self, sensor: int, flags: int) -> int:
+        """Bit 0 leaves a proximity or vision sensor to scripts."""
+        handle, explicit = self._self(sensor), bool(flags & 1)
+        if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
+            self._sim.vision.change(handle, explicit=explicit)
+        else:
+            self._sim.proximity.set_explicit(handle, explicit)
+        return 1
+
     def _proximity_sensor(self, sensor: int) -> int:
         return self._sim.scene.get_kind(self._self(sensor), ObjectKind.PROXIMITY_SENSOR).handle
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...errors import CommandError
 from ...handlers import shape_properties
 from ...handlers.files import find_mesh
-from ...scene import creating, creating_parts, shape_looks
+from ...scene import creating, creating_parts, lights, shape_looks
 from ...scene.creating import Body
 from ...scene.models import read_model
 from ...scene.objects import ObjectKind
@@ -219,6 +219,23 @@ class ShapeFunctions(ApiPart):
         """CoppeliaSim 4's form, for shapes. Partly: shapes only, components as sim.getShapeColor."""
         shape_looks.set_color(self._sim, self._shape(handle), component, color)
         return True
+
+    def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
+        """1 when it is on, {0, 0, 0}, its colour, the colour of its highlights."""
+        on, diffuse, specular = lights.light(self._sim, self._self(light))
+        return int(on), [0.0] * 3, diffuse, specular
+
+    def setLightParameters(
+        self,
+        light: int,
+        on: int,
+        _ambient: list[float] | None = None,
+        diffuse: list[float] | None = None,
+        specular: list[float] | None = None,
+    ) -> int:
+        """Nil leaves a colour as it is."""
+        lights.set_light(self._sim, self._self(light), bool(on), diffuse, specular)
+        return 1
 
     def getShapeMass(self, shape: int) -> float:
         """Kilograms. Since CoppeliaSim 4."""

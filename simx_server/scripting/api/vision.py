@@ -47,12 +47,18 @@ class VisionFunctions(ApiPart):
     }
 
     def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
-        """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics."""
+        """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics.
+
+        Partly: with sim.handle_all the number of sensors that detect is always 0.
+        """
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             self._sim.vision.handle(self._vision_sensor(sensor))
             return self.readVisionSensor(sensor)
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
-            if sensor == c.sim_handle_all or not self._sim.vision.settings(handle).explicit:
+            settings = self._sim.vision.settings(handle)
+            if not settings.explicit and not settings.external:
+                self._sim.vision.change(handle)  # what is kept goes; a new picture is made when somebody asks
+            elif sensor == c.sim_handle_all:
                 self._sim.vision.handle(handle)
         return (0,)
 
@@ -67,8 +73,13 @@ class VisionFunctions(ApiPart):
         return int(triggered), *packets
 
     def resetVisionSensor(self, sensor: int) -> int:
-        """Forget a picture that was handled or set."""
-        self._sim.vision.change(self._vision_sensor(sensor))
+        """Forget a picture that was handled or set; also for sim.handle_all and its like."""
+        if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
+            self._sim.vision.change(self._vision_sensor(sensor))
+            return 1
+        for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+            if sensor == c.sim_handle_all or not self._sim.vision.settings(handle).explicit:
+                self._sim.vision.change(handle)
         return 1
 
     def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
@@ -77,12 +88,18 @@ class VisionFunctions(ApiPart):
         Partly: the entity must be sim.handle_all; pictures that show a part of the scene alone are not made.
         """
         handle = self._vision_sensor(sensor)
-        if entity != c.sim_handle_all:
-            raise CommandError(
-                "pictures of single entities are not available; give sim.handle_all, or check with a proximity sensor"
-            )
+        _check_entity(entity)
         triggered, packets = _wait(self._sim.vision.check(handle))
         return int(triggered), *packets
+
+    def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
+        """The picture (numbers 0..1) or the depth (0..1) of now. Partly: as sim.checkVisionSensor, and what a sensor
+        keeps that is handled explicitly is given in place of a new picture."""
+        handle = self._vision_sensor(sensor)
+        _check_entity(entity)
+        if wants_image:
+            return (self._pixels(handle, None, None, grey=False).ravel() / 255.0).tolist()
+        return self._depth(handle, None, None, metres=False).ravel().tolist()
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """{width, height} in pixels."""
@@ -195,6 +212,13 @@ class VisionFunctions(ApiPart):
             return depth
         settings = self._sim.vision.settings(handle)
         return depth * np.float32(settings.far - settings.near) + np.float32(settings.near)
+
+
+def _check_entity(entity: int) -> None:
+    if entity != c.sim_handle_all:
+        raise CommandError(
+            "pictures of single entities are not available; give sim.handle_all, or check with a proximity sensor"
+        )
 
 
 def _has(sensor: int, flag: int) -> bool:
