@@ -70,7 +70,7 @@ class MainScriptFunctions(ApiPart):
         return 0
 
     def handleDynamics(self, _seconds: float) -> int:
-        """Partly: physics comes after the actuation of all scripts, sim.boolparam_dynamics_handling_enabled stops it."""
+        """Partly: physics comes after the actuation of all scripts; a Boolean parameter switches it off."""
         return 1
 
     def handleSimulationStart(self) -> None:
