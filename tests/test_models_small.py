@@ -1,4 +1,4 @@
-"""The e-puck is as V-REP has it, keeps off the walls of its maze, and sees."""
+"""The e-puck and the NAO are as V-REP has them; one keeps off the walls of its maze, one stands; both see."""
 
 from __future__ import annotations
 
@@ -6,10 +6,20 @@ import math
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
+import numpy as np
 import pytest
-from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from model_checks import (
+    FORCE,
+    REVOLUTE,
+    check_idle,
+    check_stock,
+    load_model,
+    position_of,
+    real_time_factor,
+    rotation_of,
+)
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
-from small_stock import E_PUCK
+from small_stock import E_PUCK, NAO
 
 import simx_client as vrep
 
@@ -32,19 +42,30 @@ def world() -> Iterator[Open]:
         each.close()
 
 
-def test_model_and_its_copy_are_vreps(world: Open) -> None:
+MODELS = {"models/robots/mobile/e-puck.ttm": E_PUCK, "models/robots/mobile/NAO.ttm": NAO}
+SCENES = {
+    "e_puck": ("ePuck", "ePuck_leftRespondableWheel", "ePuck_topPart"),
+    "nao": ("NAO", "NAO_head", "NAO_leftHand", "NAO_rightFoot"),
+}
+
+
+@pytest.mark.parametrize("file", MODELS)
+def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
-    load_model(client, "models/robots/mobile/e-puck.ttm", (0.0, 0.0))
-    load_model(client, "models/robots/mobile/e-puck.ttm", (1.0, 1.5))
-    check_stock(opened, client, E_PUCK)
-    check_stock(opened, client, E_PUCK, suffix="#0", shift=(1.0, 1.5, 0.0))
+    load_model(client, file, (0.0, 0.0))
+    load_model(client, file, (1.0, 1.5))
+    check_stock(opened, client, MODELS[file])
+    check_stock(opened, client, MODELS[file], suffix="#0", shift=(1.0, 1.5, 0.0))
 
 
-def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
-    opened, client = world("e_puck")
+@pytest.mark.parametrize("scene", SCENES)
+def test_scene_stands_still_for_a_minute(
+    world: Open, scene: str, record_property: Callable[[str, str], None]
+) -> None:
+    opened, client = world(scene)
     start_stepped(client)
-    check_idle(client, ("ePuck", "ePuck_leftRespondableWheel", "ePuck_topPart"))
-    record_property("figures", f"e_puck: {real_time_factor(opened, 5.0):.0f} times real time")
+    check_idle(client, SCENES[scene])
+    record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
 
 
 class Epuck:
@@ -158,3 +179,68 @@ def test_light_sensor_tells_a_black_patch_from_the_floor(world: Open) -> None:
         code, size, image = vrep.simxGetVisionSensorImage(client, eye, 1, BLOCKING)
         assert (code, size) == (vrep.simx_return_ok, [16, 2])
         assert all((value & 255 < 60) == dark for value in image)
+
+
+def joint_positions(client: int) -> dict[str, float]:
+    names = [row.name for row in NAO if row.kind == REVOLUTE]
+    return {name: vrep.simxGetJointPosition(client, handle_of(client, name), BLOCKING)[1] for name in names}
+
+
+def test_nao_stands_with_its_weight_on_the_sensors_of_its_feet(world: Open) -> None:
+    opened, client = world("nao")
+    body = handle_of(client, "NAO")
+    begin = joint_positions(client)
+    assert len(begin) == 24
+    start_stepped(client)
+    step(client, 20)
+    for name, position in joint_positions(client).items():
+        assert position == pytest.approx(begin[name], abs=0.02), name
+    assert rotation_of(client, body)[2, 2] > 0.9995
+    load = 0.0
+    for foot in (row.name for row in NAO if row.kind == FORCE):
+        code, state, force, _ = vrep.simxReadForceSensor(client, handle_of(client, foot), BLOCKING)
+        assert (code, state & 1) == (vrep.simx_return_ok, 1)
+        assert abs(force[2]) > 1.0, foot
+        load += abs(force[2])
+    model = opened.simulation.model
+    pads = sum(
+        model.body(f"NAO_{foot}Pad{place}").mass[0] for foot in "RL" for place in ("RR", "FR", "RL", "FL")
+    )
+    mass = model.body("NAO").subtreemass[0] - pads
+    assert load == pytest.approx(9.81 * mass, rel=0.02)
+
+
+def test_nao_turns_its_head_and_follows_a_ball_with_its_lower_camera(world: Open) -> None:
+    _, client = world("nao")
+    camera = handle_of(client, "NAO_vision2")
+    yaw, pitch = handle_of(client, "HeadYaw"), handle_of(client, "HeadPitch")
+    start_stepped(client)
+    columns, rows = {}, {}
+    for turn, nod in ((0.0, 0.0), (0.3, 0.0), (0.0, 0.2)):
+        vrep.simxSetJointTargetPosition(client, yaw, turn, ONESHOT)
+        vrep.simxSetJointTargetPosition(client, pitch, nod, ONESHOT)
+        step(client, 1.0)
+        for joint, goal in ((yaw, turn), (pitch, nod)):
+            assert vrep.simxGetJointPosition(client, joint, BLOCKING)[1] == pytest.approx(goal, abs=0.01)
+        code, (width, height), image = vrep.simxGetVisionSensorImage(client, camera, 0, BLOCKING)
+        assert (code, width, height) == (vrep.simx_return_ok, 640, 480)
+        picture = np.array(image, dtype=np.uint8).reshape(height, width, 3).astype(int)
+        red = (picture[:, :, 0] > 100) & (picture[:, :, 1] < 80)
+        assert red.sum() > 500
+        rows[turn, nod], columns[turn, nod] = (float(axis.mean()) for axis in np.nonzero(red))
+    # The whole head turned left moves the ball to the right; the first row of a picture is its lowest.
+    assert columns[0, 0] == pytest.approx(320, abs=10)
+    assert columns[0.3, 0] > 400
+    assert rows[0, 0.2] > rows[0, 0] + 50
+
+
+def test_nao_moves_its_arms_and_keeps_standing(world: Open) -> None:
+    _, client = world("nao")
+    goals = {"LShoulderPitch3": 1.4, "RShoulderPitch3": 1.4, "LShoulderRoll3": 0.3, "RShoulderRoll3": -0.3}
+    start_stepped(client)
+    for name, goal in goals.items():
+        vrep.simxSetJointTargetPosition(client, handle_of(client, name), goal, ONESHOT)
+    step(client, 3)
+    found = joint_positions(client)
+    assert {name: found[name] for name in goals} == pytest.approx(goals, abs=0.03)
+    assert rotation_of(client, handle_of(client, "NAO"))[2, 2] > 0.999
