@@ -33,11 +33,8 @@ class Scratch:
 
     def load(self) -> mujoco.MjData:
         """Take over where everything is now."""
-        data, live = self.data, self._sim.data
-        data.qpos[:] = live.qpos
-        data.mocap_pos[:] = live.mocap_pos
-        data.mocap_quat[:] = live.mocap_quat
-        return data
+        copy_positions(self._sim.data, self.data)
+        return self.data
 
     def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
         """Put joints there and bring up to date what follows: frames of bodies, geoms and sites, Jacobians."""
@@ -46,3 +43,10 @@ class Scratch:
         mujoco.mj_kinematics(self._sim.model, data)
         mujoco.mj_comPos(self._sim.model, data)
         return data
+
+
+def copy_positions(source: mujoco.MjData, target: mujoco.MjData) -> None:
+    """All that kinematics follow from."""
+    target.qpos[:] = source.qpos
+    target.mocap_pos[:] = source.mocap_pos
+    target.mocap_quat[:] = source.mocap_quat

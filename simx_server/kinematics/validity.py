@@ -1,8 +1,9 @@
-"""Whether joints may be somewhere: which geoms must not meet, and quick checks of that on a scratch state."""
+"""Whether things may be somewhere: which geoms must not meet, and quick checks of that on a scratch state."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import copy
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import CommandError
 from ..sensors.measuring import geoms_meet
 from .chain import Joints
-from .scratch import Array, Scratch
+from .scratch import Array, copy_positions
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -32,17 +33,22 @@ def as_pairs(entities: Sequence[int] | None) -> Pairs:
 
 
 class Validity:
-    """Called with joint values (n,): True when nothing of the pairs meets there. One model's lifetime.
+    """Says of places whether anything of the pairs meets there. For as long as the model is the same.
 
-    Left out are geoms that the joints do not move against each other (a robot's foot on the floor), and those of bodies
-    that a joint connects, which overlap in nearly every robot. Everything else stands where the scene has it now.
+    Left out are geoms that do not move against each other (a robot's foot on the floor), and those of two bodies with
+    one joint between them, which overlap in nearly every robot. Everything else stands where the scene has it now.
     """
 
-    def __init__(self, sim: Simulation, joints: Joints, pairs: Pairs) -> None:
-        self._sim = sim
-        self._joints = joints
-        self._scratch = Scratch(sim)
-        self._scratch.load()
+    def __init__(
+        self, sim: Simulation, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
+    ) -> None:
+        """`moved`: MuJoCo ids of the bodies that are moved against their parents.
+
+        `own_model`: places of bodies are written too, so they are those of a copy.
+        """
+        self.model = copy.copy(sim.model) if own_model else sim.model
+        self._data = mujoco.MjData(self.model)
+        copy_positions(sim.data, self._data)
         self._instants = sim.instants
         self.checks = 0
         """How often it was called."""
@@ -54,7 +60,7 @@ class Validity:
             for one in instant.geoms_of(mine).tolist():
                 chosen.update((min(one, other), max(one, other)) for other in others if other != one)
         owners, model = instant.surroundings.owners, sim.model
-        parts = _rigid_parts(sim, joints)
+        parts = _rigid_parts(sim.model, moved)
         kept = [
             (one, other)
             for one, other in sorted(chosen)
@@ -70,11 +76,14 @@ class Validity:
         self._on_plane = model.geom_type[self._second] == _PLANE
         self._reach = model.geom_rbound[self._first] + model.geom_rbound[self._second]
 
-    def __call__(self, values: Array) -> bool:
+    def at(self, place: Callable[[mujoco.MjData], None]) -> bool:
+        """True when nothing meets in a state; `place` writes it (qpos, mocap poses; places in `model`)."""
         self.checks += 1
         if len(self._first) == 0:
             return True
-        data = self._scratch.place(self._joints.addresses, values)
+        data = self._data
+        place(data)
+        mujoco.mj_kinematics(self.model, data)
         places = data.geom_xpos
         away = places[self._first] - places[self._second]
         normals = data.geom_xmat[self._second, 2::3]
@@ -90,10 +99,22 @@ class Validity:
         )
 
 
-def _rigid_parts(sim: Simulation, joints: Joints) -> NDArray[np.intp]:
-    """(nbody,) for each body the one below a moved joint that it is fixed to; 0: no joint moves it."""
-    model = sim.model
-    moved = {int(model.jnt_bodyid[model.dof_jntid[dof]]) for dof in joints.dofs}
+def of_joints(sim: Simulation, joints: Joints, pairs: Pairs) -> Callable[[Array], bool]:
+    """The same as a function of joint values (n,)."""
+    moved = {int(sim.model.jnt_bodyid[sim.model.dof_jntid[dof]]) for dof in joints.dofs}
+    validity = Validity(sim, moved, pairs)
+
+    def is_valid(values: Array) -> bool:
+        def place(data: mujoco.MjData) -> None:
+            data.qpos[joints.addresses] = values
+
+        return validity.at(place)
+
+    return is_valid
+
+
+def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> NDArray[np.intp]:
+    """(nbody,) for each body the moved one that it is, or is fixed to; 0: it does not move."""
     parts = np.zeros(model.nbody, dtype=np.intp)
     for body in range(1, model.nbody):
         parts[body] = body if body in moved else parts[model.body_parentid[body]]

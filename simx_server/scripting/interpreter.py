@@ -75,6 +75,9 @@ class Switching:
     seconds: float = 0.002
     """Wall time after a resumption at whose end the next call of the API gives way; V-REP's default."""
 
+    spent: float = 0.0
+    """Processor seconds that functions of the API with limits of their own took in the present call into the script."""
+
 
 class Api(Protocol):
     """What a script finds: the namespaces ``sim``, ``simIK`` ... with functions and constants."""

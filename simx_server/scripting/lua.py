@@ -137,6 +137,7 @@ class LuaInterpreter:
             raise ScriptError(f"{self.name}: the script has ended")
         if not self._depth:
             self._deadline = time.thread_time() + self._time_limit
+            self._api.switching.spent = 0.0
             self._resumed = time.monotonic()
             self._serve_next = self._resumed + PATIENCE
         self._depth += 1
@@ -160,7 +161,7 @@ class LuaInterpreter:
             self._api.serve_others()
             self._deadline += time.thread_time() - before
             self._serve_next = time.monotonic() + PATIENCE
-        return time.thread_time() > self._deadline
+        return time.thread_time() > self._deadline + self._api.switching.spent
 
     def _print(self, text: bytes) -> None:
         self._api.output(_text(text))

@@ -1,0 +1,249 @@
+"""Path planning tasks as `simOMPL` knows them: state spaces over objects, what must not meet, start, goals, path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from ..errors import CommandError
+from ..scene.frames import euler_from_quat, get_pose, quat_from_euler, set_pose
+from ..scene.joint_chain import body_pose
+from ..scene.objects import ObjectKind
+from ..scene.placing import free_joint
+from ..scene.poses import Pose, compose, inverse
+from .paths import Failure, Planner, Space, interpolate
+from .scratch import Array
+from .validity import Pairs, Validity
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+
+class SpaceKind(IntEnum):
+    """The plugin's numbers of the kinds that are there."""
+
+    POSITION2D = 30001
+    POSE2D = 30002
+    POSITION3D = 30003
+    JOINT = 30005
+
+
+_COUNTS = {SpaceKind.POSITION2D: 2, SpaceKind.POSE2D: 3, SpaceKind.POSITION3D: 3, SpaceKind.JOINT: 1}
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """A few coordinates of one object."""
+
+    name: str
+    kind: SpaceKind
+    handle: int
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    weight: float = 1.0
+    reference: int = -1
+    """Frame of positions; -1: the world."""
+
+    @property
+    def count(self) -> int:
+        return _COUNTS[self.kind]
+
+
+@dataclass
+class Task:
+    """One task. States are tables of the coordinates of all its spaces, one after the other."""
+
+    name: str
+    spaces: list[StateSpace] = field(default_factory=list)
+    pairs: Pairs = field(default_factory=list)
+    start: list[float] = field(default_factory=list)
+    goals: list[list[float]] = field(default_factory=list)
+    judge: Callable[[list[float]], bool] | None = None
+    """What else a state must fulfil."""
+    resolution: float = 0.01
+    """Share of the space's extent between two checks of a way, as OMPL has it."""
+    path: list[list[float]] = field(default_factory=list)
+    problem: str = ""
+    """Why the last solving found nothing."""
+
+    @property
+    def count(self) -> int:
+        """Numbers in a state."""
+        return sum(space.count for space in self.spaces)
+
+
+FINEST, COARSEST = 0.002, 0.02
+"""rad and m between two checks, whatever the extent is: a wall must not fit between."""
+
+
+class Solving:
+    """A task on the scene as it is now."""
+
+    def __init__(self, sim: Simulation, task: Task) -> None:
+        """Raises CommandError: no space, objects that cannot be moved on a scratch state."""
+        if not task.spaces:
+            raise CommandError(
+                f"task '{task.name}' has no state space; give it some with simOMPL.setStateSpace"
+            )
+        self._sim = sim
+        self._task = task
+        self._writers = [_Writer(sim, space) for space in task.spaces]
+        moved = [writer.body for writer in self._writers]
+        own_model = any(writer.is_fixed for writer in self._writers)
+        self._validity = Validity(sim, moved, task.pairs, own_model=own_model) if task.pairs else None
+        self.space = self._space()
+
+    def is_valid(self, state: Array) -> bool:
+        """Within the bounds, nothing meets, and the script agrees."""
+        if self._validity is not None and not self._validity.at(lambda data: self._write(data, state)):
+            return False
+        return self._task.judge is None or self._task.judge(state.tolist())
+
+    def _write(self, data: mujoco.MjData, state: Array) -> None:
+        """Put the objects there on a scratch state, without kinematics."""
+        assert self._validity is not None
+        at = 0
+        for writer in self._writers:
+            writer.write(self._validity.model, data, state[at : at + writer.space.count])
+            at += writer.space.count
+
+    def solve(self, seconds: float) -> bool:
+        """Find a path. Raises CommandError: start or goals are missing or of another size."""
+        task = self._task
+        if not task.start or not task.goals:
+            raise CommandError(f"task '{task.name}' has no {'goal' if task.start else 'start'} state")
+        planner = self._planner()
+        found = planner.plan(np.array(task.start), [np.array(goal) for goal in task.goals], seconds)
+        if isinstance(found, Failure):
+            task.path, task.problem = [], found.value
+            return False
+        task.path, task.problem = [state.tolist() for state in found], ""
+        return True
+
+    def simplify(self, seconds: float) -> None:
+        """Shorten the path."""
+        if len(self._task.path) > 2:
+            path = [np.array(state) for state in self._task.path]
+            self._task.path = [state.tolist() for state in self._planner().shorten(path, seconds)]
+
+    def interpolate(self, count: int) -> None:
+        """At least so many states; 0: as many as checks are made."""
+        path = [np.array(state) for state in self._task.path]
+        if count <= 0:
+            length = sum(self.space.length(self.space.difference(a, b)) for a, b in pairwise(path))
+            count = max(len(path), math.ceil(length / self.space.resolution))
+        self._task.path = [state.tolist() for state in interpolate(self.space, path, count)]
+
+    def _planner(self) -> Planner:
+        return Planner(self.space, self.is_valid, self._sim.ik_groups.random, self._sim.serve_others)
+
+    def _space(self) -> Space:
+        low = np.array([value for space in self._task.spaces for value in space.low])
+        high = np.array([value for space in self._task.spaces for value in space.high])
+        weights = np.array([space.weight for space in self._task.spaces for _ in range(space.count)])
+        endless = np.array([flag for writer in self._writers for flag in writer.endless], dtype=bool)
+        extent = float(np.max(high - low))
+        resolution = min(max(self._task.resolution * extent, FINEST), COARSEST)
+        return Space(low, high, weights, endless, resolution, step=max(0.05 * extent, 5 * resolution))
+
+
+class _Writer:
+    """Writes the coordinates of one space into a scratch state."""
+
+    def __init__(self, sim: Simulation, space: StateSpace) -> None:
+        self.space = space
+        item = sim.scene.get(space.handle)
+        model = sim.model
+        self.endless = [False] * space.count
+        self.is_fixed = False
+        """A place in the model has to be written."""
+        if space.kind == SpaceKind.JOINT:
+            sim.scene.get_kind(space.handle, ObjectKind.JOINT)
+            sim.joints.state(space.handle)
+            if item.element != "joint":
+                raise CommandError(f"'{item.name}' is driven through a tendon and cannot be planned for")
+            self._address = int(model.jnt_qposadr[item.id])
+            self.body = item.body
+            self.endless = [bool(sim.joints.interval(space.handle)[0])]
+            return
+        if item.element != "body":
+            raise CommandError(
+                f"'{item.name}' is no shape or dummy with a body, so a path of its poses cannot be planned"
+            )
+        self.body = item.body
+        self._free = free_joint(model, item.body)
+        self._mocap = int(model.body_mocapid[item.body])
+        self.is_fixed = self._free < 0 and self._mocap < 0
+        if self.is_fixed and model.body_jntnum[item.body]:
+            raise CommandError(f"'{item.name}' hangs on a joint; plan for that with a joint space")
+        parent = int(model.body_parentid[item.body])
+        self._above = body_pose(sim, parent)
+        self._reference: Pose = get_pose(sim, space.reference) if space.reference != -1 else _WORLD
+        self._pose = compose(inverse(self._reference), get_pose(sim, space.handle))
+        if space.kind == SpaceKind.POSE2D:
+            self.endless = [False, False, True]
+        self._qpos = int(model.jnt_qposadr[self._free]) if self._free >= 0 else -1
+
+    def write(self, model: mujoco.MjModel, data: mujoco.MjData, values: Array) -> None:
+        if self.space.kind == SpaceKind.JOINT:
+            data.qpos[self._address] = values[0]
+            return
+        position, quat = compose(self._reference, pose_at(self.space.kind, self._pose, values))
+        if self._qpos >= 0:
+            data.qpos[self._qpos : self._qpos + 3] = position
+            data.qpos[self._qpos + 3 : self._qpos + 7] = quat
+        elif self._mocap >= 0:
+            data.mocap_pos[self._mocap], data.mocap_quat[self._mocap] = position, quat
+        else:
+            position, quat = compose(inverse(self._above), (position, quat))
+            model.body_pos[self.body], model.body_quat[self.body] = position, quat
+
+
+_WORLD: Pose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+
+
+def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> Pose:
+    """The pose that the coordinates mean, the rest being as it is."""
+    (_, _, z), quat = present
+    if kind == SpaceKind.POSITION3D:
+        return (float(values[0]), float(values[1]), float(values[2])), quat
+    if kind == SpaceKind.POSE2D:
+        alpha, beta, _ = euler_from_quat(quat)
+        quat = quat_from_euler([alpha, beta, float(values[2])])
+    return (float(values[0]), float(values[1]), z), quat
+
+
+def read_state(sim: Simulation, task: Task) -> list[float]:
+    """Where the scene's objects are."""
+    state: list[float] = []
+    for space in task.spaces:
+        if space.kind == SpaceKind.JOINT:
+            state.append(sim.joints.position(space.handle))
+            continue
+        (x, y, z), quat = get_pose(sim, space.handle, space.reference)
+        state += {
+            SpaceKind.POSITION2D: [x, y],
+            SpaceKind.POSE2D: [x, y, euler_from_quat(quat)[2]],
+            SpaceKind.POSITION3D: [x, y, z],
+        }[space.kind]
+    return state
+
+
+def write_state(sim: Simulation, task: Task, state: Sequence[float]) -> None:
+    """Put the scene's objects there."""
+    at = 0
+    for space in task.spaces:
+        values = state[at : at + space.count]
+        at += space.count
+        if space.kind == SpaceKind.JOINT:
+            sim.joints.set_position(space.handle, values[0])
+        else:
+            present = get_pose(sim, space.handle, space.reference)
+            set_pose(sim, space.handle, space.reference, pose_at(space.kind, present, values))
