@@ -42,6 +42,7 @@ def test_options_say_which_object_and_whether_a_miss_is_an_error(world: ScriptWo
     assert world.value("sim.getObject('nothing', {noError = true})") == -1
     assert world.value("sim.getObjectHandle('/nothing', {noError = true})") == -1
     assert world.value("sim.getObjectFromUid(7, {noError = true})") == -1
+    world.fails("sim.getObject('/cube', {index = 'x'})", "the option 'index' must be a number, got 'x'")
 
 
 def test_copies_are_told_apart_by_their_numbers(world: ScriptWorld) -> None:

@@ -8,26 +8,29 @@ from sim_api_calls import ScriptWorld, world
 __all__ = ["world"]
 
 
-@pytest.mark.parametrize(
-    ("kind", "value", "read"),
-    [
-        ("Integer", "7", 7),
-        ("Int32", "-7", -7),
-        ("Float", "0.5", 0.5),
-        ("Double", "0.1", 0.1),
-        ("String", "'a\\0b'", "a\0b"),
-        ("Buffer", "'x'", "x"),
-    ],
-)
-def test_a_signal_is_set_read_and_cleared(world: ScriptWorld, kind: str, value: str, read: object) -> None:
-    assert world.value(f"sim.get{kind}Signal('s')") is None
-    world.lua(f"sim.set{kind}Signal('s', {value}); sim.set{kind}Signal('t', {value})")
-    assert world.value(f"sim.get{kind}Signal('s')") == read
-    world.lua(f"sim.clear{kind}Signal('s')")
-    assert world.value(f"sim.get{kind}Signal('s')") is None
-    assert world.value(f"sim.get{kind}Signal('t')") == read
-    world.lua(f"sim.clear{kind}Signal('')")
-    assert world.value(f"sim.get{kind}Signal('t')") is None
+KINDS = [
+    ("sim.setIntegerSignal(%s)", "sim.getIntegerSignal(%s)", "sim.clearIntegerSignal(%s)", "7", 7),
+    ("sim.setInt32Signal(%s)", "sim.getInt32Signal(%s)", "sim.clearInt32Signal(%s)", "-7", -7),
+    ("sim.setFloatSignal(%s)", "sim.getFloatSignal(%s)", "sim.clearFloatSignal(%s)", "0.5", 0.5),
+    ("sim.setDoubleSignal(%s)", "sim.getDoubleSignal(%s)", "sim.clearDoubleSignal(%s)", "0.1", 0.1),
+    ("sim.setStringSignal(%s)", "sim.getStringSignal(%s)", "sim.clearStringSignal(%s)", "'a\\0b'", "a\0b"),
+    ("sim.setBufferSignal(%s)", "sim.getBufferSignal(%s)", "sim.clearBufferSignal(%s)", "'x'", "x"),
+]
+
+
+@pytest.mark.parametrize(("put", "get", "clear", "value", "read"), KINDS)
+def test_a_signal_is_set_read_and_cleared(
+    world: ScriptWorld, put: str, get: str, clear: str, value: str, read: object
+) -> None:
+    assert world.value(get % "'s'") is None
+    world.lua(put % f"'s', {value}")
+    world.lua(put % f"'t', {value}")
+    assert world.value(get % "'s'") == read
+    world.lua(clear % "'s'")
+    assert world.value(get % "'s'") is None
+    assert world.value(get % "'t'") == read
+    world.lua(clear % "''")
+    assert world.value(get % "'t'") is None
 
 
 def test_clients_and_scripts_see_the_same_signals(world: ScriptWorld) -> None:

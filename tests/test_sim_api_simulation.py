@@ -104,24 +104,45 @@ def test_random_numbers_are_the_same_in_every_run(world: ScriptWorld) -> None:
     assert world.value("sim.getRandom(5)") == world.value("sim.getRandom(5)") != first[0]
 
 
-@pytest.mark.parametrize("kind", ["Param", "Parameter"])
-def test_parameters_by_new_and_old_names(world: ScriptWorld, kind: str) -> None:
-    assert world.value(f"sim.getBool{kind}(sim.boolparam_headless)") is True
-    world.lua(f"sim.setBool{kind}(sim.boolparam_collision_handling_enabled, false)")
-    assert world.value(f"sim.getBool{kind}(sim.boolparam_collision_handling_enabled)") is False
-    assert world.value(f"sim.getInt32{kind}(sim.intparam_program_version)") == 30602
-    world.lua(f"sim.setInt32{kind}(sim.intparam_visible_layers, 3)")
-    assert world.value(f"sim.getInt32{kind}(sim.intparam_visible_layers)") == 3
-    assert world.value(f"sim.getFloat{kind}(sim.floatparam_simulation_time_step)") == pytest.approx(0.05)
-    world.lua(f"sim.setFloat{kind}(sim.floatparam_simulation_time_step, 0.1)")
-    assert world.value(f"sim.getString{kind}(sim.stringparam_scene_name)") == "scene"
-    world.lua(f"sim.setArray{kind}(sim.arrayparam_gravity, {{0, 0, -1}})")
-    assert world.value(f"sim.getArray{kind}(sim.arrayparam_gravity)") == [0, 0, -1]
-    world.fails(f"sim.setString{kind}(sim.stringparam_scene_name, 'x')", "string parameter 15 cannot be set")
-    world.fails(
-        f"sim.setArray{kind}(sim.arrayparam_gravity, {{1}})", "an array parameter is 3 numbers, not 1"
-    )
-    world.fails(f"sim.getInt32{kind}(9999)", "integer parameter 9999 cannot be read; those that can")
+NEW_NAMES = """
+sim.setBoolParam(sim.boolparam_collision_handling_enabled, false)
+sim.setInt32Param(sim.intparam_visible_layers, 3)
+sim.setFloatParam(sim.floatparam_simulation_time_step, 0.1)
+sim.setArrayParam(sim.arrayparam_gravity, {0, 0, -1})
+return sim.getBoolParam(sim.boolparam_headless), sim.getBoolParam(sim.boolparam_collision_handling_enabled),
+    sim.getInt32Param(sim.intparam_program_version), sim.getInt32Param(sim.intparam_visible_layers),
+    sim.getFloatParam(sim.floatparam_simulation_time_step), sim.getStringParam(sim.stringparam_scene_name),
+    sim.getArrayParam(sim.arrayparam_gravity)
+"""
+
+OLD_NAMES = """
+sim.setBoolParameter(sim.boolparam_collision_handling_enabled, false)
+sim.setInt32Parameter(sim.intparam_visible_layers, 3)
+sim.setFloatParameter(sim.floatparam_simulation_time_step, 0.1)
+sim.setArrayParameter(sim.arrayparam_gravity, {0, 0, -1})
+return sim.getBoolParameter(sim.boolparam_headless), sim.getBoolParameter(sim.boolparam_collision_handling_enabled),
+    sim.getInt32Parameter(sim.intparam_program_version), sim.getInt32Parameter(sim.intparam_visible_layers),
+    sim.getFloatParameter(sim.floatparam_simulation_time_step), sim.getStringParameter(sim.stringparam_scene_name),
+    sim.getArrayParameter(sim.arrayparam_gravity)
+"""
+
+
+@pytest.mark.parametrize("script", [NEW_NAMES, OLD_NAMES])
+def test_parameters_by_new_and_old_names(world: ScriptWorld, script: str) -> None:
+    assert world.lua(script) == [True, False, 30602, 3, pytest.approx(0.05), "scene", [0, 0, -1]]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ("sim.setStringParam(sim.stringparam_scene_name, 'x')", "string parameter 15 cannot be set"),
+        ("sim.setStringParameter(sim.stringparam_scene_name, 'x')", "string parameter 15 cannot be set"),
+        ("sim.setArrayParam(sim.arrayparam_gravity, {1})", "an array parameter is 3 numbers, not 1"),
+        ("sim.getInt32Param(9999)", "integer parameter 9999 cannot be read; those that can"),
+    ],
+)
+def test_parameters_that_are_not_there_are_refused(world: ScriptWorld, call: str, message: str) -> None:
+    world.fails(call, message)
 
 
 def test_the_oldest_names_of_parameters(world: ScriptWorld) -> None:

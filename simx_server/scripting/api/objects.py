@@ -10,6 +10,7 @@ from ...errors import CommandError, UnknownName
 from ...handlers import files, objects
 from ...scene import editing, shape_looks
 from ...scene.objects import ObjectKind
+from ..signature import describe, to_int
 from .base import HANDLE_SELF, ApiPart
 
 _SILENT = "@silenterror"
@@ -42,12 +43,12 @@ class ObjectFunctions(ApiPart):
             # In V-REP 3 a script asks for itself by sim.getObjectHandle(sim.handle_self).
             return self._owner
         asked = options or {}
-        index, origin = asked.get("index"), asked.get("proxy", self._owner)
         text = self._adjusted(path)
-        if index is not None:
-            text = f"{text}[{int(index)}]"
+        if "index" in asked:
+            text = f"{text}[{_number(asked, 'index')}]"
+        origin = self._self(_number(asked, "proxy")) if "proxy" in asked else self._owner
         try:
-            return self._sim.scene.resolve(text, self._self(int(origin)))
+            return self._sim.scene.resolve(text, origin)
         except UnknownName:
             if asked.get("noError") or path.lower().endswith(_SILENT):
                 return -1
@@ -173,6 +174,13 @@ class ObjectFunctions(ApiPart):
 
     def setModelProperty(self, handle: int, bits: int) -> None:
         objects.set_model_property(self._sim, self._self(handle), bits)
+
+
+def _number(options: dict[str, Any], name: str) -> int:
+    try:
+        return to_int(options[name])
+    except TypeError as problem:
+        raise CommandError(f"the option '{name}' must be {problem}, got {describe(options[name])}") from None
 
 
 def _at(handles: list[int], index: int) -> int:
