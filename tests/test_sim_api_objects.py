@@ -251,9 +251,17 @@ def test_special_properties_decide_what_collisions_and_sensors_find(world: Scrip
     assert world.value("sim.getObjectSpecialProperty(cube)") == every - 0x1F0
     detected = world.lua("return sim.readProximitySensor(ray)")
     assert detected[0] == 0 or detected[3] != world.handle("cube")
-    world.fails("sim.setObjectSpecialProperty(cube, 0)", "leave that bit as it is")
+    world.lua("sim.setObjectSpecialProperty(cube, 0)")
+    assert world.value("sim.getObjectSpecialProperty(cube)") == 0
+    geom = int(world.sim.model.body("cube").geomadr[0])
+    assert world.sim.model.geom_group[geom] == 5, "a group that no picture shows"
+    world.lua(f"sim.setObjectSpecialProperty(cube, {every})")
+    assert world.value("sim.getObjectSpecialProperty(cube)") == every
+    assert world.sim.model.geom_group[geom] == 0
+    world.lua("sim.setObjectSpecialProperty(cube, 0)")
     world.call("simxStopSimulation")
-    assert world.sim.scene.get(world.handle("cube")).annotations.get("shape", {}).get("detectable", True)
+    assert not world.sim.scene.get(world.handle("cube")).annotations
+    assert world.sim.model.geom_group[geom] == 0
 
 
 def test_properties_for_whoever_shows_the_scene_are_kept(world: ScriptWorld) -> None:

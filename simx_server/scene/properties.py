@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
+from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, SceneObject
 from simx_server.scene.placing import free_joint
 from simx_server.scene.respondable import collect_masks
 from simx_server.scene.welding import set_static
@@ -63,17 +63,25 @@ def apply(sim: Simulation) -> None:
     bits = 0
     for handle in sim.scene.model_properties:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
-    if bits & _ON_GEOMS or sim.scene.withheld:
+    if bits & _ON_GEOMS or sim.scene.withheld or any(map(is_unseen, sim.scene.objects.values())):
         _restrict_geoms(sim)
     if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
         _restrict_motion(sim)
+
+
+def is_unseen(item: SceneObject) -> bool:
+    """Whether a shape was told not to be in pictures by itself, whatever its models say."""
+    return not item.annotations.get("shape", {}).get("renderable", True)
 
 
 def _restrict_geoms(sim: Simulation) -> None:
     """Take from the geoms of restricted models what the bits forbid, and give the others back what was taken."""
     scene, model = sim.scene, sim.model
     for geom in range(model.ngeom):
-        name, bits = model.geom(geom).name, scene.overridden(scene.owner_of_geom(geom, model))
+        owner = scene.owner_of_geom(geom, model)
+        name, bits = model.geom(geom).name, scene.overridden(owner)
+        if owner != -1 and is_unseen(scene.objects[owner]):
+            bits |= c.sim_modelproperty_not_renderable
         for forbidding, values in _GEOM_VALUES.items():
             for array, value in values.items():
                 numbers = getattr(model, array)

@@ -55,8 +55,8 @@ class ObjectNameFunctions(ApiPart):
         if name is None:
             if self._name_suffix is not None:
                 return self._name_suffix
-            name = self._sim.scene.get(self._owner).name
-            return _split(name)[0]
+            item = self._sim.scene.objects.get(self._owner)
+            return _split(item.name)[0] if item is not None else -1
         return _split(name)
 
     def setNameSuffix(self, suffix: int) -> None:

@@ -11,7 +11,7 @@ from ...errors import CommandError
 from ...handlers import bounding_box
 from ...handlers import object_parameters as parameters
 from ...handlers.parameter_tables import entries_of
-from ...scene import renaming
+from ...scene import properties, renaming
 from ...scene.objects import ObjectKind
 from .base import ApiPart
 
@@ -24,8 +24,6 @@ _SPECIAL = {
 
 _PROPERTY = HIDDEN + "property"
 """Under which name what setObjectProperty says is kept."""
-
-_FIXED = c.sim_objectspecialproperty_renderable
 
 
 class ObjectParameterFunctions(ApiPart):
@@ -114,22 +112,22 @@ class ObjectParameterFunctions(ApiPart):
             return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
         note = item.annotations.get("shape", {})
         bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
-        return bits | (_FIXED if self._sim.object_settings.is_drawn(own) else 0)
+        seen = self._sim.object_settings.is_drawn(own) and not properties.is_unseen(item)
+        return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
     def setObjectSpecialProperty(self, handle: int, bits: int) -> None:
         """Taken back by the stop.
 
-        Partly: the five kinds of detection are one here, on when any of them is; renderable can be changed for whole
-        models only, by sim.setModelProperty.
+        Partly: the five kinds of detection are one here, on when any of them is; a shape that the scene file hides from
+        pictures stays hidden.
         """
         own = self._self(handle)
         self._sim.scene.get_kind(own, ObjectKind.SHAPE)
-        if (bits ^ self.getObjectSpecialProperty(own)) & _FIXED:
-            raise CommandError(
-                "whether a shape is in pictures cannot be changed for it alone; leave that bit as it is, or use "
-                "sim.setModelProperty"
-            )
-        renaming.annotate(self._sim, own, "shape", {name: bool(bits & bit) for name, bit in _SPECIAL.items()})
+        said = {name: bool(bits & bit) for name, bit in _SPECIAL.items()}
+        said["renderable"] = bool(bits & c.sim_objectspecialproperty_renderable)
+        renaming.annotate(self._sim, own, "shape", dict(said))
+        properties.apply(self._sim)
+        self._sim.changed()
 
     def getObjectProperty(self, handle: int) -> int:
         """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
