@@ -216,21 +216,3 @@ RG2 = (
 )
 """RG2, standing on its flange face. The outer cranks reach 2 degrees further than V-REP's 0.436, to where its
 pads meet, and the frame of RG2_openCloseJoint is at the right pad, not between the two."""
-
-JACO_HAND = (
-    Stock("JacoHand", SHAPE),
-    *(
-        Stock(f"JacoHand_{fingers}_motor{number}", PRISMATIC, mode=FORCE_MODE, position_q=0)
-        for fingers in ("fingers12", "finger3")
-        for number in (1, 2)
-    ),
-    *(
-        Stock(f"JacoHand_joint{number}_finger{finger}", REVOLUTE, mode=FORCE_MODE, position_q=0)
-        for finger in (1, 2, 3)
-        for number in (1, 2)
-    ),
-    *(Stock(f"JacoHand_forceSens2_finger{finger}", FORCE) for finger in (1, 2, 3)),
-    Stock("JacoHand_attachPoint", FORCE),
-    Stock("JacoHand_attachProxSensor", RAY, explicit=True),
-)
-"""The names that public scripts use; nobody tells its places."""

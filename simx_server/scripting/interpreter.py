@@ -43,7 +43,8 @@ MAX_DEPTH = 16
 
 NOT_IN_A_THREAD = "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
 
-Constant = int | float | bool | str
+Constant = int | float | bool | str | dict[str, int]
+"""Of a namespace; a dict is a table of constants, as ``simOMPL.Algorithm``."""
 
 Waiting = Generator[None, None, tuple[Any, ...]]
 """A function of the API that is not over yet: a yield is a pass, what it returns are the results."""

@@ -39,6 +39,8 @@ class Namespace(types.ModuleType):
         super().__init__(name, "Functions and constants of the simulation.")
         self._invoke = invoke
         for key, constant in known.items():
+            if isinstance(constant, dict):
+                constant = types.SimpleNamespace(**constant)
             setattr(self, key, self._function(key) if constant is None else constant)
 
     def _function(self, key: str) -> Callable[..., Any]:

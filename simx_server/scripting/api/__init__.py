@@ -30,6 +30,8 @@ from .messages import MessageFunctions
 from .object_names import ObjectNameFunctions
 from .object_parameters import ObjectParameterFunctions
 from .objects import ObjectFunctions
+from .ompl import OmplFunctions
+from .ompl_flat import FlatOmplFunctions
 from .packing import PackingFunctions
 from .parameters import ParameterFunctions
 from .poses import PoseFunctions
@@ -99,11 +101,12 @@ class SimApi(
     MainScriptFunctions,
     GraphFunctions,
     IkFunctions,
+    FlatOmplFunctions,
 ):
     """What one script may do to the simulation."""
 
 
-NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk})
+NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions})
 """What scripts find as globals, each a class assembled as `SimApi` is."""
 
 

@@ -16,7 +16,7 @@ from simx_client.protocol import constants as c
 from ...errors import CommandError
 from ...kinematics import Constraint, Group, Method
 from ...kinematics.search import find_configs, straight_path
-from ...kinematics.validity import Validity, as_pairs
+from ...kinematics.validity import as_pairs, of_joints
 from ...scene.placing import object_pose
 from .base import ApiPart
 
@@ -148,7 +148,7 @@ class IkFunctions(ApiPart):
         chosen = self._sim.ik_groups.get(group)
         usable, solver = self._sim.ik_groups.solver(chosen)
         order = joint_order(usable.handles, joints)
-        validity = Validity(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
         sampled = None
         if low and ranges:
             if not len(low) == len(ranges) == len(joints):
@@ -183,7 +183,7 @@ class IkFunctions(ApiPart):
         chosen = self._sim.ik_groups.get(group)
         usable, solver = self._sim.ik_groups.solver(chosen)
         order = joint_order(usable.handles, joints)
-        validity = Validity(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
         tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
         start = self._sim.data.qpos[usable.addresses]
         path = straight_path(solver, start, tips, self._goals(chosen), count, validity)

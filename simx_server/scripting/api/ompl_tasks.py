@@ -1,0 +1,59 @@
+"""What `simOMPL` keeps for a script: its tasks and state spaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from ...errors import CommandError
+from ...kinematics.tasks import Solving, StateSpace, Task
+from .base import ApiPart
+
+if TYPE_CHECKING:
+    from ...simulation import Simulation
+    from ..script import Script
+
+
+class OmplTasks(ApiPart):
+    """Tasks and state spaces live as long as the script."""
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        super().__init__(sim, script)
+        self._tasks: dict[int, Task] = {}
+        self._spaces: dict[int, StateSpace] = {}
+        self._next = 1
+
+    @contextmanager
+    def _planning(self, task: int) -> Iterator[Solving]:
+        solving = self._solving(task)
+        with self._at_no_cost():
+            yield solving
+
+    def _solving(self, task: int) -> Solving:
+        return Solving(self._sim, self._task(task))
+
+    def _add(self, where: dict[int, Any], what: Any) -> int:
+        handle, self._next = self._next, self._next + 1
+        where[handle] = what
+        return handle
+
+    def _task(self, handle: int) -> Task:
+        if handle not in self._tasks:
+            known = ", ".join(f"{each} '{task.name}'" for each, task in self._tasks.items()) or "none"
+            raise CommandError(f"no planning task {handle}; those of this script: {known}")
+        return self._tasks[handle]
+
+    def _space(self, handle: int) -> StateSpace:
+        if handle not in self._spaces:
+            known = ", ".join(f"{each} '{space.name}'" for each, space in self._spaces.items()) or "none"
+            raise CommandError(f"no state space {handle}; those of this script: {known}")
+        return self._spaces[handle]
+
+    def _state(self, task: int, state: list[float]) -> list[float]:
+        count = self._task(task).count
+        if len(state) != count or not count:
+            raise CommandError(
+                f"a state of this task is {count} numbers, not {len(state)}; set its state space first"
+            )
+        return state
