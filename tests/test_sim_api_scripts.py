@@ -108,6 +108,22 @@ def test_variables_of_another_script_are_set(world: ScriptWorld) -> None:
     world.fails("sim.setScriptVariable('level = 1 x@cube', 1, 9)", "no name of a variable")
 
 
+def test_a_piece_of_lua_runs_in_another_script(world: ScriptWorld) -> None:
+    assert world.lua("return sim.executeScriptString('level = level + 1 return level@cube', 1)") == [0, 4]
+    assert world.lua(
+        OTHER_SCRIPT + "return sim.executeScriptString('return settings.speed, level', other)"
+    ) == [0, 1, 4]
+    failed, message = world.lua(OTHER_SCRIPT + "return sim.executeScriptString('return 1 +', other)")
+    assert (failed, "unexpected" in message) == (-1, True)
+    failed, message = world.lua(OTHER_SCRIPT + "return sim.executeScriptString('error(\"no luck\")', other)")
+    assert (failed, "no luck" in message) == (-1, True)
+
+
+def test_the_text_of_a_script_is_read(world: ScriptWorld) -> None:
+    (text,) = world.lua(OTHER_SCRIPT + "return sim.getScriptText(other)")
+    assert text == OTHER
+
+
 def test_attributes_are_read_and_keep_what_they_are(world: ScriptWorld) -> None:
     other = world.value("sim.getScriptHandle('cube')")
     read = "return sim.getScriptAttribute({0}, sim.scriptattribute_enabled), "

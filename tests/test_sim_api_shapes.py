@@ -114,6 +114,8 @@ def test_a_mesh_is_made_from_points_and_read_back(world: ScriptWorld) -> None:
     assert world.lua("return sim.getShapeGeomInfo(m)")[:2] == [0, 0]
     world.fails("sim.createMeshShape(0, 0, {0,0,0, 1,0,0, 0,1,0}, {0,1,3})", "indices from 0 to 2")
     world.fails("sim.createMeshShape(0, 0, {0,0}, {0,1,3})", "x, y, z of each point")
+    (other,) = world.lua("return sim.createShape(0, 0, {0,0,0, 1,0,0, 0,1,0}, {0,1,2}, {}, {}, '', {0, 0})")
+    assert name(world, other) == "Shape0"
 
 
 def test_the_mesh_of_a_primitive_is_in_the_shapes_frame(world: ScriptWorld) -> None:

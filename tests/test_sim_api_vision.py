@@ -73,6 +73,8 @@ def test_a_region_is_cut_out_from_the_lower_left(world: ScriptWorld) -> None:
     assert (data(text), size) == (RAMP[1:3, 2:5].tobytes(), [8, 4])
     text, size = world.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {2, 1}, {3, 2})")
     assert (data(text), size) == (RAMP[1:3, 2:5].tobytes(), [3, 2])
+    text, size = world.lua(EYE + "return sim.getVisionSensorImg(eye, 0, 0, {0, 0, 0}, {})")
+    assert size == [8, 4]
     world.fails(EYE + "sim.getVisionSensorImage(eye, 6, 0, 3, 1)", "not within a picture of 8 x 4")
 
 

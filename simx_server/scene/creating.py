@@ -117,6 +117,8 @@ def create_mesh(sim: Simulation, points: np.ndarray, faces: np.ndarray, stem: st
         raise CommandError(f"a mesh has from 3 to {_MOST_POINTS} points and at least one triangle")
     if faces.min() < 0 or faces.max() >= len(points):
         raise CommandError(f"a triangle's corners are indices from 0 to {len(points) - 1} here")
+    if len(points) == 3:  # MuJoCo wants four, of which one may belong to no triangle
+        points = np.vstack([points, points.mean(axis=0)])
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     return _add_shape(
         sim, stem, lambda spec, geom: _use_mesh(spec, geom, points - centre, faces), body, tuple(centre)

@@ -21,6 +21,9 @@ _ENABLED, _ORDER, _TYPE, _HANDLE = 4, 1, 7, 8
 _NORMAL_ORDER = 1
 """sim.scriptexecorder_normal."""
 
+_HIGHEST_TYPE = 0xFF
+"""Greater numbers are handles of scripts; sim.handle_self is below."""
+
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 
 
@@ -70,6 +73,29 @@ class ScriptFunctions(ApiPart):
         assign: Callable[..., Any] = self._sim.scripts.run(target, "load", f"{name} = ...")[0]
         assign(value)
         return 1
+
+    def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
+        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle: 0 and its results.
+
+        -1 and the message if it fails. An ``@`` in the text itself must not be the last one. Partly: Lua scripts only.
+        """
+        piece, _, described = (
+            text.rpartition("@") if script <= _HIGHEST_TYPE and "@" in text else (text, "", "")
+        )
+        target = self._target(script, described)
+        if not isinstance(target, Script) or target.language != LUA:
+            raise CommandError("only Lua scripts run a text; give the script a function that does it")
+        loaded = self._sim.scripts.run(target, "load", piece)
+        if loaded[0] is None:
+            return -1, loaded[1]
+        try:
+            return 0, *loaded[0]()
+        except ScriptError as problem:
+            return -1, str(problem)
+
+    def getScriptText(self, script: int) -> bytes:
+        """What the script's file or annotation says."""
+        return self._get(script).source(self._sim)
 
     def getScriptHandle(self, owner: str | None = None) -> int:
         """Of the child script of an object, or the caller's without a name. V-REP 3's form."""

@@ -86,6 +86,12 @@ class ShapeFunctions(ApiPart):
         points, faces = np.array(vertices, float).reshape(-1, 3), np.array(indices, int).reshape(-1, 3)
         return creating.create_mesh(self._sim, points, faces, "Shape", Body())
 
+    def createShape(
+        self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
+    ) -> int:
+        """CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
+        return self.createMeshShape(options, shading_angle, vertices, indices)
+
     def createHeightfieldShape(
         self,
         _options: int,

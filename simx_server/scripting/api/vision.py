@@ -232,7 +232,8 @@ def _region(
 ) -> NDArray[_T]:  # type: ignore[type-var]
     """Raises CommandError when it is not within the picture."""
     height, width = picture.shape[:2]
-    (x, y), (across, up) = position or [0, 0], size or [0, 0]
+    x, y, *_ = [*(position or ()), 0, 0]
+    across, up, *_ = [*(size or ()), 0, 0]
     if across == up == 0:
         across, up = width, height
     if not (0 <= x < x + across <= width and 0 <= y < y + up <= height):
