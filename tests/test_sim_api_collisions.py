@@ -105,11 +105,11 @@ def test_contacts_are_listed_until_there_are_no_more(pairs: ScriptWorld) -> None
     objects, point, force, normal = pairs.lua(H + "return sim.getContactInfo(sim.handle_all, h'ball', 0)")
     assert objects == [ball, floor]
     assert point == pytest.approx([0, 0, 0], abs=0.01)
-    assert force == pytest.approx([0, 0, -30], abs=1)
-    assert normal == pytest.approx([0, 0, -1], abs=1e-6)
+    assert force == pytest.approx([0, 0, 30], abs=1)
+    assert normal == pytest.approx([0, 0, 1], abs=1e-6)
     assert pairs.lua("return sim.getContactInfo(sim.handle_all, sim.handle_all, 0)")[1] == point
     extended = H + "return sim.getContactInfo(0, h'floor', sim.handleflag_extended)"
-    assert pairs.lua(extended)[2] == pytest.approx([0, 0, 30], abs=1)
+    assert pairs.lua(extended)[2] == pytest.approx([0, 0, -30], abs=1)
     assert pairs.lua("return sim.getContactInfo(sim.handle_all, sim.handle_all, 1)") in ([], [None])
     assert pairs.lua(H + "return sim.getContactInfo(0, h'far', 0)") in ([], [None])
 

@@ -24,9 +24,9 @@ class Contact:
     point: Vector
     """Metres, in the world."""
     force: Vector
-    """Newtons, in the world: what the first object exerts on the second."""
+    """Newtons, in the world: what the second object exerts on the first, as in V-REP."""
     normal: Vector
-    """Unit, in the world, from the first object to the second."""
+    """Unit, in the world, from the second object to the first."""
 
 
 def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
@@ -41,9 +41,10 @@ def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
         first, second = (scene.owner_of_geom(int(geom), model) if geom >= 0 else -1 for geom in contact.geom)
         if contact.efc_address < 0 or (handle is not None and handle not in (first, second)):
             continue
+        # MuJoCo's is the force on the second, with a normal towards it.
         mujoco.mj_contactForce(model, data, index, force)
         axes = contact.frame.reshape(3, 3)
-        pushed, normal = force[:3] @ axes, axes[0]
+        pushed, normal = -force[:3] @ axes, -axes[0]
         if second == handle:
             first, second, pushed, normal = second, first, -pushed, -normal
         yield Contact((first, second), _vector(contact.pos), _vector(pushed), _vector(normal))

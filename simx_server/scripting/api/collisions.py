@@ -109,7 +109,7 @@ class CollisionFunctions(ApiPart):
     def getContactInfo(
         self, _dynamic_pass: int, handle: int, index: int
     ) -> tuple[list[int], list[float], list[float], list[float]] | None:
-        """The two objects, the point, the force of the first on the second, the normal; nil after the last contact.
+        """The two objects, the point, the force of the second on the first, the normal; nil after the last contact.
 
         `handle`: an object, which is then the first of the two, or sim.handle_all. `index` counts from 0.
         Partly: of the physics steps of a pass only the last one is told of.
