@@ -198,7 +198,7 @@ def test_every_annotation_names_something_of_the_scene(fresh: Rig) -> None:
         prefix, kind, name = annotation.split(":")
         assert prefix == "simx"
         assert any(mujoco.mj_name2id(fresh.model, obj, name) >= 0 for obj in kinds[kind]), name
-    assert (SCENES / found["simx:script:RG2"]["file"]).is_file()
+    assert (SCENES / "models" / found["simx:script:RG2"]["file"]).is_file()
 
 
 def test_what_cameras_see_is_felt_by_nothing_on_the_robot(fresh: Rig) -> None:

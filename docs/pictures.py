@@ -1,0 +1,73 @@
+"""Draws the pictures of the shipped scenes that docs/models.md shows: ``python docs/pictures.py [SCENE ...]``.
+
+Each scene runs a moment first, so that its scripts have begun and loose things lie where they come to rest.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import cv2
+import mujoco
+
+from simx_server.library import list_scenes
+from simx_server.server import build_simulation
+from simx_server.settings import Settings
+
+FOLDER = Path(__file__).with_name("pictures")
+WIDTH, HEIGHT = 480, 360
+SECONDS = 1.0
+SOFTER = 2
+"""Drawn so many times as large and averaged, which makes edges smooth."""
+
+VIEWS: dict[str, tuple[tuple[float, float, float], float, float, float]] = {
+    "ackermann_line": ((0.0, -4.0, 0.0), 13.0, -60.0, -30.0),
+    "bubblerob": ((0.0, 0.0, 0.1), 1.1, 140.0, -25.0),
+    "cart_pole": ((0.0, 0.0, 0.8), 3.0, 110.0, -12.0),
+    "e_puck": ((0.0, 0.15, 0.02), 1.0, -90.0, -60.0),
+    "inverted_pendulum": ((0.0, 0.0, 0.8), 2.6, 120.0, -12.0),
+    "lbr_iiwa_7_r800": ((0.0, 0.0, 0.6), 2.8, 140.0, -20.0),
+    "line_tracer": ((0.0, 0.0, 0.0), 1.5, 90.0, -50.0),
+    "nao": ((0.0, 0.0, 0.28), 1.1, 150.0, -12.0),
+    "pioneer_p3dx": ((0.0, 0.0, 0.15), 1.6, 140.0, -25.0),
+    "quadricopter": ((0.0, 0.0, 0.5), 1.1, 130.0, -20.0),
+    "two_link_arm": ((0.4, 0.0, 0.1), 1.8, 100.0, -45.0),
+    "ur10": ((0.0, 0.0, 0.6), 3.0, 140.0, -20.0),
+    "ur3": ((0.0, 0.0, 0.35), 1.7, 140.0, -20.0),
+    "youbot": ((0.0, 0.0, 0.2), 1.4, -60.0, -20.0),
+}
+"""Point looked at (m), distance (m), azimuth and elevation (degrees) of MuJoCo's free camera."""
+
+OTHERS = ((-0.2, 0.0, 0.4), 2.2, 140.0, -20.0)
+"""For scenes without an entry: a table-top arm."""
+
+
+def draw(scene: str) -> Path:
+    """The picture's file."""
+    with ExitStack() as stack:
+        simulation = build_simulation(Settings(scene=scene), stack)
+        simulation.start()
+        while simulation.time < SECONDS:
+            simulation.advance()
+        camera = mujoco.MjvCamera()
+        camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = VIEWS.get(scene, OTHERS)
+        model = simulation.model
+        model.vis.global_.offwidth, model.vis.global_.offheight = WIDTH * SOFTER, HEIGHT * SOFTER
+        with mujoco.Renderer(model, HEIGHT * SOFTER, WIDTH * SOFTER) as renderer:
+            renderer.update_scene(simulation.data, camera)
+            picture = cv2.cvtColor(renderer.render(), cv2.COLOR_RGB2BGR)
+        simulation.stop()
+    FOLDER.mkdir(exist_ok=True)
+    file = FOLDER / f"{scene}.png"
+    cv2.imwrite(str(file), cv2.resize(picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA))
+    return file
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or list_scenes():
+        sys.stdout.write(f"{draw(name)}\n")
