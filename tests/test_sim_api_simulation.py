@@ -161,10 +161,56 @@ def test_named_parameters(world: ScriptWorld) -> None:
     assert world.value("sim.readCustomDataBlockTags(sim.handle_app)") is None
 
 
-@pytest.mark.parametrize("kind", ["Bool", "Int32", "Float"])
-def test_parameters_of_other_engines_are_refused(world: ScriptWorld, kind: str) -> None:
-    world.fails(f"sim.getEngine{kind}Param(3001, -1)", "the engine is MuJoCo, which has none")
-    world.fails(f"sim.setEngine{kind}Param(3001, -1, 1)", "the engine is MuJoCo, which has none")
+def test_friction_by_the_names_of_every_engine(world: ScriptWorld) -> None:
+    world.lua("cube = sim.getObject('cube')")
+    for name in (
+        "bullet_body_friction",
+        "ode_body_friction",
+        "newton_body_staticfriction",
+        "mujoco_body_friction1",
+    ):
+        assert world.value(f"sim.setEngineFloatParam(sim.{name}, cube, 0.25)") == 1
+        assert world.value("sim.getEngineFloatParam(sim.vortex_body_primlinearaxisfriction, cube)") == 0.25
+        assert world.value(f"sim.setEngineFloatParameter(sim.{name}, cube, 0.5)") == 1
+        assert world.value(f"sim.getEngineFloatParameter(sim.{name}, cube)") == 0.5
+    world.lua("sim.createDummy(0.1)")
+    assert world.value("sim.getEngineFloatParam(sim.bullet_body_friction, cube)") == 0.5, "an edit keeps it"
+    world.fails(
+        "sim.setEngineFloatParam(sim.bullet_body_friction, cube, -1)", "a friction must not be below 0"
+    )
+    world.fails("sim.getEngineFloatParam(sim.bullet_body_friction, -1)", "no object with handle -1")
+    world.call("simxStopSimulation")
+    assert world.sim.model.geom_friction[world.sim.model.body("cube").geomadr[0], 0] == 1
+
+
+def test_the_engines_own_parameters(world: ScriptWorld) -> None:
+    world.lua("cube = sim.getObject('cube')")
+    assert world.value("sim.getEngineFloatParam(sim.mujoco_global_stepsize, -1)") == 0.005
+    world.lua("sim.setEngineFloatParam(sim.mujoco_global_density, -1, 1.2)")
+    assert world.sim.model.opt.density == 1.2
+    world.lua("sim.setEngineFloatParam(sim.mujoco_global_wind2, -1, -3)")
+    assert world.sim.model.opt.wind.tolist() == [0, -3, 0]
+    world.lua("sim.setEngineInt32Param(sim.mujoco_body_condim, cube, 4); sim.createDummy(0.1)")
+    assert world.value("sim.getEngineInt32Param(sim.mujoco_body_condim, cube)") == 4
+    assert world.value("sim.setEngineInt32Parameter(sim.mujoco_global_iterations, -1, 50)") == 1
+    assert world.value("sim.getEngineInt32Parameter(sim.mujoco_global_iterations)") == 50
+    world.lua("sim.setEngineFloatParam(sim.mujoco_body_solref1, cube, 0.05)")
+    assert world.value("sim.getEngineFloatParam(sim.mujoco_body_solref1, cube)") == pytest.approx(0.05)
+    world.fails(
+        "sim.setEngineInt32Param(sim.mujoco_body_condim, cube, 2)", "a contact has 1, 3, 4 or 6 dimensions"
+    )
+    world.fails("sim.setEngineFloatParam(sim.mujoco_global_stepsize, -1, 1)", "can only be read")
+    world.fails("sim.setEngineFloatParam(sim.mujoco_global_density, -1, -1)", "must not be below 0")
+
+
+def test_parameters_of_other_engines_are_refused(world: ScriptWorld) -> None:
+    world.fails(
+        "sim.getEngineFloatParam(15002, 1)", "the engine, MuJoCo, has no float parameter 15002; it has"
+    )
+    world.fails("sim.getEngineInt32Param(6003, 1)", "has no integer parameter 6003")
+    for name in ("Param", "Parameter"):
+        world.fails(f"sim.getEngineBool{name}(8001, 1)", "none of the switches of Bullet")
+        world.fails(f"sim.setEngineBool{name}(8001, 1, true)", "none of the switches of Bullet")
 
 
 @pytest.mark.parametrize(

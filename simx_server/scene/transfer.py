@@ -23,6 +23,7 @@ _KINDS = {
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
     *("geom_pos", "geom_quat", "geom_sameframe", "geom_size", "geom_rgba", "geom_friction", "geom_contype"),
+    *("geom_solref", "geom_solimp", "geom_solmix", "geom_margin", "geom_condim", "geom_priority"),
     *("geom_conaffinity", "geom_group", "site_pos", "site_quat", "site_sameframe", "site_rgba", "site_size"),
     *(
         "cam_mode",

@@ -21,6 +21,7 @@ from .custom_data import CustomDataFunctions
 from .custom_uis import CustomUIFunctions
 from .drawing import DrawingFunctions
 from .dynamics import DynamicsFunctions
+from .engine import EngineFunctions
 from .graphs import GraphFunctions
 from .ik import IkFunctions
 from .joints import JointFunctions
@@ -87,6 +88,7 @@ class SimApi(
     CustomUIFunctions,
     TubeFunctions,
     DynamicsFunctions,
+    EngineFunctions,
     MatrixFunctions,
     ObjectNameFunctions,
     ObjectParameterFunctions,

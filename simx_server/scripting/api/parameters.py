@@ -121,36 +121,3 @@ class ParameterFunctions(ApiPart):
 
     def setArrayParameter(self, number: int, values: list[float]) -> None:
         self.setArrayParam(number, values)
-
-    # Parameters of physics engines.
-
-    def getEngineBoolParam(self, number: int, _handle: int) -> bool:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-    def getEngineInt32Param(self, number: int, _handle: int) -> int:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-    def getEngineFloatParam(self, number: int, _handle: int) -> float:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-    def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> None:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-    def setEngineInt32Param(self, number: int, _handle: int, _value: int) -> None:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-    def setEngineFloatParam(self, number: int, _handle: int, _value: float) -> None:
-        """Not here: MuJoCo has none of these parameters."""
-        raise _no_engine_parameter(number)
-
-
-def _no_engine_parameter(number: int) -> CommandError:
-    return CommandError(
-        f"engine parameter {number} is not there: the engine is MuJoCo, which has none of those of Bullet, ODE, Vortex "
-        "and Newton; friction and the like are said in the scene's MJCF"
-    )

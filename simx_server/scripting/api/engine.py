@@ -1,0 +1,92 @@
+"""Parameters of the physics engine, see `engine_parameters.py` of the server."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import NoReturn
+
+from ... import engine_parameters
+from ...errors import CommandError
+from .base import ApiPart
+
+
+class EngineFunctions(ApiPart):
+    """Of a shape, or with -1 for the handle of the engine: sim.mujoco_, and the friction of other engines."""
+
+    CONSTANTS = MappingProxyType(
+        {entry.name: number for number, entry in engine_parameters.PARAMETERS.items()}
+    )
+
+    def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
+        """Partly: of the other engines there are friction and step size."""
+        entry = engine_parameters.find(number, is_integer=False)
+        return entry.get(self._sim, self._self(handle))
+
+    def setEngineFloatParam(self, number: int, handle: int, value: float) -> int:
+        """1. Of two shapes that touch, the greater friction counts. Taken back by the stop.
+
+        Partly: of the other engines there is friction.
+        """
+        self._set(engine_parameters.find(number, is_integer=False), handle, value)
+        return 1
+
+    def getEngineInt32Param(self, number: int, handle: int = -1) -> int:
+        """Partly: those of the other engines are not there."""
+        entry = engine_parameters.find(number, is_integer=True)
+        return int(entry.get(self._sim, self._self(handle)))
+
+    def setEngineInt32Param(self, number: int, handle: int, value: int) -> int:
+        """1. Taken back by the stop.
+
+        Partly: those of the other engines are not there.
+        """
+        self._set(engine_parameters.find(number, is_integer=True), handle, value)
+        return 1
+
+    def getEngineBoolParam(self, number: int, _handle: int = -1) -> NoReturn:
+        """Not here: MuJoCo has none of these switches."""
+        raise _no_switch(number)
+
+    def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> NoReturn:
+        """Not here: MuJoCo has none of these switches."""
+        raise _no_switch(number)
+
+    # Names of V-REP 3.
+
+    def getEngineFloatParameter(self, number: int, handle: int = -1) -> float:
+        """Partly: of the other engines there are friction and step size."""
+        return self.getEngineFloatParam(number, handle)
+
+    def setEngineFloatParameter(self, number: int, handle: int, value: float) -> int:
+        """Partly: of the other engines there is friction."""
+        return self.setEngineFloatParam(number, handle, value)
+
+    def getEngineInt32Parameter(self, number: int, handle: int = -1) -> int:
+        """Partly: those of the other engines are not there."""
+        return self.getEngineInt32Param(number, handle)
+
+    def setEngineInt32Parameter(self, number: int, handle: int, value: int) -> int:
+        """Partly: those of the other engines are not there."""
+        return self.setEngineInt32Param(number, handle, value)
+
+    def getEngineBoolParameter(self, number: int, _handle: int = -1) -> NoReturn:
+        """Not here: MuJoCo has none of these switches."""
+        raise _no_switch(number)
+
+    def setEngineBoolParameter(self, number: int, _handle: int, _value: bool) -> NoReturn:
+        """Not here: MuJoCo has none of these switches."""
+        raise _no_switch(number)
+
+    def _set(self, entry: engine_parameters.EngineParameter, handle: int, value: float) -> None:
+        if entry.set is None:
+            raise CommandError(
+                f"{entry.name} can only be read; it follows from the scene's timestep and pass"
+            )
+        entry.set(self._sim, self._self(handle), value)
+
+
+def _no_switch(number: int) -> CommandError:
+    return CommandError(
+        f"engine parameter {number} is not there: the engine is MuJoCo, which has none of the switches of Bullet, ODE, "
+        "Vortex and Newton; leave it out"
+    )
