@@ -62,6 +62,13 @@ def test_rotations_are_set_and_read(world: ScriptWorld) -> None:
     assert world.value("sim.getObjectOrientation(cube, -1)") == near([math.pi / 2, 0, 0])
 
 
+def test_a_quaternion_may_be_of_any_length(world: ScriptWorld) -> None:
+    for factor in ("1e-9", "2", "1e300"):
+        world.lua(f"sim.setObjectQuaternion(cube, -1, {{0, 0, {factor}, {factor}}})")
+        assert world.value("sim.getObjectQuaternion(cube, -1)") == near([0, 0, HALF, HALF]), factor
+    world.fails("sim.setObjectQuaternion(cube, -1, {0,0,0,0})", "length 0 is no rotation")
+
+
 def test_poses_and_matrices_are_set_and_read(world: ScriptWorld) -> None:
     assert world.value("sim.getObjectPose(mark, -1)") == near([0.1, 0.2, 1.3, 0, 0, HALF, HALF])
     assert world.value("sim.getObjectPose(mark | sim.handleflag_wxyzquat, robot)") == near(

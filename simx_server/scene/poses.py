@@ -36,6 +36,9 @@ def normalised(q: Sequence[float]) -> Quaternion:
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if length < 1e-12:
         raise ValueError("a quaternion of length 0")
+    if length == math.inf:  # the squares overflowed
+        largest = max(abs(w), abs(x), abs(y), abs(z))
+        return normalised((w / largest, x / largest, y / largest, z / largest))
     return (w / length, x / length, y / length, z / length)
 
 
