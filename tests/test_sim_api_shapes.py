@@ -173,6 +173,37 @@ def test_a_motor_drives_a_joint_that_was_made(world: ScriptWorld) -> None:
     assert world.lua("return sim.getJointPosition(j)") == [pytest.approx(1, abs=0.02)]
 
 
+def test_a_joint_that_was_made_links_a_dynamic_shape_and_lets_it_go(world: ScriptWorld) -> None:
+    world.lua(
+        H + "j = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_force, 0) "
+        "sim.setObjectPosition(j, -1, {0, 0, 3}) sim.setObjectOrientation(j, -1, {math.pi / 2, 0, 0}) "
+        "s = sim.createPureShape(0, 8, {0.1, 0.1, 0.1}, 1) sim.setObjectPosition(s, -1, {1, 0, 3}) "
+        "sim.setObjectParent(s, j, true) sim.setObjectParent(j, h'pair', true)"
+    )
+    world.passes(10)
+    x, _, z = world.value("sim.getObjectPosition(s, -1)")
+    assert (x**2 + (z - 3) ** 2, x < 0.9) == (pytest.approx(1, abs=1e-6), True)  # a pendulum
+    assert world.value("sim.getJointPosition(j)") != 0
+    world.lua("sim.setObjectParent(s, -1, true)")
+    world.passes(5)
+    x, _, z = world.value("sim.getObjectPosition(s, -1)")
+    assert x**2 + (z - 3) ** 2 > 1.01
+
+
+def test_two_bodies_are_glued_by_a_force_sensor(world: ScriptWorld) -> None:
+    world.lua(
+        "a = sim.createPureShape(0, 8, {0.2, 0.2, 0.2}, 1) sim.setObjectPosition(a, -1, {2, 0, 2}) "
+        "b = sim.createPureShape(0, 8, {0.2, 0.2, 0.2}, 3) sim.setObjectPosition(b, -1, {2.5, 0, 2}) "
+        "s = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.001, 1, 1, 0, 0}) sim.setObjectPosition(s, a, {0, 0, 0}) "
+        "sim.setObjectParent(a, s, true) sim.setObjectParent(s, b, true)"
+    )
+    world.passes(3)
+    one, other = world.lua("return sim.getObjectPosition(a, -1), sim.getObjectPosition(b, -1)")
+    assert one[2] == pytest.approx(other[2], abs=1e-6) != pytest.approx(2, abs=0.05)  # both fall
+    assert other[0] - one[0] == pytest.approx(0.5, abs=1e-6)
+    assert world.value("sim.getShapeMass(a)") == pytest.approx(1)
+
+
 SIZES = "{0, 3, 0.2, 0.2, 0.4, 0.4, 0, 0.1, 0.2, 0.5, 0, 0, 0, 0, 0}"
 
 

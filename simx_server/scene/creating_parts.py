@@ -36,7 +36,7 @@ _VOLUMES = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 def create_joint(sim: Simulation, kind: int, mode: int, *, hybrid: bool) -> int:
     """A joint at the world's origin, along z; `kind` and `mode` are legacy numbers. Its motor is off.
 
-    Static bodies that get it as parent move with it. Raises CommandError.
+    A free body that gets it as parent becomes its link, static ones move with it. Raises CommandError.
     """
     if kind not in _JOINTS:
         raise CommandError(f"{kind} is no type of joint; those are 10 revolute, 11 prismatic, 12 spherical")

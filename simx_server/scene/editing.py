@@ -8,7 +8,8 @@ What a new parent means physically:
   world weighs nothing there, as V-REP's static shapes do;
 * a free body (it falls, it is pushed) stays free: only the tree changes, as in V-REP, where a dynamic shape under
   another shape is no part of it. Under a **force sensor** it is welded (V-REP's rigid link: what a gripper script means
-  by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent;
+  by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent; the same
+  under a joint that moves nothing yet, as one that a script has made;
 * a link (body with hinges or slides) or a joint moves in the tree with all below it, joints first;
 * a site, camera or light moves to the new parent's body; a joint on a tendon only moves in the tree.
 """
@@ -29,6 +30,7 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.placing import (
     body_pose,
     element_pose,
+    free_joint,
     is_linking_sensor,
     moving_pose,
     object_pose,
@@ -91,6 +93,8 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
         move_body_object(sim, item, parent)
     elif item.element in _PREFIX:
         _move_leaf(sim, item, parent)
+        if item.kind == ObjectKind.FORCE_SENSOR:
+            _take_along(sim, handle)
     elif item.element == "geom" and body_under(sim, parent) != 0:
         raise CommandError(
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
@@ -247,6 +251,14 @@ def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
             spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
 
     edit(sim, surgery, {(_PREFIX[item.element], item.element_name)}, parents={item.handle: parent})
+
+
+def _take_along(sim: Simulation, sensor: int) -> None:
+    """Fix to a sensor that was moved to another body what it holds."""
+    for child in sim.scene.children(sensor):
+        held = sim.scene.get(child)
+        if held.element == "body" and free_joint(sim.model, held.id) < 0 and not is_link(sim, held.id):
+            move_body_object(sim, held, sensor)
 
 
 def _free_name(spec: mujoco.MjSpec, stem: str) -> str:

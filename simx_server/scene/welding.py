@@ -27,15 +27,23 @@ def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
         raise CommandError(
             f"'{item.name}' cannot get '{sim.scene.get(parent).name}' as parent, whose body hangs on it"
         )
-    links = parent != -1 and sim.scene.get(parent).kind == ObjectKind.FORCE_SENSOR
+    links = parent != -1 and _links(sim, sim.scene.get(parent))
     if free_joint(sim.model, body) >= 0:
         if links:
             _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False, parents=parents)
     elif name in sim.scene.welded_bodies and not links:
         release(sim, body, parents)
     elif target != int(sim.model.body_parentid[body]):
-        weightless = sim.model.body_weldid[body] == 0 and sim.model.body_weldid[target] != 0
+        was_fixed = name not in sim.scene.welded_bodies and sim.model.body_weldid[body] == 0
+        weightless = bool(was_fixed and sim.model.body_weldid[target] != 0)
         _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless, parents=parents)
+
+
+def _links(sim: Simulation, item: SceneObject) -> bool:
+    """Whether a free body that gets this parent is held by it: force sensors, and joints that have no link yet."""
+    if item.kind == ObjectKind.FORCE_SENSOR:
+        return True
+    return item.element == "joint" and sim.model.body(item.body).name in sim.scene.hidden_bodies
 
 
 def set_static(sim: Simulation, handle: int, static: bool) -> None:

@@ -135,7 +135,8 @@ class ShapeFunctions(ApiPart):
     ) -> int:
         """At the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
 
-        Partly: it carries what gets it as parent while static; a dynamic shape stays free, where V-REP would link it.
+        It carries what gets it as parent: a static shape, or the first dynamic one, which it links.
+        Partly: sizes and colours are ignored.
         """
         return creating_parts.create_joint(self._sim, kind, mode, hybrid=bool(options & 1))
 
