@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from model_checks import DUMMY, FORCE, PRISMATIC, RAY, REVOLUTE, SHAPE, Stock, Vector
 
-FORCE_MODE, IK_MODE = 5, 1
+FORCE_MODE, IK_MODE = 5, 2
 
 
 def _joint(
@@ -216,3 +216,42 @@ RG2 = (
 )
 """RG2, standing on its flange face. The outer cranks reach 2 degrees further than V-REP's 0.436, to where its
 pads meet, and the frame of RG2_openCloseJoint is at the right pad, not between the two."""
+
+JACO_HAND = (
+    Stock("JacoHand", SHAPE),
+    *(
+        Stock(f"JacoHand_{fingers}_motor{number}", PRISMATIC, mode=FORCE_MODE, position_q=0)
+        for fingers in ("fingers12", "finger3")
+        for number in (1, 2)
+    ),
+    *(
+        Stock(f"JacoHand_joint{number}_finger{finger}", REVOLUTE, mode=FORCE_MODE, position_q=0)
+        for finger in (1, 2, 3)
+        for number in (1, 2)
+    ),
+    *(Stock(f"JacoHand_forceSens2_finger{finger}", FORCE) for finger in (1, 2, 3)),
+    Stock("JacoHand_attachPoint", FORCE),
+    Stock("JacoHand_attachProxSensor", RAY, explicit=True),
+)
+"""The names that public scripts use; nobody tells its places."""
+
+FRANKA = (
+    Stock("Franka", SHAPE),
+    *(
+        _joint(f"Franka_joint{number}", place, axis, interval, force, velocity, at=at)
+        for number, (place, axis, interval, force, velocity, at) in enumerate(
+            (
+                ((0, 0, 0.333), (0, 0, 1), (-2.897, 2.897), 87, 2.175, 0),
+                ((0, 0, 0.333), (0, 1, 0), (-1.763, 1.763), 87, 2.175, 0),
+                ((0, 0, 0.649), (0, 0, 1), (-2.897, 2.897), 87, 2.175, 0),
+                ((0.0825, 0, 0.649), (0, -1, 0), (-3.072, -0.07), 87, 2.175, -1.571),
+                ((0.4665, 0, 0.7315), (1, 0, 0), (-2.897, 2.897), 12, 2.61, 0),
+                ((0.4665, 0, 0.7315), (0, -1, 0), (-0.018, 3.752), 12, 2.61, 1.571),
+                ((0.5545, 0, 0.7315), (0, 0, -1), (-2.897, 2.897), 12, 2.61, 0),
+            ),
+            1,
+        )
+    ),
+    Stock("Franka_connection", FORCE, (0.5545, 0, 0.6245), (0, 0, -1)),
+)
+"""Franka Emika Panda: limits as PyRep's copy has them, places by the maker's table at the pose it starts in."""
