@@ -34,8 +34,8 @@ class Space:
     """(n,) of each coordinate in distances."""
     endless: Array
     """(n,) bool: coordinates that are angles, of which 2 pi is 0."""
-    resolution: float = 0.02
-    """Greatest weighted distance between two states that are checked along a way."""
+    resolution: float = 0.005
+    """Greatest weighted distance between two states that are checked along a way: an arm of 1 m moves by 5 mm."""
     step: float = 0.3
     """Greatest weighted length of a tree's branch."""
 
@@ -72,7 +72,11 @@ class Failure(Enum):
 
 
 class Planner:
-    """Plans in one space. `poll` is called about every hundred checks."""
+    """Plans in one space.
+
+    `is_clear` is a stricter check of all states but the given ones, so that nothing is grazed between two checks; where
+    start or goal do not fulfil it, `is_valid` must do. `poll` is called about every hundred checks.
+    """
 
     def __init__(
         self,
@@ -80,8 +84,11 @@ class Planner:
         is_valid: Check,
         random: np.random.Generator,
         poll: Callable[[], object] | None = None,
+        is_clear: Check | None = None,
     ) -> None:
         self._space = space
+        self._accepts = is_valid
+        self._is_clear = is_clear
         self._check = is_valid
         self._random = random
         self._poll = poll
@@ -91,6 +98,7 @@ class Planner:
     def plan(self, start: Array, goals: Sequence[Array], seconds: float) -> list[Array] | Failure:
         """States (n,) from the start to one of the goals, each straight way between two of them valid."""
         self._end = time.monotonic() + seconds
+        self._check = self._accepts
         space = self._space
         try:
             if not self._is_valid(start):
@@ -98,6 +106,7 @@ class Planner:
             good = [goal for goal in goals if self._is_valid(goal)]
             if not good:
                 return Failure.GOAL
+            self._choose_check(start, good)
             for goal in sorted(good, key=lambda each: space.length(space.difference(start, each))):
                 if self._is_free(start, goal):
                     return [start, goal]
@@ -108,6 +117,7 @@ class Planner:
     def shorten(self, path: list[Array], seconds: float) -> list[Array]:
         """Leave out what is not needed: straight ways between random points of the path, while that helps."""
         self._end = time.monotonic() + seconds
+        self._choose_check(path[0], path[-1:])
         idle = 0
         while len(path) > 2 and idle < 50 and time.monotonic() < self._end:
             first, last = sorted(self._random.random(2) * (len(path) - 1))
@@ -139,6 +149,11 @@ class Planner:
                     return False
             width >>= 1
         return True
+
+    def _choose_check(self, start: Array, goals: Sequence[Array]) -> None:
+        clear = self._is_clear
+        strict = clear is not None and clear(start) and all(clear(goal) for goal in goals)
+        self._check = clear if strict and clear is not None else self._accepts
 
     def _is_valid(self, state: Array) -> bool:
         self._count += 1

@@ -79,8 +79,11 @@ class Task:
         return sum(space.count for space in self.spaces)
 
 
-FINEST, COARSEST = 0.002, 0.02
-"""rad and m between two checks, whatever the extent is: a wall must not fit between."""
+MARGIN = 0.004
+"""Metres that a path keeps away from what it must not meet: an arm's end moves by less between two checks."""
+
+FINEST, COARSEST = 0.001, 0.005
+"""rad and m between two checks, whatever the extent is: nothing is to be grazed in between."""
 
 
 class Solving:
@@ -100,9 +103,11 @@ class Solving:
         self._validity = Validity(sim, moved, task.pairs, own_model=own_model) if task.pairs else None
         self.space = self._space()
 
-    def is_valid(self, state: Array) -> bool:
-        """Within the bounds, nothing meets, and the script agrees."""
-        if self._validity is not None and not self._validity.at(lambda data: self._write(data, state)):
+    def is_valid(self, state: Array, margin: float = 0.0) -> bool:
+        """Nothing comes nearer than the margin (m), and the script agrees."""
+        if self._validity is not None and not self._validity.at(
+            lambda data: self._write(data, state), margin
+        ):
             return False
         return self._task.judge is None or self._task.judge(state.tolist())
 
@@ -142,7 +147,13 @@ class Solving:
         self._task.path = [state.tolist() for state in interpolate(self.space, path, count)]
 
     def _planner(self) -> Planner:
-        return Planner(self.space, self.is_valid, self._sim.ik_groups.random, self._sim.serve_others)
+        return Planner(
+            self.space,
+            self.is_valid,
+            self._sim.ik_groups.random,
+            self._sim.serve_others,
+            lambda state: self.is_valid(state, MARGIN),
+        )
 
     def _space(self) -> Space:
         low = np.array([value for space in self._task.spaces for value in space.low])
@@ -151,7 +162,7 @@ class Solving:
         endless = np.array([flag for writer in self._writers for flag in writer.endless], dtype=bool)
         extent = float(np.max(high - low))
         resolution = min(max(self._task.resolution * extent, FINEST), COARSEST)
-        return Space(low, high, weights, endless, resolution, step=max(0.05 * extent, 5 * resolution))
+        return Space(low, high, weights, endless, resolution, step=max(0.05 * extent, 10 * resolution))
 
 
 class _Writer:

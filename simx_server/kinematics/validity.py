@@ -76,8 +76,11 @@ class Validity:
         self._on_plane = model.geom_type[self._second] == _PLANE
         self._reach = model.geom_rbound[self._first] + model.geom_rbound[self._second]
 
-    def at(self, place: Callable[[mujoco.MjData], None]) -> bool:
-        """True when nothing meets in a state; `place` writes it (qpos, mocap poses; places in `model`)."""
+    def at(self, place: Callable[[mujoco.MjData], None], margin: float = 0.0) -> bool:
+        """True when nothing meets in a state; `place` writes it (qpos, mocap poses; places in `model`).
+
+        `margin`: metres that must be between them.
+        """
         self.checks += 1
         if len(self._first) == 0:
             return True
@@ -90,16 +93,19 @@ class Validity:
         distance = np.where(
             self._on_plane, np.einsum("ni,ni->n", away, normals), np.sqrt(np.einsum("ni,ni->n", away, away))
         )
-        near = np.flatnonzero(distance <= self._reach)
+        near = np.flatnonzero(distance <= self._reach + margin)
         if len(near) == 0:
             return True
         instant = self._instants.of(data)
         return not any(
-            geoms_meet(instant, int(self._first[index]), int(self._second[index])) for index in near
+            geoms_meet(instant, int(self._first[index]), int(self._second[index]), margin)
+            for index in near
         )
 
 
-def of_joints(sim: Simulation, joints: Joints, pairs: Pairs) -> Callable[[Array], bool]:
+def of_joints(
+    sim: Simulation, joints: Joints, pairs: Pairs, margin: float = 0.0
+) -> Callable[[Array], bool]:
     """The same as a function of joint values (n,)."""
     moved = {int(sim.model.jnt_bodyid[sim.model.dof_jntid[dof]]) for dof in joints.dofs}
     validity = Validity(sim, moved, pairs)
@@ -108,7 +114,7 @@ def of_joints(sim: Simulation, joints: Joints, pairs: Pairs) -> Callable[[Array]
         def place(data: mujoco.MjData) -> None:
             data.qpos[joints.addresses] = values
 
-        return validity.at(place)
+        return validity.at(place, margin)
 
     return is_valid
 

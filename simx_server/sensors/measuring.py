@@ -120,9 +120,9 @@ def _least(
     return best
 
 
-def geoms_meet(instant: Instant, first: int, second: int) -> bool:
-    """Whether two geoms (MuJoCo ids) meet, near or far, whosever they are."""
-    return _between(instant, first, second, 1e-3).distance <= 0.0
+def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -> bool:
+    """Whether two geoms (MuJoCo ids) come nearer than the margin (m), whosever they are."""
+    return _between(instant, first, second, margin + 1e-3).distance <= margin
 
 
 def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:

@@ -156,7 +156,7 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setStateValidityCheckingResolution(self, task: int, resolution: float) -> bool:
-        """Share of the space's extent between two checks. Differs: never coarser than 0.02 rad or 2 cm."""
+        """Share of the space's extent between two checks. Differs: never coarser than 5 mrad or 5 mm."""
         if not 0 < resolution <= 1:
             raise CommandError("a resolution is above 0, up to 1")
         self._task(task).resolution = resolution
