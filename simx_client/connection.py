@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from .errors import ConnectionFailed
@@ -13,7 +13,7 @@ from .modes import MODE_MASK, Modes
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
-from .protocol.messages import CLIENT_TIME_MASK, Batch, Call, Delivery
+from .protocol.messages import CLIENT_TIME_MASK, Batch, Call, Delivery, Operation, Reply
 from .shape import Shape
 from .transport import Transport
 
@@ -82,6 +82,9 @@ class Connection:
         self._connecting: threading.Thread | None = None
         self._transport: Transport | None = None
         self._modes = Modes()
+        self._takers: dict[int, Callable[[Reply], None]] = {}
+        """Who gets the replies to calls that were sent past the operation modes, by call id."""
+
         self._lock = threading.RLock()
         self._pauses = 0
         self._connection_id = -1
@@ -176,6 +179,7 @@ class Connection:
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
             self._modes.reset()
+            self._takers.clear()
             self._header = None
             logger.warning(
                 "the server at %s went away%s",
@@ -286,7 +290,9 @@ class Connection:
                 self._header = delivery
         self._modes.absorb(delivery)
         for reply in delivery.replies:
-            if reply.status and reply.values:
+            if self._takers and (take := self._takers.get(reply.call_id)):
+                take(reply)
+            elif reply.status and reply.values:
                 self._log_once(str(reply.values[0]))
 
     def _log_once(self, text: str) -> None:
@@ -309,6 +315,42 @@ class Connection:
 
     def _count_message(self) -> None:
         self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+
+    # --- past the operation modes: many calls, one message -----------------------------------------
+
+    def send_together(
+        self, calls: Iterable[tuple[Shape, list[Any], Operation, Callable[[Reply], None]]]
+    ) -> list[int]:
+        """Send calls as one message; each one's replies go to its last item, whenever something is received.
+
+        Returns:
+            An id for each, for `forget`; none when there is no connection, or communication is paused.
+        """
+        with self._lock:
+            if not self._check_link() or self._pauses:
+                return []
+            self._drain()
+            sent: list[Call] = []
+            for shape, values, operation, take in calls:
+                call_id = self._modes.new_call_id()
+                self._takers[call_id] = take
+                sent.append(Call(call_id, operation, 0, shape.command.name, values))
+            self._send(sent)
+            return [call.call_id for call in sent]
+
+    def forget(self, call_ids: Iterable[int]) -> None:
+        """No more replies to these calls are waited for; what still comes is dropped."""
+        with self._lock:
+            for call_id in call_ids:
+                self._takers.pop(call_id, None)
+
+    def receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
+        """Take in what comes until there is enough, the server is lost or it is too late (monotonic clock)."""
+        with self._lock:
+            if self._transport is not None:
+                self._receive_until(is_enough, deadline)
+                if not self._closed:
+                    self._drain()
 
     # --- what the local functions need -----------------------------------------------------------
 

@@ -75,7 +75,7 @@ class Modes:
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
         behind the others if it carries a value, in its old place if it is a question."""
-        call_id = self._new_call_id()
+        call_id = self.new_call_id()
         slot: Any = call_id if shape.command.keeps_every_call else key
         if slot in self._outbox:
             unsent = self._outbox.pop(slot) if shape.is_set else self._outbox[slot]
@@ -86,7 +86,8 @@ class Modes:
         self._asked[call_id] = (key, shape)
         return call_id
 
-    def _new_call_id(self) -> int:
+    def new_call_id(self) -> int:
+        """An id that no other call of this client has."""
         call_id = self._next_call_id
         self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
         return call_id
@@ -98,7 +99,7 @@ class Modes:
             cancel_id = 0  # without an answer
             _, shape = self._asked[stream.call_id]
             if shape.command.takes_what_it_reads:
-                cancel_id = self._new_call_id()
+                cancel_id = self.new_call_id()
                 self._ended[cancel_id] = stream.call_id
             else:
                 del self._asked[stream.call_id]

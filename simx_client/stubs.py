@@ -1,6 +1,6 @@
-"""Writes ``__init__.pyi`` from the table, so editors complete and type checkers check.
+"""Writes ``__init__.pyi`` and ``calls.pyi`` from the table, so editors complete and type checkers check.
 
-``python -m simx_client.stubs`` writes the file; a test fails when it is stale.
+``python -m simx_client.stubs`` writes the files; a test fails when one is stale.
 """
 
 from __future__ import annotations
@@ -9,11 +9,13 @@ import inspect
 from pathlib import Path
 
 from . import local
+from .calls import is_batched
 from .protocol import constants
 from .protocol.commands import TABLE, Command, Place
 from .protocol.kinds import Kind
 
 PATH = Path(__file__).with_name("__init__.pyi")
+CALLS_PATH = Path(__file__).with_name("calls.pyi")
 
 _ACCEPTED = {
     "int": "SupportsIndex",
@@ -34,6 +36,25 @@ from typing import Any, SupportsFloat, SupportsIndex
 
 from simx_client.values import DepthBuffer, VisionImage
 
+'''
+
+
+_CALLS_HEADER = '''"""Generated from the table by ``python -m simx_client.stubs``; do not edit."""
+
+from collections.abc import Iterable
+from typing import Any, SupportsFloat, SupportsIndex
+
+from simx_client.answers import Answer
+from simx_client.protocol.commands import Command
+from simx_client.shape import Shape
+from simx_client.values import DepthBuffer, VisionImage
+
+def is_batched(command: Command) -> bool: ...
+
+class Calls:
+    noted: list[Answer[Any]]
+    def __init__(self, server: int, where: str) -> None: ...
+    def note(self, shape: Shape, arguments: tuple[Any, ...]) -> Answer[Any]: ...
 '''
 
 
@@ -61,6 +82,19 @@ def _local(name: str) -> str:
     return f"def {name}({parameters}) -> {signature.return_annotation}: ..."
 
 
+def _noted(name: str, command: Command) -> str:
+    parameters = ["self", *[f"{each.name}: {_accepted(each.kind)}" for each in command.arguments]]
+    results = [_returned(result.kind) for result in command.results]
+    value = results[0] if len(results) == 1 else f"tuple[{', '.join(results)}]" if results else "None"
+    return f"    def {name}({', '.join(parameters)}) -> Answer[{value}]: ..."
+
+
+def render_calls() -> str:
+    """The whole stub file of the recorder of a batch."""
+    lines = [_noted(name, command) for command in TABLE if is_batched(command) for name in command.names]
+    return _CALLS_HEADER + "\n".join(lines) + "\n"
+
+
 def render() -> str:
     """The whole stub file."""
     lines = [f"{name}: int" for name in vars(constants) if not name.startswith("_")]
@@ -73,3 +107,4 @@ def render() -> str:
 
 if __name__ == "__main__":
     PATH.write_text(render(), encoding="utf-8")
+    CALLS_PATH.write_text(render_calls(), encoding="utf-8")

@@ -1,0 +1,66 @@
+"""The answer to one call of a batch: nothing before the batch was sent, then a value, or the reason for none."""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar, cast
+
+from .errors import CallsFailed, Failure
+from .protocol import constants as c
+from .protocol.messages import Reply
+from .shape import Shape
+
+T = TypeVar("T")
+
+
+class Answer(Generic[T]):
+    """What one call of a batch brings.
+
+    A stream's answer has the newest value each time; ``simxGetObjectPosition`` gives a list of three floats,
+    a function without results ``None``, one with several a tuple of them.
+    """
+
+    __slots__ = ("_reason", "arguments", "reply", "server", "shape", "where")
+
+    def __init__(self, shape: Shape, arguments: list[Any], server: int, where: str) -> None:
+        self.shape = shape
+        self.arguments = arguments
+        self.server = server
+        self.where = where
+        self.reply: Reply | None = None
+        self._reason = "the batch has not been sent yet"
+
+    def take(self, reply: Reply) -> None:
+        """The server has answered."""
+        self.reply = reply
+
+    def give_up(self, reason: str) -> None:
+        """No answer will come, or none came in time."""
+        self.reply, self._reason = None, reason
+
+    @property
+    def code(self) -> int:
+        """0, or the code that the legacy function would have returned: 8 refused, 2 no answer."""
+        return c.simx_return_timeout_flag if self.reply is None else self.reply.status
+
+    @property
+    def value(self) -> T:
+        """The result.
+
+        Raises:
+            CallsFailed: there is none; it says which server, which call and why.
+        """
+        reply = self.reply
+        if reply is None or reply.status:
+            raise CallsFailed([self.failure])
+        result = self.shape.success(reply.values)
+        if result == 0:
+            return cast(T, None)
+        return cast(T, result[1] if len(result) == 2 else result[1:])
+
+    @property
+    def failure(self) -> Failure:
+        """Why there is no value."""
+        reply = self.reply
+        reason = self._reason if reply is None else str(reply.values[0]) if reply.values else "refused"
+        arguments = ", ".join(map(repr, self.arguments))
+        return Failure(self.server, self.where, f"{self.shape.command.name}({arguments})", self.code, reason)

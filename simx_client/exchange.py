@@ -1,0 +1,99 @@
+"""One message of calls to one server and its answers; sending and waiting apart, so that many can be on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .answers import Answer
+from .clients import CLIENTS
+from .connection import Connection
+from .errors import Failure
+from .protocol.messages import Operation, Reply
+
+
+def connection_of(client: int) -> Connection:
+    """The connection behind a client id.
+
+    Raises:
+        ValueError: there is none.
+    """
+    connection = CLIENTS.get(client)
+    if connection is None:
+        raise ValueError(f"there is no client {client!r}; pass what simxStart returned, before simxFinish")
+    return connection
+
+
+class Exchange:
+    """Calls to one server, sent together."""
+
+    def __init__(
+        self,
+        connection: Connection,
+        answers: Sequence[Answer[Any]],
+        operation: Operation = Operation.EXECUTE,
+    ) -> None:
+        """Prepare; ``send`` and ``finish`` do the rest.
+
+        Args:
+            operation: STREAM lets the answers be renewed after each pass, even once this is finished.
+        """
+        self._connection = connection
+        self._answers = answers
+        self._operation = operation
+        self._ids: list[int] = []
+
+    def send(self) -> None:
+        """Send; does not wait. If that is not possible, ``finish`` finds no answers and says why."""
+        self._ids = self._connection.send_together(
+            [(answer.shape, answer.arguments, self._operation, answer.take) for answer in self._answers]
+        )
+
+    def finish(self, deadline: float, timeout: float) -> None:
+        """Wait until all answers are here, the server is lost, or it is too late.
+
+        Args:
+            deadline: on the monotonic clock; it may be shared with other servers.
+            timeout: what it was made of, for the message.
+        """
+        if self._ids:
+            self._connection.receive_until(self._is_answered, deadline)
+        if not self._is_answered():
+            if self._connection.connection_id == -1:
+                reason = "the server went away"
+            elif not self._ids:
+                reason = "communication is paused; resume first with simxPauseCommunication(clientID, False)"
+            else:
+                reason = f"no answer within {timeout:g} s"
+            for answer in self._answers:
+                if answer.reply is None:
+                    answer.give_up(reason)
+        if self._operation is Operation.EXECUTE:
+            self._connection.forget(self._ids)
+
+    def end(self) -> None:
+        """End what was asked for as streams."""
+        self._connection.send_together(
+            [
+                (answer.shape, [stream_id], Operation.CANCEL, _ignore)
+                for answer, stream_id in zip(self._answers, self._ids, strict=False)
+            ]
+        )
+        self._connection.forget(self._ids)
+
+    def _is_answered(self) -> bool:
+        return all(answer.reply is not None for answer in self._answers)
+
+    @property
+    def failures(self) -> list[Failure]:
+        """What went wrong; empty if nothing did."""
+        return [answer.failure for answer in self._answers if answer.code]
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether an answer is missing, so that nothing is to be expected of this server."""
+        return not self._is_answered()
+
+
+def _ignore(reply: Reply) -> None:
+    """That a stream has ended needs no answer."""

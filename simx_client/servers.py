@@ -1,0 +1,256 @@
+"""Many servers driven from one process in lock-step, with what they observe gathered as arrays.
+
+To all of them something is sent before any answer is awaited, so they compute at the same time. One message per
+server and pass carries what is written and the trigger; what is read comes by itself after the pass.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from .answers import Answer
+from .calls import Calls
+from .connection import DEFAULT_TIMEOUT
+from .errors import CallsFailed, ConnectionFailed, Failure
+from .exchange import Exchange, connection_of
+from .local import simxFinish, simxStart
+from .protocol.messages import Operation
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+T = TypeVar("T")
+Record = Callable[[Calls, int], T]
+"""Notes the calls for one server: gets the recorder and the server's place, from 0."""
+
+STREAM_POLL = 0.0005
+"""Seconds between two looks for streamed values that were left out on the way; the server repeats them."""
+
+
+class Servers:
+    """Servers that take their steps together. A context manager: leaving it closes the connections.
+
+    Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
+    not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows are NaN.
+    """
+
+    def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
+        """Servers that simxStart has connected.
+
+        Args:
+            clients: what simxStart returned for each.
+            timeout: seconds that all of them together may take for their answers.
+
+        Raises:
+            ValueError: one is no client.
+        """
+        self.clients = tuple(clients)
+        self.timeout = timeout
+        self._connections = [connection_of(client) for client in self.clients]
+        self.lost: dict[int, Failure] = {}
+        """Servers that are left out, by place, and why."""
+
+        self._streams: dict[int, Exchange] = {}
+        self._watched: list[list[Answer[Any]]] = [[] for _ in self.clients]
+        self._observations: NDArray[np.float64] | None = None
+
+    @classmethod
+    def connect(
+        cls, addresses: Iterable[int | tuple[str, int]], *, timeout: float = DEFAULT_TIMEOUT
+    ) -> Servers:
+        """Connect to servers by port on this host, or by (host, port).
+
+        Raises:
+            ConnectionFailed: one of them cannot be reached; none stays connected.
+        """
+        clients: list[int] = []
+        for address in addresses:
+            host, port = ("127.0.0.1", address) if isinstance(address, int) else address
+            client = simxStart(host, port, True, True, int(timeout * 1000), 5)
+            if client == -1:
+                for connected in clients:
+                    simxFinish(connected)
+                raise ConnectionFailed(f"no connection to server {len(clients)} at {host}:{port}")
+            clients.append(client)
+        return cls(clients, timeout=timeout)
+
+    def __enter__(self) -> Servers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections. Idempotent. The simulations stay as they are."""
+        for client in self.clients:
+            simxFinish(client)
+
+    def __len__(self) -> int:
+        return len(self.clients)
+
+    @property
+    def observations(self) -> NDArray[np.float64]:
+        """What is watched, as after the newest step: servers × values, NaN where there is none.
+
+        Raises:
+            RuntimeError: nothing is watched.
+        """
+        if self._observations is None:
+            raise RuntimeError("nothing is watched; say what with watch()")
+        return self._observations
+
+    def each(self, record: Record[T], *, check: bool = True) -> list[T]:
+        """Make calls on every server, one message each.
+
+        Args:
+            record: its results come back as they are; answers in them have their values by then.
+            check: raise when any call failed; otherwise ask each answer for its code.
+
+        Raises:
+            CallsFailed: servers have gone or refused calls; all the others have executed theirs.
+        """
+        recorders = self._recorders()
+        results = [record(calls, place) for place, calls in enumerate(recorders)]
+        _, failures = self._exchange([calls.noted for calls in recorders])
+        if check and failures:
+            raise CallsFailed(failures)
+        return results
+
+    def watch(self, record: Record[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
+        """Say what ``step`` is to return: these calls are executed by the servers after every pass.
+
+        Args:
+            record: the calls whose numbers make a server's row, in this order; a list of three makes three.
+                It replaces what was watched before.
+
+        Returns:
+            servers × values, as they are now.
+
+        Raises:
+            CallsFailed: as ``each``.
+            ValueError: the servers' rows differ in length, or hold something else than numbers.
+        """
+        for stream in self._streams.values():
+            stream.end()
+        recorders = self._recorders()
+        self._watched = [list(record(calls, place)) for place, calls in enumerate(recorders)]
+        self._streams, failures = self._exchange([calls.noted for calls in recorders], Operation.STREAM)
+        self._observations = self._gather([place not in self.lost for place in range(len(self))])
+        if failures:
+            raise CallsFailed(failures)
+        return self._observations
+
+    def step(self, record: Record[object] | None = None) -> NDArray[np.float64]:
+        """One pass of every server: all are sent their calls and the trigger before any answer is awaited.
+
+        Needs stepped mode and a running simulation; passes shorter than a millisecond cannot be told apart.
+
+        Args:
+            record: notes what to write before the pass; reads belong into ``watch``.
+
+        Returns:
+            servers × values, new: what is watched, as after this pass. Without ``watch``: servers × 0.
+
+        Raises:
+            CallsFailed: as ``each``; ``observations`` has the rows of the others.
+        """
+        recorders = self._recorders()
+        triggers: list[Answer[None]] = []
+        for place, calls in enumerate(recorders):
+            if record is not None and place not in self.lost:
+                record(calls, place)
+            triggers.append(calls.simxSynchronousTrigger())
+        deadline = time.monotonic() + self.timeout
+        _, failures = self._exchange([calls.noted for calls in recorders], deadline=deadline)
+        is_new = [self._await_pass(place, trigger, deadline) for place, trigger in enumerate(triggers)]
+        self._observations = self._gather(is_new)
+        for place, watched in enumerate(self._watched):
+            failures += [answer.failure for answer in watched if is_new[place] and answer.code]
+        if failures:
+            raise CallsFailed(failures)
+        return self._observations
+
+    def _await_pass(self, place: int, trigger: Answer[None], deadline: float) -> bool:
+        """Whether what is watched is of the triggered pass. It comes ahead of the trigger's answer, unless it
+        was left out because the way was full; then it is repeated."""
+        reply, watched = trigger.reply, self._watched[place]
+        if reply is None or reply.status or not watched:
+            return reply is not None and not reply.status
+        while (newest := watched[0].reply) is None or newest.time_ms <= reply.time_ms:
+            if time.monotonic() >= deadline:
+                watched[0].give_up("no values came after the pass; is the simulation running?")
+                break
+            time.sleep(STREAM_POLL)
+            self._connections[place].receive_until(lambda: True, deadline)
+        return True
+
+    def _gather(self, is_there: Sequence[bool]) -> NDArray[np.float64]:
+        """The rows of the servers that have one; the others are NaN."""
+        import numpy as np
+
+        rows = [
+            [number for answer in watched for number in _numbers(answer)] if is_there[place] else []
+            for place, watched in enumerate(self._watched)
+        ]
+        lengths = {len(row) for place, row in enumerate(rows) if is_there[place]}
+        if len(lengths) > 1:
+            raise ValueError(
+                f"rows must be equally long to make an array; they have {sorted(lengths)} numbers"
+            )
+        width = lengths.pop() if lengths else 0 if self._observations is None else self._observations.shape[1]
+        observations = np.full((len(rows), width), np.nan)
+        for place, row in enumerate(rows):
+            if row:
+                observations[place] = row
+        return observations
+
+    def _recorders(self) -> list[Calls]:
+        return [Calls(place, connection.where) for place, connection in enumerate(self._connections)]
+
+    def _exchange(
+        self,
+        noted: Sequence[Sequence[Answer[Any]]],
+        operation: Operation = Operation.EXECUTE,
+        deadline: float | None = None,
+    ) -> tuple[dict[int, Exchange], list[Failure]]:
+        """Send to all, then wait for all. Returns what was sent by place, and what failed.
+
+        Who did not answer is lost from now on.
+        """
+        exchanges: dict[int, Exchange] = {}
+        for place, answers in enumerate(noted):
+            if place in self.lost:
+                for answer in answers:
+                    answer.give_up(f"left out, since {self.lost[place].reason}")
+            elif answers:
+                exchanges[place] = Exchange(self._connections[place], answers, operation)
+                exchanges[place].send()
+        failures: list[Failure] = []
+        deadline = time.monotonic() + self.timeout if deadline is None else deadline
+        for place, exchange in exchanges.items():
+            exchange.finish(deadline, self.timeout)
+            failures += exchange.failures
+            if exchange.is_lost:
+                self.lost[place] = exchange.failures[0]
+        return exchanges, failures
+
+
+def _numbers(answer: Answer[Any]) -> Iterator[float]:
+    """What a watched call brought, one number after the other; NaN when it failed.
+
+    Raises:
+        ValueError: it brings something else, a text or a picture.
+    """
+    reply = answer.reply
+    if reply is None or reply.status:
+        yield math.nan
+        return
+    for value in reply.values:
+        for number in cast(list[Any], value) if isinstance(value, list) else (value,):
+            if not isinstance(number, (int, float)):
+                raise ValueError(f"{answer.shape.command.name} brings a {type(number).__name__}, not numbers")
+            yield number
