@@ -60,9 +60,11 @@ def test_the_target_velocity_is_kept_in_any_mode(world: ScriptWorld) -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["setJointForce", "setJointMaxForce", "setJointTargetForce"])
-def test_every_name_of_the_force_limit_sets_the_same(world: ScriptWorld, name: str) -> None:
-    source = HINGE + f"return sim.{name}(j, -7), sim.getJointMaxForce(j), sim.getJointTargetForce(j)"
+@pytest.mark.parametrize(
+    "call", ["sim.setJointForce(j, -7)", "sim.setJointMaxForce(j, -7)", "sim.setJointTargetForce(j, -7)"]
+)
+def test_every_name_of_the_force_limit_sets_the_same(world: ScriptWorld, call: str) -> None:
+    source = HINGE + f"return {call}, sim.getJointMaxForce(j), sim.getJointTargetForce(j)"
     assert world.lua(source) == [1, 7, 7]
 
 

@@ -165,19 +165,19 @@ class ShapeFunctions(ApiPart):
         return creating_parts.create_force_sensor(self._sim, options, counts, limits)
 
     def createPath(self, _attributes: int) -> NoReturn:
-        """Partly: not available: scenes have no path objects."""
+        """Not here: scenes have no path objects."""
         raise CommandError("there are no path objects here; keep the points in a table and interpolate them")
 
     def groupShapes(self, _shapes: list[int]) -> NoReturn:
-        """Partly: not available."""
+        """Not here: shapes get a common parent instead."""
         raise CommandError("shapes cannot be grouped; give them a common parent with sim.setObjectParent")
 
     def ungroupShape(self, _shape: int) -> NoReturn:
-        """Partly: not available."""
+        """Not here: a scene file makes the parts separate bodies."""
         raise CommandError("shapes cannot be ungrouped; make the parts separate bodies in the scene file")
 
     def setShapeMaterial(self, _shape: int, _material: int) -> NoReturn:
-        """Partly: not available: friction is said by the scene file."""
+        """Not here: the scene file says friction and the like, for each geom."""
         raise CommandError(
             "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
         )
@@ -185,7 +185,7 @@ class ShapeFunctions(ApiPart):
     def setShapeTexture(
         self, _shape: int, _texture: int, _mapping: int, _options: int, _scaling: list[float]
     ) -> NoReturn:
-        """Partly: not available: textures are those of the scene file."""
+        """Not here: textures are those of the scene file."""
         raise CommandError("textures cannot be changed; give the geom a material in the scene file")
 
     def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
