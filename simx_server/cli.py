@@ -27,6 +27,7 @@ examples:
   simx-server                          the tutorial's scene on 19997 and 19999
   simx-server my_robot.xml --start     any MJCF or URDF, running at once
   simx-server --speed max --port 0     as fast as it goes, on a free port
+  simx-server --count 8 --port 0       eight of them, listed as JSON when ready
 every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
 """
 
@@ -76,9 +77,8 @@ def make_parser() -> argparse.ArgumentParser:
                 *spellings, dest=name, action=action, metavar=setting.metavar, help=setting.help
             )
         for flag, meaning in setting.shortcuts.items():
-            parser.add_argument(
-                flag, dest=name, action="store_const", const=meaning, help=f"{setting.flag} {meaning}"
-            )
+            # The setting's own help names them: a screen has few lines.
+            parser.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
     parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
     parser.add_argument("--commands", action="store_true", help="print which simx functions are supported")
     parser.add_argument(
@@ -116,9 +116,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(str(error))
     if show_settings:
         return _print_settings(settings)
-    _configure_logging(settings.log_level)
+    _configure_logging(settings.log_level, several=settings.count is not None)
+    # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import_mujoco()
-    from simx_server.server import serve
+    if settings.count is None:
+        from simx_server.server import serve
+    else:
+        from simx_server.fleet import serve
 
     try:
         return serve(settings)
@@ -154,12 +159,13 @@ def _print_list(name: str, form: Collection[str]) -> int:
     return 0
 
 
-def _configure_logging(level: str) -> None:
+def _configure_logging(level: str, *, several: bool) -> None:
     """Log lines on stderr, always without colour, so NO_COLOR needs no look; of other packages only warnings."""
+    process = " [%(process)d]" if several else ""
     logging.basicConfig(
         stream=sys.stderr,
         level=logging.WARNING,
-        format="%(asctime)s %(levelname)s %(name)s: %(message)s",
+        format=f"%(asctime)s %(levelname)s{process} %(name)s: %(message)s",
         datefmt="%H:%M:%S",
     )
     for package in ("simx_server", "simx_client"):

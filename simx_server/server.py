@@ -8,9 +8,11 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
+
+from simx_client.protocol.roster import noted
 
 from .clock import Pacer
 from .engine import Engine
@@ -62,43 +64,65 @@ def serve(settings: Settings) -> int:
     with ExitStack() as stack:
         try:
             simulation = build_simulation(settings, stack)
-            pacer = Pacer(settings.speed)
-            engine = Engine(
-                simulation,
-                HANDLERS,
-                pacer,
-                starting_port=settings.temporary_port if settings.auto_start else None,
-            )
-            gateway = ZenohGateway(
-                engine,
-                ports=settings.ports,
-                listen=settings.listen,
-                realm=settings.realm,
-                config=settings.config,
-                multicast_scouting=settings.multicast_scouting,
-            )
-        except (GatewayError, CommandError) as error:
+        except CommandError as error:
             logger.error("%s", error)
             return EXIT_FAILURE
-        stack.callback(gateway.close)
-        simulation.parameters.pace = pacer
-        simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
-        simulation.parameters.end = engine.end
-        if settings.quit_after_stop:
-            simulation.on_stop.append(engine.end)
-        with _ending_by_signal(engine):
+        return run_server(simulation, settings, _say_ready)
+
+
+def run_server(
+    simulation: Simulation,
+    settings: Settings,
+    say_ready: Callable[[ZenohGateway, Simulation], None],
+    *,
+    prepare_pictures: bool = True,
+) -> int:
+    """Serve one simulation until it is told to end. Returns the process's exit code.
+
+    Args:
+        say_ready: called when it can be reached.
+        prepare_pictures: make the renderer of a scene with cameras now, or the first picture comes half a second late.
+    """
+    pacer = Pacer(settings.speed)
+    engine = Engine(
+        simulation,
+        HANDLERS,
+        pacer,
+        starting_port=settings.temporary_port if settings.auto_start else None,
+    )
+    try:
+        gateway = ZenohGateway(
+            engine,
+            ports=settings.ports,
+            listen=settings.listen,
+            connect=settings.connect,
+            realm=settings.realm,
+            config=settings.config,
+            multicast_scouting=settings.multicast_scouting,
+        )
+    except GatewayError as error:
+        logger.error("%s", error)
+        return EXIT_FAILURE
+    simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
+    simulation.parameters.pace = pacer
+    simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
+    simulation.parameters.end = engine.end
+    if settings.quit_after_stop:
+        simulation.on_stop.append(engine.end)
+    try:
+        with noted(gateway.endpoints), _ending_by_signal(engine):
             if settings.start:
                 simulation.start()
             # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
-            _say_ready(gateway, simulation)
-            if simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
-                simulation.rendering.prepare(
-                    simulation.model
-                )  # or the first picture comes half a second late
+            say_ready(gateway, simulation)
+            if prepare_pictures and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
+                simulation.rendering.prepare(simulation.model)
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
             simulation.stop()
+    finally:
+        gateway.close()
     return 0
 
 

@@ -86,6 +86,16 @@ def port(text: str) -> int:
     return number
 
 
+def between(least: int, most: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        number = int(text)
+        if not least <= number <= most:
+            raise ValueError(text)
+        return number
+
+    return parse
+
+
 def positive(text: str) -> float:
     number = float(text)
     if not (0.0 < number < math.inf):

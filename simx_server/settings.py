@@ -21,6 +21,7 @@ from simx_client.protocol import keys
 from simx_server.setting_rules import (
     Setting,
     SettingError,
+    between,
     file,
     folder,
     matching,
@@ -129,6 +130,15 @@ class Settings:
         letter="-l",
         many=True,
     )
+    connect: tuple[str, ...] = _setting(
+        (),
+        "--connect",
+        "Zenoh router to be reached through, repeatable",
+        "PROTOCOL/ADDRESS, such as tcp/router:7447",
+        matching(r"[a-z][a-z0-9-]*/\S+"),
+        metavar="ENDPOINT",
+        many=True,
+    )
     config: Path | None = _setting(
         None,
         "--config",
@@ -151,6 +161,15 @@ class Settings:
         metavar="NAME",
         unset="simx-PORT, of the first port",
     )
+    count: int | None = _setting(
+        None,
+        "--count",
+        "so many servers in processes of their own",
+        "a whole number from 1 to 1000",
+        between(1, 1000),
+        metavar="N",
+        unset="one, in this process",
+    )
     workspace: Path = _setting(
         Path.cwd,
         "--workspace",
@@ -172,7 +191,7 @@ class Settings:
     log_level: str = _setting(
         "info",
         "--log-level",
-        "how much to tell: " + ", ".join(LOG_LEVELS),
+        "how much to tell: debug (-v), info, warning (-q), error",
         ", ".join(LOG_LEVELS),
         one_of(LOG_LEVELS),
         metavar="LEVEL",
@@ -208,6 +227,7 @@ class Settings:
                 values[name] = setting.read(given, origin)
         settings = cls(**values, origins=MappingProxyType(origins))
         settings._refuse_repeated_ports()
+        settings._refuse_impossible_count()
         return settings
 
     def _refuse_repeated_ports(self) -> None:
@@ -218,6 +238,35 @@ class Settings:
                 f"{self.origins['ports']}: {repeated[0]} is given twice; "
                 "valid: each port once, 0 as often as you like"
             )
+
+    def _refuse_impossible_count(self) -> None:
+        if self.count is None:
+            return
+        if self.listen:
+            raise SettingError(
+                f"{self.origins['listen']}: with --count all servers would listen on the same endpoint; "
+                "valid: --connect to a router that others reach, or no --count"
+            )
+        if max(self.member(self.count - 1).ports) > 65535:
+            raise SettingError(
+                f"{self.origins['count']}: the ports of {self.count} servers go beyond 65535; "
+                "valid: fewer, lower ports, or --port 0 for free ones"
+            )
+
+    def member(self, number: int) -> Settings:
+        """The settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
+
+        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``.
+        """
+        fixed = [port for port in self.ports if port]
+        offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
+        return dataclasses.replace(
+            self,
+            ports=tuple(port and port + offset for port in self.ports),
+            temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
+            realm=self.realm and f"{self.realm}-{number}",
+            count=None,
+        )
 
     def table(self) -> list[tuple[str, str, str]]:
         """(name as in the flag, value as text, origin) of every setting, in order of declaration."""

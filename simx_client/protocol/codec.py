@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import msgpack
 
-from .messages import Batch, Call, Delivery, Greeting, Reply, Welcome
+from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome
 
 MAX_MESSAGE = 256 << 20
 """Largest message in bytes that is decoded."""
@@ -27,7 +27,7 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"cannot send a {type(value).__name__}")
 
 
-def encode(message: Batch | Delivery | Greeting | Welcome) -> bytes:
+def encode(message: Batch | Delivery | Greeting | Welcome | Status) -> bytes:
     """Pack a message: lists in field order, float32 numbers; beyond their range infinity, as in C."""
     try:
         return _pack(message)
@@ -69,6 +69,7 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
     Reply: (int, int, int, list),
     Greeting: (int, str, str, int),
     Welcome: (int, str, str, str, str),
+    Status: (int, str, str, str, int, list, str, int, float, float, float, str),
 }
 """What each message is made of, in field order; one comparison checks them all, as every call passes here."""
 
@@ -129,3 +130,11 @@ def decode_welcome(payload: bytes) -> Welcome:
     if tuple(map(type, value)) != _FIELD_TYPES[Welcome]:
         raise _wrong(Welcome, value)
     return Welcome._make(value)
+
+
+def decode_status(payload: bytes) -> Status:
+    """Unpack and check what a server says about itself; a newer version may have more fields."""
+    value = _unpack(payload)[: len(Status._fields)]
+    if tuple(map(type, value)) != _FIELD_TYPES[Status]:
+        raise _wrong(Status, value)
+    return Status._make(value)

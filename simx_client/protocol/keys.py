@@ -2,6 +2,7 @@
 
 simx/<realm>/hello            queryable: greeting in, welcome out
 simx/<realm>/alive            liveliness token of the server
+simx/<realm>/status           queryable: what the server does and how loaded it is
 simx/<realm>/client/<client>  liveliness token of a client
 simx/<realm>/call/<client>    batches of calls, client to server
 simx/<realm>/reply/<client>   deliveries, every one arrives
@@ -15,6 +16,7 @@ import re
 
 ROOT = "simx"
 ANY_HELLO = f"{ROOT}/*/hello"
+ANY_ALIVE = f"{ROOT}/*/alive"
 _CHUNK = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
@@ -35,6 +37,15 @@ def hello(realm: str) -> str:
 
 def alive(realm: str) -> str:
     return f"{ROOT}/{realm}/alive"
+
+
+def status(realm: str) -> str:
+    return f"{ROOT}/{realm}/status"
+
+
+def realm_of(key: str) -> str:
+    """The realm in any of these keys."""
+    return key.split("/", 2)[1]
 
 
 def client(realm: str, client: str = "*") -> str:

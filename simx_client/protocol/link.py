@@ -52,6 +52,15 @@ CLIENT: dict[str, Any] = {
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 
+TO_ROUTERS: dict[str, Any] = {
+    # A server begins without its routers, and finds them when they come.
+    "connect/timeout_ms": -1,
+    "connect/exit_on_failure": False,
+    "connect/retry": {"period_init_ms": 100, "period_max_ms": 2_000, "period_increase_factor": 1.5},
+    # Else opening waits half a second, for peers that nobody looks for.
+    "open/return_conditions/connect_scouted": False,
+}
+
 
 def import_zenoh(runtime: str = RUNTIME) -> Any:
     """Import Zenoh with one of the runtimes above, unless the user chose another one by ``ZENOH_RUNTIME``.

@@ -98,3 +98,31 @@ class Welcome(NamedTuple):
     realm: str
     scene: str
     server: str
+
+
+class Status(NamedTuple):
+    """Server to whoever asks: where it is, what it does, how loaded it is."""
+
+    protocol: int
+    realm: str
+    scene: str
+    state: str
+    """stopped, running or paused."""
+
+    clients: int
+    ports: list[int]
+    """On the loopback interface of its host."""
+
+    host: str
+    process_id: int
+    age: float
+    """Seconds since the server was ready."""
+
+    real_time_factor: float
+    """Simulated seconds per second of the last one or two; 0 unless it runs."""
+
+    core_share: float
+    """Processor seconds of all threads of the process per second, over the same time."""
+
+    server: str
+    """Its version."""

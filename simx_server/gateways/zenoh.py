@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
 import socket
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,10 +14,12 @@ from typing import Any
 
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import CodecError, decode_greeting, encode
-from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
+from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Status, Welcome
 
 from .. import __version__
 from ..engine import Engine
+from ..load import LoadMeter
+from ..simulation import SimulationState
 
 logger = logging.getLogger(__name__)
 
@@ -25,7 +29,7 @@ class GatewayError(Exception):
 
 
 class ZenohGateway:
-    """Listens on loopback ports and any further endpoints, and serves one engine there."""
+    """Listens on loopback ports and any further endpoints, joins routers, and serves one engine there."""
 
     def __init__(
         self,
@@ -33,6 +37,7 @@ class ZenohGateway:
         *,
         ports: Sequence[int],
         listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
@@ -42,6 +47,8 @@ class ZenohGateway:
         Args:
             ports: on 127.0.0.1; 0 asks the system for a free one.
             listen: further Zenoh endpoints, such as ``tcp/0.0.0.0:19997``.
+            connect: Zenoh routers through which it can be reached as well; those that are not there are
+                tried again and again.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
 
@@ -54,6 +61,10 @@ class ZenohGateway:
         self._engine = engine
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
+        self.load = LoadMeter()
+        """To be told of every pass."""
+
+        self._began = time.monotonic()
         if not self.endpoints:
             raise GatewayError("there is nothing to listen on; give a --port or a --listen endpoint")
         name = realm or f"simx-{self.ports[0] if self.ports else socket.gethostname()}"
@@ -64,12 +75,14 @@ class ZenohGateway:
         self._present: set[str] = set()
         """Clients whose liveliness token is there."""
 
-        self._session = self._open(config, multicast_scouting)
+        self._session = self._open(config, connect, multicast_scouting)
         self._declare()
 
-    def _open(self, config_file: Path | None, multicast_scouting: bool) -> Any:
+    def _open(self, config_file: Path | None, connect: Sequence[str], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints)}
+        if connect:
+            options |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
         if config_file is None:
             config = zenoh.Config()
             options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
@@ -82,7 +95,8 @@ class ZenohGateway:
             return zenoh.open(link.configure(config, options))
         except zenoh.ZError as error:
             raise GatewayError(
-                f"cannot listen on {', '.join(self.endpoints)}: {_reason(error)}; "
+                f"cannot listen on {', '.join(self.endpoints)}"
+                f"{' and connect to ' + ', '.join(connect) if connect else ''}: {_reason(error)}; "
                 "an endpoint is PROTOCOL/ADDRESS, as in tcp/0.0.0.0:7447"
             ) from None
 
@@ -92,6 +106,9 @@ class ZenohGateway:
         # complete=True: a client's question may stop at this server.
         self._hello = session.declare_queryable(
             keys.hello(realm), direct(self._on_hello, indirect=False), complete=True
+        )
+        self._status = session.declare_queryable(
+            keys.status(realm), direct(self._on_status, indirect=False), complete=True
         )
         self._calls = session.declare_subscriber(keys.call(realm), direct(self._on_call, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
@@ -103,6 +120,9 @@ class ZenohGateway:
 
     def _on_hello(self, query: Any) -> None:
         self._engine.post(partial(self._welcome, query))
+
+    def _on_status(self, query: Any) -> None:
+        self._engine.post(partial(self._tell_status, query))
 
     def _on_call(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
@@ -147,6 +167,26 @@ class ZenohGateway:
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return ""
+
+    def _tell_status(self, query: Any) -> None:
+        simulation, load = self._engine.simulation, self.load.load()
+        is_running = simulation.state is SimulationState.RUNNING
+        status = Status(
+            PROTOCOL_VERSION,
+            self.realm,
+            simulation.scene.name,
+            simulation.state.value,
+            len(self._engine.sessions),
+            list(self.ports),
+            socket.gethostname(),
+            os.getpid(),
+            time.monotonic() - self._began,
+            load.real_time_factor if is_running else 0.0,
+            load.core_share,
+            __version__,
+        )
+        with query:
+            query.reply(keys.status(self.realm), encode(status))
 
     def close(self) -> None:
         """Leave the network. Clients notice at once."""
