@@ -255,3 +255,32 @@ FRANKA = (
     Stock("Franka_connection", FORCE, (0.5545, 0, 0.6245), (0, 0, -1)),
 )
 """Franka Emika Panda: limits as PyRep's copy has them, places by the maker's table at the pose it starts in."""
+
+ARMS = {
+    "models/robots/non-mobile/UR3.ttm": UR3,
+    "UR5.ttm": UR5,
+    "UR10.ttm": UR10,
+    "KUKA LBR iiwa 7 R800.ttm": LBR_IIWA_7,
+    "KUKA LBR iiwa 14 R820.ttm": LBR_IIWA_14,
+    "KUKA LBR4+.ttm": LBR4P,
+    "Jaco arm.ttm": JACO,
+    "Mico arm.ttm": MICO,
+}
+IK_ARMS = {"7 DoF manipulator.ttm": REDUNDANT, "ABB IRB 140.ttm": IRB140}
+"""Their joints are in inverse kinematics mode, as saved."""
+OTHERS = {
+    "FrankaEmikaPanda.ttm": FRANKA,
+    "RG2.ttm": RG2,
+    "Jaco hand.ttm": JACO_HAND,
+}
+MODELS = ARMS | IK_ARMS | OTHERS
+"""By stock file name."""
+
+SCENES = {
+    "ur3": UR3,
+    "ur5": UR5,
+    "ur10": UR10,
+    "lbr_iiwa_7_r800": LBR_IIWA_7,
+    "jaco": JACO,
+}
+"""The arm in each of the shipped scenes."""
