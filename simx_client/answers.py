@@ -60,7 +60,9 @@ class Answer(Generic[T]):
     @property
     def failure(self) -> Failure:
         """Why there is no value."""
-        reply = self.reply
-        reason = self._reason if reply is None else str(reply.values[0]) if reply.values else "refused"
-        arguments = ", ".join(map(repr, self.arguments))
-        return Failure(self.server, self.where, f"{self.shape.command.name}({arguments})", self.code, reason)
+        reply, name = self.reply, self.shape.command.name
+        # The server's text begins with the function's name, as simxGetLastErrors gives it.
+        told = reply is not None and [str(value) for value in reply.values[:1]]
+        reason = told[0].removeprefix(f"{name}: ") if told else self._reason
+        call = f"{name}({', '.join(map(repr, self.arguments))})"
+        return Failure(self.server, self.where, call, self.code, reason)

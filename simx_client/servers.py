@@ -6,7 +6,6 @@ server and pass carries what is written and the trigger; what is read comes by i
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -35,7 +34,8 @@ class Servers:
     """Servers that take their steps together. A context manager: leaving it closes the connections.
 
     Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
-    not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows are NaN.
+    not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows
+    are NaN. So is the row of a server where a watched call failed, as long as it fails.
     """
 
     def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
@@ -189,14 +189,16 @@ class Servers:
         return True
 
     def _gather(self, is_there: Sequence[bool]) -> NDArray[np.float64]:
-        """The rows of the servers that have one; the others are NaN."""
+        """The rows of the servers that have one, with no failed call in it; the others are NaN."""
         import numpy as np
 
         rows = [
-            [number for answer in watched for number in _numbers(answer)] if is_there[place] else []
+            [number for answer in watched for number in _numbers(answer)]
+            if is_there[place] and not any(answer.code for answer in watched)
+            else []
             for place, watched in enumerate(self._watched)
         ]
-        lengths = {len(row) for place, row in enumerate(rows) if is_there[place]}
+        lengths = {len(row) for row in rows if row}
         if len(lengths) > 1:
             raise ValueError(
                 f"rows must be equally long to make an array; they have {sorted(lengths)} numbers"
@@ -240,16 +242,12 @@ class Servers:
 
 
 def _numbers(answer: Answer[Any]) -> Iterator[float]:
-    """What a watched call brought, one number after the other; NaN when it failed.
+    """What a watched call brought, one number after the other.
 
     Raises:
         ValueError: it brings something else, a text or a picture.
     """
-    reply = answer.reply
-    if reply is None or reply.status:
-        yield math.nan
-        return
-    for value in reply.values:
+    for value in answer.reply.values if answer.reply is not None else ():
         for number in cast(list[Any], value) if isinstance(value, list) else (value,):
             if not isinstance(number, (int, float)):
                 raise ValueError(f"{answer.shape.command.name} brings a {type(number).__name__}, not numbers")
