@@ -26,7 +26,7 @@ class EchoApi:
         self.served = 0
 
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
-        names = ("echo", "refuse", "break_down", "pause", "objectHandle")
+        names = ("echo", "refuse", "break_down", "pause", "objectHandle", "callBack")
         return {"sim": {"handle_self": -4, **dict.fromkeys(names)}}
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
@@ -329,3 +329,51 @@ def test_missing_lupa_is_said_with_the_line_that_installs_it(
     monkeypatch.setattr(lua.importlib, "import_module", missing)
     with caplog.at_level(logging.ERROR), pytest.raises(ScriptError, match="pip install lupa"):
         script("")
+
+
+PATTERNS = [
+    ("(%w+)%s*=%s*(.-)%s*$", "key  =  some value  ", "%2:%1"),
+    ("(a*(.)%w(%s*))", "ab cd ef", "<%0>"),
+    ("%b()", "f(a(b)c) (d)", "[%0]"),
+    ("%f[%w]%w+", "THE (quick) fox", "x"),
+    ("()a?()", "baab", "%1-%2"),
+    ("(.)%1", "aabbc", "%1"),
+    ("^%s*(%d+)", "  12 13", "n"),
+    ("[^%s,]*", "a, bc,,d", "<%0>"),
+    (".-b.-c.-$", "abcabc", "%%"),
+]
+
+
+@pytest.mark.parametrize(("pattern", "subject", "replacement"), PATTERNS)
+def test_patterns_give_the_same_by_either_matcher(pattern: str, subject: str, replacement: str) -> None:
+    """A subject that is longer by a tail it never reaches is matched by the interruptible matcher."""
+    interpreter = script(
+        """
+        local function all(s, pattern, replacement)
+            local found = {string.find(s, pattern)}
+            for piece in string.gmatch(s, pattern) do found[#found + 1] = piece end
+            found[#found + 1] = string.match(s, pattern, 2) or 'none'
+            found[#found + 1] = string.gsub(s, pattern, replacement)
+            found[#found + 1] = string.gsub(s, pattern, function(...) return #{...} end)
+            return found
+        end
+        function both(s, pattern, replacement)
+            -- repetitions of what is not there change nothing but the estimate
+            local costly = pattern:gsub('%$?$', string.rep('\\1*', 12) .. '%0', 1)
+            return all(s, pattern, replacement), all(s, costly, replacement)
+        end
+        """,
+        time_limit=5,
+    )
+    quick, slow = interpreter.call("both", subject, pattern, replacement)
+    assert quick == slow
+
+
+def test_a_call_within_a_call_keeps_the_limit_of_the_outer_one() -> None:
+    interpreter = script("""
+        function inner() return 1 end
+        function outer() sim.callBack(inner) while true do end end
+    """)
+    interpreter._api.invoke = lambda name, arguments: tuple(arguments[0]())  # type: ignore[method-assign]
+    with pytest.raises(ScriptError, match="took too long"):
+        interpreter.call("outer")

@@ -41,7 +41,9 @@ PATIENCE = 0.003
 MAX_DEPTH = 16
 """Tables within tables that may cross the border; deeper, and endless ones, are an error."""
 
-NOT_IN_A_THREAD = "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
+NOT_IN_A_THREAD = (
+    "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
+)
 
 Constant = int | float | bool | str | dict[str, int]
 """Of a namespace; a dict is a table of constants, as ``simOMPL.Algorithm``."""

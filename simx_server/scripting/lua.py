@@ -26,7 +26,7 @@ from .interpreter import (
     Waiting,
 )
 from .lua_library import LIBRARY
-from .sandbox import GUARD, HOOK_INTERVAL
+from .sandbox import GUARD
 
 logger = logging.getLogger(__name__)
 
@@ -92,7 +92,6 @@ class LuaInterpreter:
             self._proceed,
             self._print,
             self._module,
-            HOOK_INTERVAL,
             MAX_DEPTH,
             self._to_lua(known),
             LIBRARY,

@@ -9,11 +9,11 @@ from .lua_patterns import PATTERNS
 
 LIBRARY = (
     rb"""
-local world, where = ...
+local world, where, look = ...
 local error, type, load, pairs, select, tostring = error, type, load, pairs, select, tostring
 local sort, concat, rep, unpack = table.sort, table.concat, string.rep, table.unpack
 
-local LONG_SORT, LONG_CONCAT, LONG_CHUNK, LONG_REPEAT = 100000, 100000, 1000000, 16000000
+local LONG_SORT, LONG_CONCAT, LONG_CHUNK, LONG_REPEAT = 10000, 10000, 200000, 16000000
 
 for _, library in pairs { "math", "string", "table", "utf8" } do
     world[library] = {}
@@ -44,6 +44,7 @@ function world.load(chunk, name, _, environment)
     if type(chunk) == "string" and #chunk > LONG_CHUNK then
         return nil, "a chunk of more than " .. LONG_CHUNK .. " bytes cannot be loaded"
     end
+    look()
     return load(chunk, name, "t", environment == nil and world or environment)
 end
 world.loadstring = world.load
@@ -62,6 +63,7 @@ function world.table.concat(list, separator, first, last)
     for start = first, last, LONG_CONCAT do
         local stop = start + LONG_CONCAT - 1
         parts[#parts + 1] = concat(list, separator, start, stop < last and stop or last)
+        look()
     end
     return concat(parts, separator)
 end
@@ -70,7 +72,7 @@ function world.string.rep(text, count, separator)
     if type(count) == "number" and type(text) == "string" and count > 0 then
         local size = (#text + #(separator or "")) * count
         if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
-        if #text == 0 and separator == nil then return "" end
+        if size > LONG_CHUNK then look() end
     end
     return rep(text, count, separator)
 end

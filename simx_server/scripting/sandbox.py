@@ -12,7 +12,9 @@ It is the only Lua code that ever sees ``debug`` and Python objects; both stay u
 * binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
 * tables are copied raw before Python reads them: reading must not run a script's metamethods;
 * no hook strikes within one call of a C function: those of the standard library that could take long by themselves
-  are bounded by `lua_library.py`, which gets the script's world before any script does.
+  are bounded by `lua_library.py`, which gets the script's world before any script does;
+* an instruction may copy a string as long as the heap is large, so the hook strikes the more often the longer the
+  last ones took, and the larger the heap is.
 
 Threads: ``depth`` counts calls from Python that lie within each other, ``level`` the coroutines: 0 outside of any, 1 in
 one that was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine.
@@ -20,11 +22,8 @@ What a function of the API answers is told by its first result: true, false (an 
 go on first) or ``wait`` (ask again after the next resumption).
 """
 
-HOOK_INTERVAL = 10_000
-"""Lua instructions between two looks at the clock: about 0.1 ms, and the look itself costs 1 us."""
-
 GUARD = rb"""
-local late, invoke, proceed, output, module, interval, max_depth, known, library = ...
+local late, invoke, proceed, output, module, max_depth, known, library = ...
 
 local sethook, getinfo, cocreate, coresume, yield, isyieldable, costatus =
     debug.sethook, debug.getinfo, coroutine.create, coroutine.resume, coroutine.yield, coroutine.isyieldable,
@@ -34,7 +33,9 @@ local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setm
 local pack, unpack, concat, gmatch, match, lower =
     table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower
 
-local struck, depth, level, enter, report = false, 0, 0, nil, nil
+local clock, heap = os.clock, collectgarbage
+
+local struck, depth, level, watch, enter, report = false, 0, 0, nil, nil, nil
 
 -- "file:line: " of the innermost frame that is the script's own
 local function where()
@@ -48,14 +49,49 @@ local function where()
     return ""
 end
 
-local function watch()
-    if struck or late() then
+-- Instructions between two strikes of the hook: as many as take about 1 ms; of cheap ones 2000 are 0.02 ms.
+local FIRST, LEAST = 200, 8
+local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
+
+-- A look at Python's clock, with others served, when the last one is a millisecond ago. True: the time is over.
+local function must_stop()
+    if clock() - last_look < 0.001 then return struck end
+    struck = late() or struck
+    local kilobytes = heap("count")
+    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or 150
+    last_look = clock()
+    return struck
+end
+
+local function stop()
+    sethook(watch, "", 1)
+    error(where() .. "took too long and was stopped (an endless loop?)", 0)
+end
+
+function watch()
+    if not struck then
+        local now = clock()
+        local took = now - last_strike
+        local wanted = took > 0.002 and interval // 8 or took < 0.0005 and interval * 2 or interval
+        if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
+        if wanted ~= interval then
+            interval = wanted
+            sethook(watch, "", wanted)
+        end
+        last_strike = now
+        if now - last_look < 0.001 then return end
+    end
+    if must_stop() then
         local running = getinfo(2, "f")
         if running and (running.func == enter or running.func == report) then return end
-        struck = true
-        sethook(watch, "", 1)
-        error(where() .. "took too long and was stopped (an endless loop?)", 0)
+        stop()
     end
+    last_strike = clock()
+end
+
+-- For the library, around what takes long without many instructions.
+local function look()
+    if must_stop() then stop() end
 end
 
 -- A table as the border knows it: a list, or else a map with keys of text or whole numbers.
@@ -103,7 +139,7 @@ end
 
 local world = {
     assert = assert, collectgarbage = collectgarbage, error = error, getmetatable = getmetatable, ipairs = ipairs,
-    next = next, pairs = pairs, pcall = pcall, rawequal = rawequal, rawget = rawget, rawlen = rawlen, rawset = rawset,
+    next = next, pairs = pairs, rawequal = rawequal, rawget = rawget, rawlen = rawlen, rawset = rawset,
     select = select, tonumber = tonumber, tostring = tostring, type = type, unpack = unpack, _VERSION = _VERSION,
 }
 world._G = world
@@ -119,9 +155,16 @@ function world.print(...)
     output(concat(texts, "\t"))
 end
 
+-- A memory error comes after few instructions and much time, so each error is followed by a look.
 local function handled(handle, ok, ...)
     if ok then return true, ... end
-    return false, handle(...)
+    look()
+    if handle then return false, handle(...) end
+    return false, ...
+end
+
+function world.pcall(action, ...)
+    return handled(nil, pcall(action, ...))
 end
 
 function world.xpcall(action, handle, ...)
@@ -131,8 +174,12 @@ end
 world.debug = {}
 function world.debug.traceback(message) return message end
 
+-- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
+local spans = setmetatable({}, { __mode = "k" })
+
 local function create(body)
     local thread = cocreate(body)
+    spans[thread] = interval
     sethook(thread, watch, "", interval)
     return thread
 end
@@ -144,6 +191,10 @@ end
 
 local function resume(thread, ...)
     level = level + 1
+    if spans[thread] and spans[thread] > interval then
+        spans[thread] = interval
+        sethook(thread, watch, "", interval)
+    end
     return left(coresume(thread, ...))
 end
 
@@ -161,7 +212,7 @@ function world.coroutine.wrap(body)
     return function(...) return through(resume(thread, ...)) end
 end
 
-load(library, "=sandbox", "t")(world, where)
+load(library, "=sandbox", "t")(world, where, look)
 
 local loaded = {}
 for space, names in pairs(known) do
@@ -222,7 +273,7 @@ function report(ok, ...)
 end
 
 function enter(action, ...)
-    if depth == 0 then level = 0 end
+    if depth == 0 then level, interval, last_strike, last_look = 0, FIRST, clock(), clock() end
     depth = depth + 1
     sethook(watch, "", struck and 1 or interval)
     return report(pcall(action, ...))

@@ -1,0 +1,189 @@
+"""A script that misbehaves harms itself alone: others are answered all the while."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from idiom_world import PORTS
+from real_world import RealWorld, handle_of
+
+import simx_client as vrep
+from simx_client.clients import CLIENTS
+from simx_client.connection import Connection
+from simx_client.protocol.commands import ANSWERED
+from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.inbox import WAITS_FOR_SCRIPTS
+
+pytest.importorskip("lupa")
+BLOCKING = vrep.simx_opmode_blocking
+
+SCENE = """
+<mujoco>
+  <worldbody>
+    <body name="bad"><geom size="0.05"/></body>
+    <body name="good" pos="1 0 0"><geom size="0.05"/>
+      <body name="arm"><joint name="hinge"/><geom size="0.05" pos="0.1 0 0"/></body></body>
+  </worldbody>
+  <custom>
+    <text name="simx:script:bad" data="file=bad.lua"/>
+    <text name="simx:lua:good" data="
+      function sysCall_actuation()
+          sim.setIntegerSignal('passes', 1 + (sim.getIntegerSignal('passes') or 0))
+      end"/>
+  </custom>
+</mujoco>
+"""
+
+
+class ThreadedWorld(RealWorld):
+    """The engine runs by itself; each client is a caller of its own."""
+
+    def __init__(self, scene: Path) -> None:
+        super().__init__(scene)
+        self._thread = threading.Thread(target=self.engine.run)
+        self._thread.start()
+
+    def client(self, port: int = PORTS[0]) -> int:
+        transport = LoopbackTransport(self.engine, port=port, turns=False)
+        connection = Connection(lambda: transport, where=transport.client)
+        client_id = CLIENTS.add(connection)
+        connection.connect(1.0)
+        return client_id
+
+    def close(self) -> None:
+        vrep.simxFinish(-1)
+        self.engine.end()
+        self._thread.join(20)
+        super().close()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "scene.xml").write_text(SCENE, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def worlds() -> Iterator[list[RealWorld]]:
+    opened: list[RealWorld] = []
+    yield opened
+    for world in opened:
+        world.close()
+
+
+def begin(worlds: list[RealWorld], folder: Path, script: str, limit: float = 1.0) -> ThreadedWorld:
+    (folder / "bad.lua").write_text(script, encoding="utf-8")
+    world = ThreadedWorld(folder / "scene.xml")
+    worlds.append(world)
+    world.simulation.scripts.time_limit = limit
+    return world
+
+
+ANSWER = "function answer() return {7}, {}, {}, '' end"
+
+MISBEHAVIOUR = {
+    "endless loop": "while true do end",
+    "errors swallowed for ever": "while true do pcall(error) end",
+    "stop swallowed for ever": "while true do pcall(function() while true do end end) end",
+    "coroutines": "while true do coroutine.wrap(function() for i = 1, 100 do end end)() end",
+    "calls of sim": "while true do sim.getSimulationTime() end",
+    "pattern": "string.find(string.rep('a', 5000), string.rep('a*', 20) .. 'b')",
+    "patterns for ever": "while true do pcall(string.match, string.rep('a', 30000), '.-.-b') end",
+    "replacement": "string.gsub(string.rep('a', 100000), '(a*)*b', 'x') while true do end",
+    "sorting": "while true do local t = {} for i = 1, 1e6 do t[i] = -i end table.sort(t) end",
+    "compilation": "while true do load(string.rep('x = 1 ', 30000)) end",
+    "memory": "while true do pcall(function() local s = 'x' while true do s = s .. s end end) end",
+    "long texts": "local s = string.rep('a', 9e6) while true do local t = s .. 'b' end",
+    "tables": "while true do pcall(function() local t = {} while true do t[#t + 1] = {} end end) end",
+    "concatenation": "while true do local t = {} for i = 1, 1e6 do t[i] = i end table.concat(t, ',') end",
+}
+
+
+@pytest.mark.parametrize("body", MISBEHAVIOUR.values(), ids=MISBEHAVIOUR)
+def test_others_are_answered_while_a_script_runs_on(worlds: list[RealWorld], folder: Path, body: str) -> None:
+    """The caller of the script waits; another client gets ten answers a second and more."""
+    limit = 0.4
+    world = begin(worlds, folder, f"function hang() {body} end\n{ANSWER}", limit)
+    caller, other = world.client(), world.client()
+    assert vrep.simxStartSimulation(caller, BLOCKING) == 0
+    hinge = handle_of(other, "hinge")
+    outcome: list[int] = []
+    hanging = threading.Thread(target=lambda: outcome.append(call(caller, "hang")[0]))
+    hanging.start()
+    count = 0
+    while hanging.is_alive():
+        assert vrep.simxGetJointPosition(other, hinge, BLOCKING)[0] == 0
+        count += 1
+    hanging.join()
+    assert outcome == [8]
+    assert count >= limit / 0.1
+    assert call(other, "answer")[:2] == (0, [7])
+
+
+def call(client: int, function: str) -> tuple[int, list[int], list[float], list[str], bytearray]:
+    return vrep.simxCallScriptFunction(client, "bad", 1, function, [], [], [], bytearray(), BLOCKING)
+
+
+def test_what_interferes_waits_and_keeps_its_order(worlds: list[RealWorld], folder: Path) -> None:
+    """Removing an object while a script runs happens after it; so does what the same client sends then."""
+    world = begin(
+        worlds,
+        folder,
+        f"""{ANSWER}
+        function hang()
+            sim.setIntegerSignal('began', 1)
+            while not sim.getIntegerSignal('go') do end
+            return {{sim.getObjectHandle('good')}}, {{}}, {{}}, ''
+        end""",
+        limit=20.0,
+    )
+    caller, editor, other = world.client(), world.client(), world.client()
+    assert vrep.simxStartSimulation(caller, BLOCKING) == 0
+    good = handle_of(editor, "good")
+    outcome: list[object] = []
+    hanging = threading.Thread(target=lambda: outcome.append(call(caller, "hang")))
+    hanging.start()
+    while vrep.simxGetIntegerSignal(other, "began", BLOCKING)[0]:
+        pass
+    vrep.simxRemoveObject(editor, good, vrep.simx_opmode_oneshot)
+    vrep.simxSetIntegerSignal(editor, "later", 1, vrep.simx_opmode_oneshot)
+    for _ in range(3):
+        assert vrep.simxGetObjectPosition(other, good, -1, BLOCKING)[0] == 0
+        assert vrep.simxGetIntegerSignal(other, "later", BLOCKING)[0] != 0
+    assert vrep.simxSetIntegerSignal(other, "go", 1, BLOCKING) == 0
+    hanging.join()
+    assert outcome[0][:2] == (0, [good])  # type: ignore[index]
+    assert vrep.simxGetIntegerSignal(editor, "later", BLOCKING) == (0, 1)
+    assert vrep.simxGetObjectPosition(other, good, -1, BLOCKING)[0] == 8
+
+
+def test_commands_that_wait_for_scripts_are_in_the_table() -> None:
+    assert {command.name for command in ANSWERED.values()} >= WAITS_FOR_SCRIPTS
+
+
+def test_a_script_that_hangs_in_a_pass_is_stopped_and_the_others_go_on(
+    worlds: list[RealWorld], folder: Path
+) -> None:
+    world = begin(worlds, folder, "function sysCall_actuation() while true do pcall(error) end end", 0.2)
+    client = world.client()
+    assert vrep.simxSynchronous(client, True) == 0
+    assert vrep.simxStartSimulation(client, BLOCKING) == 0
+    for _ in range(3):
+        assert vrep.simxSynchronousTrigger(client) == 0
+    assert vrep.simxGetIntegerSignal(client, "passes", BLOCKING) == (0, 3)
+    assert call(client, "answer")[0] == 8
+    assert "stopped by an error: bad.lua:1: took too long" in "".join(
+        vrep.simxGetLastErrors(client, BLOCKING)[1]
+    )
+
+
+def test_a_long_text_is_looked_for_only_up_to_a_bound(worlds: list[RealWorld], folder: Path) -> None:
+    script = "function f() string.find(string.rep('a', 8e6), string.rep('a', 4e6) .. 'b', 1, true) end"
+    world = begin(worlds, folder, script)
+    client = world.client()
+    assert vrep.simxStartSimulation(client, BLOCKING) == 0
+    assert call(client, "f")[0] == 8
+    assert "too long to be looked for" in "".join(vrep.simxGetLastErrors(client, BLOCKING)[1])
