@@ -39,38 +39,32 @@ def list_scenes() -> list[str]:
     return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
-def find_scene(text: str | Path, folder: Path | None = None, *, meshes: bool = False) -> Path:
-    """The file meant by `text`: an existing path; a shipped scene by name; for a V-REP file, the same stem as MJCF.
+def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = False) -> Path:
+    """The file meant by `text`: an existing path; a shipped scene or model by name; for a V-REP file, its twin's.
 
-    `meshes`: a mesh file will do as well.
+    `model`: a model is wanted, for which a mesh file will do as well.
 
-    A relative path is looked for in `folder` (default: the working directory) before it may name a shipped scene.
+    A relative path is looked for in `folder` (default: the working directory) before it may name a shipped file.
 
     Raises CommandError when there is no such file; the text lists the shipped scenes.
     """
     given = Path(text) if folder is None else folder / text
     stem = vrep_stem(given.name)
-    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if meshes else ())
-    scenes, models = shipped_scenes(), shipped_models()
+    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if model else ())
     if stem is None:
-        if given.is_file():
-            return given
-        candidates = [scenes / given.name, *_with_suffixes(scenes / given.name, suffixes)]
-        candidates += [
-            *_with_suffixes(given, suffixes),
-            models / given.name,
-            *_with_suffixes(models / given.name, suffixes),
-        ]
+        own, names = [given, *_with_suffixes(given, suffixes)], [given.name]
     else:
-        candidates = _with_suffixes(given.with_name(stem), suffixes)
-        # A shipped robot has a scene of its own, often of the same name: of the two, the file's suffix says which.
-        folders = (models, scenes) if given.name.lower().endswith(MODEL_SUFFIX) else (scenes, models)
-        candidates += [
-            path
-            for folder in folders
-            for name in (stem, plain(stem))
-            for path in _with_suffixes(folder / name, suffixes)
-        ]
+        own, names = _with_suffixes(given.with_name(stem), suffixes), [stem, plain(stem)]
+        model = given.name.lower().endswith(MODEL_SUFFIX)
+    # A shipped robot has a scene of its own, often of the same name.
+    folders = (shipped_models(), shipped_scenes()) if model else (shipped_scenes(), shipped_models())
+    shipped = [
+        path
+        for each in folders
+        for name in names
+        for path in (each / name, *_with_suffixes(each / name, suffixes))
+    ]
+    candidates = [*own, *shipped]
     for candidate in candidates:
         if candidate.is_file():
             if stem is not None:

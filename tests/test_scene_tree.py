@@ -238,3 +238,13 @@ def test_scene_is_found_by_path_by_name_and_in_place_of_a_vrep_file(
 def test_model_is_found_by_the_path_that_vrep_has_it_under() -> None:
     found = find_scene("models/robots/mobile/pioneer p3dx.ttm")
     assert found.parts[-3:] == ("scenes", "models", "pioneer_p3dx.xml")
+
+
+def test_a_robot_is_its_model_where_a_model_is_wanted_and_its_scene_otherwise(tmp_path: Path) -> None:
+    assert find_scene("quadricopter", model=True).parent.name == "models"
+    assert find_scene("Quadricopter.ttm").parent.name == "models"
+    assert find_scene("quadricopter").parent.name == "scenes"
+    assert find_scene("Quadricopter.ttt", model=True).parent.name == "scenes"
+    own = tmp_path / "quadricopter.xml"
+    own.write_text("<mujoco/>")
+    assert find_scene("quadricopter", tmp_path, model=True) == own

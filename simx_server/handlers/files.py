@@ -82,7 +82,7 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
     """
     sim.selection = []
-    with file_to_load(sim, client, path, options, lambda text: _find(sim, text, meshes=True)) as (
+    with file_to_load(sim, client, path, options, lambda text: _find(sim, text, model=True)) as (
         found,
         name,
     ):
@@ -92,13 +92,13 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
 def load_model_of_server(sim: Simulation, text: str) -> int:
     """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
     sim.selection = []
-    found = _find(sim, workspace.check_name(text), meshes=True)
+    found = _find(sim, workspace.check_name(text), model=True)
     return _add(sim, found, found.name)
 
 
 def find_mesh(sim: Simulation, text: str) -> Path:
     """A mesh file of the server's side, for scripts. Raises CommandError."""
-    found = _find(sim, workspace.check_name(text), meshes=True)
+    found = _find(sim, workspace.check_name(text), model=True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
     return found
@@ -157,9 +157,9 @@ def file_to_load(
             raise SceneError(text) from problem
 
 
-def _find(sim: Simulation, text: str, *, meshes: bool = False) -> Path:
+def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
-    found = find_scene(text, sim.workspace, meshes=meshes).resolve()
+    found = find_scene(text, sim.workspace, model=model).resolve()
     if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
         raise CommandError(
             f"{text!r} lies outside the server's workspace {sim.workspace}; "
