@@ -10,11 +10,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from types import FrameType
 
 from simx_client.protocol.roster import noted
 
 from .clock import Pacer
+from .command_server import add_command_server
 from .engine import Engine
 from .errors import CommandError
 from .gateways.zenoh import GatewayError, ZenohGateway
@@ -48,6 +50,9 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     stack.callback(simulation.rendering.close)
     attach_parts(simulation, settings.workspace)
     simulation.parameters.arguments = settings.arguments
+    simulation.scripts.allows_code = settings.allow_code
+    if settings.command_server:
+        simulation.on_load.append(partial(add_command_server, simulation))
     simulation.load(find_scene(settings.scene or DEFAULT_SCENE))
     if settings.time_step is not None:
         simulation.time_step = settings.time_step

@@ -113,6 +113,16 @@ class Settings:
     quit_after_stop: bool = _setting(
         False, "--quit-after-stop", "leave when the simulation stops", _YES_OR_NO, yes_or_no
     )
+    command_server: bool = _setting(
+        False,
+        "--command-server",
+        "add the object remoteApiCommandServer to every scene",
+        _YES_OR_NO,
+        yes_or_no,
+    )
+    allow_code: bool = _setting(
+        False, "--allow-code", "clients may have their own code run in scripts", _YES_OR_NO, yes_or_no
+    )
     headless: bool = _setting(
         True,
         "--headless",

@@ -18,13 +18,16 @@ from ..joints import JointMode
 from ..scene.frames import get_pose
 from ..scene.objects import ObjectKind
 from ..scene.placing import carrier_body, object_pose
-from ..scene.poses import Pose, compose, inverse
+from ..scene.poses import IDENTITY, Pose, compose, inverse
 from .chain import Element, Joints, fixed_pose, make_arms
 from .scratch import Scratch
 from .solver import Calculation, Method, Solution, Solver, pose_of_body
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
+
+_FIRST_DUMMY = 1_000_000
+"""Above all handles of a scene's objects."""
 
 _START = Calculation(Method.PSEUDO_INVERSE, 0.0, 6)
 """Those of CoppeliaSim's new groups."""
@@ -50,6 +53,8 @@ class Environment:
         self.groups: dict[int, EnvironmentGroup] = {}
         self.passive: set[int] = set()
         """Handles of joints that take no part."""
+        self.dummies: dict[int, str] = {}
+        """What is in this environment only: handles and names."""
         self._values: dict[int, float] = {}
         self._poses: dict[int, Pose] = {}
         self._intervals: dict[int, tuple[bool, float, float]] = {}
@@ -82,15 +87,26 @@ class Environment:
 
     def set_pose(self, handle: int, relative_to: int, pose: Pose) -> None:
         """Of a target; what hangs on the object stays. Raises UnknownHandle."""
-        self._sim.scene.get(handle)
+        if handle not in self.dummies:
+            self._sim.scene.get(handle)
         self._poses[handle] = pose if relative_to == -1 else compose(self._world_pose(relative_to), pose)
+
+    def create_dummy(self, name: str) -> int:
+        """A pose that is nothing in the scene; its handle."""
+        handle = _FIRST_DUMMY + len(self.dummies)
+        self.dummies[handle] = name or f"dummy{handle}"
+        self._poses[handle] = IDENTITY
+        return handle
 
     def add(self, group: EnvironmentGroup, element: Element) -> int:
         """An element of the scene, with its joints and poses as they are now; its number. Raises CommandError."""
         make_arms(self._sim, [element], self._takes_part)
         number = max(group.elements, default=-1) + 1
         group.elements[number] = element
-        self.take_over([group])
+        for handle in self.joints(group).handles:
+            self._values.setdefault(handle, self._sim.joints.position(handle))
+        if element.target not in self.dummies:
+            self._poses[element.target] = get_pose(self._sim, element.target)
         return number
 
     def take_over(self, groups: Iterable[EnvironmentGroup]) -> None:
@@ -101,7 +117,8 @@ class Environment:
                 self._values[handle] = self._sim.joints.position(handle)
             for element in group.elements.values():
                 self._poses.pop(element.tip, None)
-                self._poses[element.target] = get_pose(self._sim, element.target)
+                if element.target not in self.dummies:
+                    self._poses[element.target] = get_pose(self._sim, element.target)
 
     def give_back(self, groups: Iterable[EnvironmentGroup]) -> None:
         """Put the scene's joints where this environment has those of the groups: by their motors where they have."""
@@ -171,9 +188,9 @@ class Environment:
         return data
 
     def _world_pose(self, handle: int) -> Pose:
-        item = self._sim.scene.get(handle)
         if handle in self._poses:
             return self._poses[handle]
+        item = self._sim.scene.get(handle)
         if item.element == "tendon":
             return object_pose(self._sim, item)
         self._sim.refresh()

@@ -81,6 +81,10 @@ class IkGroups:
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]
 
+    def tips(self) -> list[int]:
+        """Handles of the tips of all groups."""
+        return [element.tip for group in self._groups() for element in group.elements]
+
     def get(self, handle: int) -> Group:
         """Raises CommandError that lists them."""
         group = self._registry.get(handle)

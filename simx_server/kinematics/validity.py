@@ -98,14 +98,11 @@ class Validity:
             return True
         instant = self._instants.of(data)
         return not any(
-            geoms_meet(instant, int(self._first[index]), int(self._second[index]), margin)
-            for index in near
+            geoms_meet(instant, int(self._first[index]), int(self._second[index]), margin) for index in near
         )
 
 
-def of_joints(
-    sim: Simulation, joints: Joints, pairs: Pairs, margin: float = 0.0
-) -> Callable[[Array], bool]:
+def of_joints(sim: Simulation, joints: Joints, pairs: Pairs, margin: float = 0.0) -> Callable[[Array], bool]:
     """The same as a function of joint values (n,)."""
     moved = {int(sim.model.jnt_bodyid[sim.model.dof_jntid[dof]]) for dof in joints.dofs}
     validity = Validity(sim, moved, pairs)

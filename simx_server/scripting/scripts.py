@@ -72,6 +72,8 @@ class Scripts:
         """By name; script type 2 of simxCallScriptFunction."""
         self.time_limit = TIME_LIMIT
         """Processor seconds for one call into a script; taken over when a script begins."""
+        self.allows_code = False
+        """Scripts may run code that clients send: the operator said so."""
         self.is_stopping = False
         """The run is being stopped: threads go on for the last time."""
         sim.on_load.append(self._find)

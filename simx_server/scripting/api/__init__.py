@@ -42,6 +42,7 @@ from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .sim_ik_worlds import SimIk
+from .simx import SimxFunctions
 from .simulation import SimulationFunctions
 from .threads import ThreadFunctions
 from .tubes import TubeFunctions
@@ -108,7 +109,7 @@ class SimApi(
     """What one script may do to the simulation."""
 
 
-NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions})
+NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions, "simx": SimxFunctions})
 """What scripts find as globals, each a class assembled as `SimApi` is."""
 
 

@@ -165,7 +165,8 @@ class IkFunctions(ApiPart):
             accepts=validity,
             serve_others=self._sim.serve_others,
         )
-        values = next(found, None)
+        with self._at_no_cost():
+            values = next(found, None)
         return None if values is None else values[order].tolist()
 
     def generateIkPath(
@@ -186,7 +187,8 @@ class IkFunctions(ApiPart):
         validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
         tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
         start = self._sim.data.qpos[usable.addresses]
-        path = straight_path(solver, start, tips, self._goals(chosen), count, validity)
+        with self._at_no_cost():
+            path = straight_path(solver, start, tips, self._goals(chosen), count, validity)
         return None if path is None else [value for values in path for value in values[order].tolist()]
 
     def _goals(self, group: Group) -> list[Any]:

@@ -23,6 +23,7 @@ class OmplTasks(ApiPart):
         self._tasks: dict[int, Task] = {}
         self._spaces: dict[int, StateSpace] = {}
         self._next = 1
+        self._prepared: tuple[tuple[Any, ...], Solving] | None = None
 
     @contextmanager
     def _planning(self, task: int) -> Iterator[Solving]:
@@ -31,7 +32,15 @@ class OmplTasks(ApiPart):
             yield solving
 
     def _solving(self, task: int) -> Solving:
-        return Solving(self._sim, self._task(task))
+        """Kept while nothing moves: a script may ask of many states whether they are valid."""
+        chosen = self._task(task)
+        key = (
+            *(task, id(chosen), self._sim.version, self._sim.model_version, chosen.resolution),
+            *(tuple(chosen.spaces), tuple(chosen.pairs)),
+        )
+        if self._prepared is None or self._prepared[0] != key:
+            self._prepared = key, Solving(self._sim, chosen)
+        return self._prepared[1]
 
     def _add(self, where: dict[int, Any], what: Any) -> int:
         handle, self._next = self._next, self._next + 1

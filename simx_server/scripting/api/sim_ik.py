@@ -138,8 +138,9 @@ class IkEnvironmentFunctions(ApiPart):
             base if base == -1 else self._self(base),
             as_constraints(constraints),
         )
-        for handle in (element.tip, element.target):
-            self._sim.scene.get(handle)
+        self._sim.scene.get(element.tip)
+        if element.target not in chosen.dummies:
+            self._sim.scene.get(element.target)
         number = chosen.add(self._group(environment, group), element)
         joints = chosen.joints(self._group(environment, group)).handles
         same = {handle: handle for handle in (element.tip, element.target, *joints) if handle != -1}

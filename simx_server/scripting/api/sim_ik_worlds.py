@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,14 @@ _SECONDS = 0.5
 class SimIk(IkEnvironmentFunctions):
     """The whole namespace."""
 
+    def createDummy(self, environment: int, name: str = "") -> int:
+        """Something with a pose that is in the environment only, to be a target."""
+        return self._environment(environment).create_dummy(name)
+
     def getObjectHandle(self, environment: int, name: str) -> int:
-        self._environment(environment)
+        for handle, known in self._environment(environment).dummies.items():
+            if known == name:
+                return handle
         return self._sim.scene.resolve(self._adjusted(name), self._owner)
 
     def doesObjectExist(self, environment: int, name: str) -> bool:
@@ -204,7 +211,8 @@ class SimIk(IkEnvironmentFunctions):
         order = joint_order(usable.handles, joints)
         start = np.array([chosen.joint_position(handle) for handle in usable.handles])
         accepts = None if callback is None else self._judge(callback, data, order)
-        path = straight_path(solver, start, begin, goals, count, accepts)
+        with self._at_no_cost():
+            path = straight_path(solver, start, begin, goals, count, accepts)
         return None if path is None else [value for values in path for value in values[order].tolist()]
 
     def _search(
@@ -243,10 +251,10 @@ class SimIk(IkEnvironmentFunctions):
             accepts=None if callback is None else self._judge(callback, data, order),
             serve_others=self._sim.serve_others,
         )
-        if not many:
-            return [values[order].tolist() for values in ([next(found, None)]) if values is not None]
-        ordered = sorted(found, key=lambda values: float(np.linalg.norm(values - start)))
-        return [values[order].tolist() for values in ordered]
+        with self._at_no_cost():
+            chosen_ones = list(found if many else islice(found, 1))
+        chosen_ones.sort(key=lambda values: float(np.linalg.norm(values - start)))
+        return [values[order].tolist() for values in chosen_ones]
 
     def _judge(self, callback: Any, data: Any, order: list[int]) -> Any:
         function = self._function(callback)
