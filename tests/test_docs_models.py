@@ -40,7 +40,6 @@ def test_a_scene_of_the_page_has_its_picture_its_files_and_its_objects(scene: st
 def test_models_without_a_scene_are_found_by_their_file_names() -> None:
     listed = PAGE.read_text().partition("`scenes/models/`:")[2].partition("\n\n")[0]
     found = [find_scene(f"{name}.ttm") for name in re.findall(r"`([^`]+)`", listed)]
-    assert len(found) == 10
     with_a_scene = {name for row in ROWS.values() for name in re.findall(r"`([^`]+\.ttm)`", row[3])}
     named = {path.stem for path in (*found, *map(find_scene, with_a_scene))}
     assert named | set(ROWS) >= {path.stem for path in shipped_models().glob("*.xml")}
