@@ -1,0 +1,142 @@
+"""The life of one script: its begin, calls into it, and its end, by an error or otherwise."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..scene.properties import SCRIPTS_INACTIVE
+from .bodies import with_call_backs
+from .interpreter import TIME_LIMIT, Interpreter, ScriptError
+from .lua import LuaInterpreter
+from .namespaces import Namespaces
+from .script import PYTHON, Script, ScriptKind, ScriptSide, script_folder
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
+
+
+class Lives:
+    """Begins, calls and ends scripts."""
+
+    def __init__(self, sim: Simulation, changed: Callable[[], object]) -> None:
+        """`changed` is called when a script has begun or was stopped by an error."""
+        self._sim = sim
+        self._changed = changed
+        self._active = 0
+        self.time_limit = TIME_LIMIT
+        """Processor seconds for one call into a script; taken over when a script begins."""
+
+    @property
+    def is_active(self) -> bool:
+        """Whether a call into any script is going on."""
+        return self._active > 0
+
+    def describe(self, script: Script) -> str:
+        """A script in a message's words."""
+        if script.kind == ScriptKind.MAIN:
+            return f"main script ({script.file})"
+        item = self._sim.scene.objects.get(script.owner)
+        return f"{script.kind.text} of '{item.name if item else 'a removed object'}' ({script.file})"
+
+    def run(self, script: Script, function: str, *arguments: Any) -> list[Any]:
+        """Call any function of a script; all its results. Raises ScriptError."""
+        if script.interpreter is None:
+            where = self.describe(script)
+            if script.problem:
+                raise ScriptError(f"the {where} was stopped by an error: {script.problem}")
+            raise ScriptError(
+                f"the {where} exists only while the simulation runs; start the simulation first"
+            )
+        if not script.interpreter.has(function):
+            raise ScriptError(f"the {self.describe(script)} has no function '{function}'")
+        return self.within(lambda interpreter: interpreter.call(function, *arguments), script.interpreter)
+
+    def begin(self, script: Script) -> None:
+        script.problem = ""
+        script.switching.level = 0
+        try:
+            source = script.source(self._sim)
+            side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
+            if script.language == PYTHON:
+                folder = script_folder(self._sim, script.folder)
+                script.interpreter = _python_interpreter(script.file, side, self.time_limit, folder)
+            else:
+                script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
+                source = with_call_backs(
+                    source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
+                )
+            self.within(lambda interpreter: interpreter.run(source), script.interpreter)
+            if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
+                script.interpreter.start_thread(thread)
+                script.has_thread = True
+        except ScriptError as problem:
+            self.fail(script, str(problem))
+        self._changed()
+
+    def call(self, script: Script, function: str, *arguments: Any) -> list[Any] | None:
+        """Call a function if the script has it and may run; None if not. An error ends the script."""
+        if not self._may_run(script) or not script.has(function):
+            return None
+        return self._attempt(script, lambda interpreter: interpreter.call(function, *arguments))
+
+    def resume(self, script: Script) -> None:
+        if script.has_thread and self._may_run(script):
+            script.has_thread = bool(self._attempt(script, lambda interpreter: interpreter.resume()))
+
+    def _may_run(self, script: Script) -> bool:
+        if script.interpreter is None:
+            return False
+        if script.kind == ScriptKind.MAIN:
+            return True
+        if script.owner not in self._sim.scene.objects:
+            self.fail(script, "its object was removed")
+            return False
+        return not self._sim.scene.overridden(script.owner) & SCRIPTS_INACTIVE
+
+    def _attempt(self, script: Script, action: Callable[[Interpreter], Any]) -> Any:
+        interpreter = script.interpreter
+        if interpreter is None:
+            return None
+        try:
+            return self.within(action, interpreter)
+        except ScriptError as problem:
+            self.fail(script, str(problem))
+            return None
+
+    def within(self, action: Callable[[Interpreter], Any], interpreter: Interpreter) -> Any:
+        self._active += 1
+        try:
+            return action(interpreter)
+        finally:
+            self._active -= 1
+
+    def fail(self, script: Script, problem: str) -> None:
+        """Stop one script until the next start."""
+        self.drop(script)
+        script.problem = problem
+        logger.error("the %s is stopped: %s", self.describe(script), problem)
+        self._sim.status_bar.add(f"{self.describe(script)} is stopped: {problem}")
+        self._changed()
+
+    def drop(self, script: Script) -> None:
+        """Forget a script's state, and the signals it set."""
+        script.close()
+        script.problem = ""
+        self._sim.signals.clear_owned(script.signal_owner)
+
+    def _serve_others(self) -> None:
+        self._sim.serve_others()
+
+
+def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:
+    """Imported only when a scene has such a script."""
+    from .python_interpreter import PythonInterpreter
+
+    return PythonInterpreter(name, side, time_limit=time_limit, folder=folder)

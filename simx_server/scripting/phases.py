@@ -1,0 +1,114 @@
+"""The scripts of the loaded scene: which there are, when they live, and when which of their functions is called.
+
+A **child script** lives from start to stop, a **main script** too; a **customization script** lives from the load of
+the scene to its close, whether the simulation runs or not.
+
+| when | main and child scripts | customization scripts |
+|---|---|---|
+| scene loaded, object added | (added while running: as at start) | `sysCall_init` |
+| each idle pass while stopped | | `sysCall_nonSimulation`, threads |
+| start, before the state is saved | | `sysCall_beforeSimulation` |
+| start | `sysCall_init` | |
+| each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
+| each pass after physics | `sysCall_sensing` | the same, after the child scripts |
+| pause; each idle pass then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
+| stop, before the state is restored | threads once more, `sysCall_cleanup` | |
+| stop, after that | | `sysCall_afterSimulation` |
+| scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
+
+Of several scripts those deeper in the tree come first, children in their order before their parent, as in V-REP's
+default order. In a pass simulated time is that of the pass's begin, in sensing too. With a main script the child
+scripts' actuation and sensing come when it calls ``sim.handleChildScripts``; physics comes between the two in any case.
+
+An error in one of these ends that script until the next start (a customization script: until the scene is loaded
+again); an error in a function that a client calls is the client's alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .lives import Lives
+from .script import Script, ScriptKind
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+    from .scripts import Scripts
+
+_IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
+
+
+class Phases:
+    """Calls the scripts of a scene when their time comes."""
+
+    def __init__(self, sim: Simulation, scripts: Scripts, lives: Lives) -> None:
+        self._sim = sim
+        self._scripts = scripts
+        self._lives = lives
+        sim.on_starting.append(lambda: self.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
+        sim.on_start.append(self._start)
+        sim.on_pass_begin.append(lambda: self._phase("sysCall_actuation"))
+        sim.on_sensing.append(lambda: self._phase("sysCall_sensing"))
+        sim.on_pause.append(lambda: self.call_all("sysCall_suspend"))
+        sim.on_resume.append(lambda: self.call_all("sysCall_resume"))
+        sim.on_stopping.append(self._stop)
+        sim.on_stop.append(lambda: self.call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION))
+
+    def handle_children(self, function: str) -> int:
+        """Call a function of all child scripts, for actuation after their threads; how many have it."""
+        if function == "sysCall_actuation":
+            for script in self._scripts.all(ScriptKind.CHILD):
+                self._lives.resume(script)
+        return self.call_all(function, ScriptKind.CHILD)
+
+    def call_all(self, function: str, kind: ScriptKind | None = None) -> int:
+        return sum(self._lives.call(script, function) is not None for script in self._scripts.all(kind))
+
+    def _start(self) -> None:
+        simulated = self._simulated()
+        for script in simulated:
+            self._lives.begin(script)
+        for script in simulated:
+            self._lives.call(script, "sysCall_init")
+
+    def _phase(self, function: str) -> None:
+        main = self._scripts.of(-1, ScriptKind.MAIN)
+        if main is None:
+            self.handle_children(function)
+        else:
+            self._lives.call(main, function)
+        if function == "sysCall_actuation":
+            for script in self._scripts.all(ScriptKind.CUSTOMIZATION):
+                self._lives.resume(script)
+        self.call_all(function, ScriptKind.CUSTOMIZATION)
+
+    def _stop(self) -> None:
+        simulated = self._simulated()
+        for script in simulated:
+            script.switching.level += 1  # what a thread does after its loop is not to be cut short
+            self._lives.resume(script)
+        for script in simulated:
+            self._lives.call(script, "sysCall_cleanup")
+            self._lives.drop(script)
+
+    def _simulated(self) -> list[Script]:
+        """Those that live from start to stop."""
+        return [one for one in self._scripts.all() if one.kind != ScriptKind.CUSTOMIZATION]
+
+    def _idle(self) -> None:
+        """No pass comes: the simulation is stopped or paused."""
+        if self._sim.is_running:
+            self.call_all("sysCall_suspended")
+        else:
+            for script in self._scripts.all(ScriptKind.CUSTOMIZATION):
+                self._lives.resume(script)
+            self.call_all("sysCall_nonSimulation", ScriptKind.CUSTOMIZATION)
+
+    def watch_idle(self) -> None:
+        """Idle passes are asked for only while a script wants them."""
+        wants = any(one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all())
+        listeners = self._sim.on_idle
+        if wants and self._idle not in listeners:
+            listeners.append(self._idle)
+        elif not wants and self._idle in listeners:
+            listeners.remove(self._idle)
