@@ -23,10 +23,10 @@ from .connection import (
 )
 from .errors import ConnectionFailed
 from .files import simxTransferFile as simxTransferFile
+from .places import find_place
 from .protocol import constants as c
 from .protocol.commands import BY_NAME
 from .protocol.kinds import to_bytes, to_floats, to_int32, to_ints
-from .redirect import redirected
 from .shape import Shape
 from .transport import ZenohTransport
 
@@ -41,7 +41,7 @@ def simxStart(
     timeOutInMs: int,
     commThreadCycleInMs: int,
 ) -> int:
-    """Connect to the server at an address (host names too) and port.
+    """Connect to the server at an address (host names too) and port, or to ``REALM@ROUTER`` and the router's port.
 
     Args:
         waitUntilConnected: False returns an id at once and connects in the background.
@@ -72,14 +72,14 @@ def simxStart(
         )
         return -1
     try:
-        host, target = redirected(address, port)
+        place = find_place(address, port)
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
     patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
     attempt = patience if waits else 0.0  # in the background there is always a next one
     connection = Connection(
-        lambda: ZenohTransport(host, target, connect_timeout=attempt, retry=not once, asked_port=port),
+        lambda: ZenohTransport(place, connect_timeout=attempt, retry=not once, asked_port=port),
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
@@ -93,7 +93,7 @@ def simxStart(
     try:
         connection.connect(min(patience, WELCOME_TIMEOUT))
     except ConnectionFailed as error:
-        logger.warning("no connection: tried %s:%d over Zenoh; %s", host, target, error)
+        logger.warning("no connection: tried %s over Zenoh; %s", place, error)
         CLIENTS.discard(connection)
         return -1
     except BaseException:  # Ctrl-C: a script may go on and try again

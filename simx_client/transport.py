@@ -5,16 +5,19 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 
 from __future__ import annotations
 
+import difflib
 import itertools
 import os
 import socket
 import sys
 import time
 import uuid
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from .alarm import Alarm
 from .errors import ConnectionFailed
+from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
@@ -24,6 +27,9 @@ GREETING_TIMEOUT = 1.0
 
 REPLIES_HELD = 1_000_000
 """Deliveries that may wait for the script to make its next call; more would hold up the whole session."""
+
+NAMES_SHOWN = 8
+"""Realms that a message lists."""
 
 SHARED_MEMORY_SESSIONS = 100
 """Sessions of a process that may use shared memory, the fastest way for pictures. Each leaves a file descriptor
@@ -81,22 +87,23 @@ class ZenohTransport:
     """One Zenoh session to one server. Zenoh's threads only store what arrives."""
 
     def __init__(
-        self, address: str, port: int, *, connect_timeout: float, retry: bool, asked_port: int | None = None
+        self, place: Place, *, connect_timeout: float, retry: bool, asked_port: int | None = None
     ) -> None:
-        """Open a session to ``tcp/address:port``.
+        """Open a session to a server's port, or to a router through which it is reached.
 
         Args:
             connect_timeout: seconds to keep trying when ``retry``; otherwise one attempt is made.
             retry: also reconnect by itself when the server comes back later.
-            asked_port: the port the script asked for, when it was sent here instead.
+            asked_port: the port the script asked for, when it was sent here instead; without it, that of the place.
 
         Raises:
             ConnectionFailed: nothing there that speaks Zenoh.
         """
         zenoh = link.import_zenoh()
         self._zenoh = zenoh
-        self._address, self._port = address, port
-        self._asked_port = port if asked_port is None else asked_port
+        self._place = place
+        at_port = place.host_and_port[1] if place.host_and_port else 0
+        self._asked_port = at_port if asked_port is None else asked_port
         self.client = uuid.uuid4().hex
         self._pictures: dict[str, Any] = {}
         """The newest of each stream, by key."""
@@ -108,7 +115,7 @@ class ZenohTransport:
         options: dict[str, Any] = {
             **link.CLIENT,
             "mode": "client",
-            "connect/endpoints": _endpoints(address, port),
+            "connect/endpoints": list(place.endpoints),
             "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,
             "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
         }
@@ -117,7 +124,7 @@ class ZenohTransport:
         try:
             self._session = zenoh.open(link.configure(zenoh.Config(), options))
         except zenoh.ZError:
-            raise ConnectionFailed(_diagnose(address, port)) from None
+            raise ConnectionFailed(_diagnose(place)) from None
         self._alarm = Alarm(self._wake)
 
     @property
@@ -134,39 +141,77 @@ class ZenohTransport:
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
         greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._asked_port))
         if self._realm is None:
-            self._declare(self._ask(keys.ANY_HELLO, None, deadline).realm)
+            self._declare(self._place.realm or self._only_realm(deadline))
         assert self._realm is not None
-        # The question above only found the realm. By now the server can reach this client: say hello.
-        return self._ask(keys.hello(self._realm), greeting, deadline)
+        # What was asked before only found the realm. By now the server can reach this client: say hello.
+        welcomes = self._ask(keys.hello(self._realm), greeting, deadline)
+        if len(welcomes) > 1:
+            raise ConnectionFailed(
+                f"{len(welcomes)} simulators at {self._place} are called {self._realm}, and both would do what one "
+                "is told; give each a name of its own: simx-server --realm NAME"
+            )
+        return welcomes[0]
 
-    def _ask(self, key: str, greeting: bytes | None, deadline: float) -> Welcome:
-        """Ask until a server answers: right after a connection its key may not be known here yet."""
+    def _only_realm(self, deadline: float) -> str:
+        """The realm of a server's port; through a router only if it is the only one there."""
+        realms = sorted({welcome.realm for welcome in self._ask(keys.ANY_HELLO, None, deadline)})
+        if len(realms) > 1:
+            raise ConnectionFailed(
+                f"several simulators are at {self._place}: {_listed(realms)}; say which: "
+                f"simxStart('{realms[0]}@ROUTER', PORT, ...), or SIMX_REALM={realms[0]}"
+            )
+        return realms[0]
+
+    def _ask(self, key: str, greeting: bytes | None, deadline: float) -> list[Welcome]:
+        """Ask until servers answer: right after a connection their keys may not be known here yet."""
         while True:
             remaining = deadline - time.monotonic()
             replies = self._session.get(
                 key,
                 payload=greeting,
                 timeout=max(0.05, min(GREETING_TIMEOUT, remaining)),
+                target=self._zenoh.QueryTarget.ALL,
                 consolidation=self._zenoh.ConsolidationMode.NONE,
             )
-            for reply in replies:
-                if reply.ok is not None:
-                    try:
-                        welcome = decode_welcome(reply.ok.payload.to_bytes())
-                    except CodecError as error:
-                        raise ConnectionFailed(
-                            f"{self._where} answered with something else than a greeting ({error}); "
-                            "is it a simx-server of this version?"
-                        ) from None
-                    if welcome.refusal:
-                        raise ConnectionFailed(f"{self._where} refused the connection: {welcome.refusal}")
-                    return welcome
+            welcomes = [self._read(reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None]
+            if welcomes:
+                return welcomes
             if time.monotonic() >= deadline:
-                raise ConnectionFailed(
-                    f"{self._where} speaks Zenoh but no simx-server answered there; "
-                    "start one with 'simx-server', or ask for its port"
-                )
+                raise ConnectionFailed(self._silence())
             time.sleep(0.005)
+
+    def _read(self, payload: bytes) -> Welcome:
+        try:
+            welcome = decode_welcome(payload)
+        except CodecError as error:
+            raise ConnectionFailed(
+                f"the program at {self._place} answered with something else than a greeting ({error}); "
+                "is it a simx-server of this version?"
+            ) from None
+        if welcome.refusal:
+            raise ConnectionFailed(f"the program at {self._place} refused the connection: {welcome.refusal}")
+        return welcome
+
+    def _silence(self) -> str:
+        """Why nobody answered, as far as it can be found out, and what to do."""
+        wanted = self._place.realm
+        if wanted is None:
+            return (
+                f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
+                "start one with 'simx-server', or ask for its port"
+            )
+        tokens = self._session.liveliness().get(keys.ANY_ALIVE, timeout=GREETING_TIMEOUT)
+        realms = sorted({keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None})
+        if wanted in realms:
+            return (
+                f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded"
+            )
+        near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
+        there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
+        return (
+            f"no simulator of that name answered at {self._place}; there: {there}; check the name, "
+            f"or start one: simx-server --realm {wanted} --connect {self._place.endpoints[0]}"
+        )
 
     def _declare(self, realm: str) -> None:
         """Everything of this client that the server must find before it answers the second greeting."""
@@ -210,10 +255,6 @@ class ZenohTransport:
         else:
             self._alive = True
 
-    @property
-    def _where(self) -> str:
-        return f"the program at {self._address}:{self._port}"
-
     def send(self, payload: bytes) -> None:
         self._calls.put(payload)
 
@@ -248,17 +289,19 @@ class ZenohTransport:
             self._session.close()
 
 
-def _endpoints(address: str, port: int) -> list[str]:
-    """Where to knock. Any loopback address is this host, where a server listens on 127.0.0.1."""
-    host = f"[{address}]" if ":" in address and not address.startswith("[") else address
-    endpoints = [f"tcp/{host}:{port}"]
-    if address.startswith("127.") and address != "127.0.0.1":
-        endpoints.append(f"tcp/127.0.0.1:{port}")
-    return endpoints
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - NAMES_SHOWN
+    return ", ".join(names[:NAMES_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
-def _diagnose(address: str, port: int) -> str:
+def _diagnose(place: Place) -> str:
     """Look at a place where no connection could be made, and say what is there and what to do."""
+    if place.host_and_port is None:
+        return (
+            f"no Zenoh router could be reached at {', '.join(place.endpoints)}; check SIMX_CONNECT, "
+            "and that the router runs"
+        )
+    address, port = place.host_and_port
     what_to_do = (
         f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
     )

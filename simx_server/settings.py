@@ -169,7 +169,7 @@ class Settings:
         "1 to 64 letters, digits, dots, dashes and underscores",
         keys.check_chunk,
         metavar="NAME",
-        unset="simx-PORT, of the first port",
+        unset="simx-PORT, of the first port; with --connect HOST-PORT",
     )
     count: int | None = _setting(
         None,

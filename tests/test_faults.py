@@ -13,6 +13,7 @@ import simx_client as v
 from simx_client import local
 from simx_client.clients import CLIENTS
 from simx_client.errors import ConnectionFailed
+from simx_client.places import Place
 from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
@@ -138,7 +139,7 @@ def test_finishing_a_client_that_is_being_connected_in_the_background_leaves_no_
 @pytest.fixture
 def transport():
     with plain_server() as (_, port):
-        transport = ZenohTransport("127.0.0.1", port, connect_timeout=5.0, retry=False)
+        transport = ZenohTransport(Place.at("127.0.0.1", port), connect_timeout=5.0, retry=False)
         yield transport
         transport.close()
 
@@ -175,7 +176,7 @@ def test_a_server_that_dies_right_after_its_welcome_is_not_taken_for_alive(trans
 
 
 def test_a_client_whose_leaving_nobody_would_notice_is_not_taken_in(transport):
-    session, port = transport._session, transport._port
+    session, port = transport._session, transport._asked_port
     watcher = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
     realm = f"simx-{port}"
     greeting = encode(Greeting(PROTOCOL_VERSION, "ghost", "a ghost", port))

@@ -67,7 +67,10 @@ class ZenohGateway:
         self._began = time.monotonic()
         if not self.endpoints:
             raise GatewayError("there is nothing to listen on; give a --port or a --listen endpoint")
-        name = realm or f"simx-{self.ports[0] if self.ports else socket.gethostname()}"
+        host = re.sub(r"[^A-Za-z0-9.-]", "-", socket.gethostname())[:48] or "host"
+        # Behind routers there are other hosts, where the same port may be in use.
+        owner = host if connect else "simx"
+        name = realm or (f"{owner}-{self.ports[0]}" if self.ports else f"simx-{host}")
         try:
             self.realm = keys.check_chunk(name)
         except ValueError as error:
