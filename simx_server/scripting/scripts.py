@@ -35,6 +35,8 @@ class Scripts:
         self._next_handle = FIRST_HANDLE
         self.add_ons: dict[str, AddOn] = {}
         """By name; script type 2 of simxCallScriptFunction."""
+        self.allows_code = False
+        """Scripts may run code that clients send: the operator said so."""
         self._lives = Lives(sim, self._changed)
         sim.on_load.append(self._find)
         sim.on_closing.append(self._close)
