@@ -78,6 +78,9 @@ class IkGroups:
             "a scene registers one with a text simx:ik:NAME"
         )
 
+    def __contains__(self, handle: int) -> bool:
+        return self._registry.get(handle) is not None
+
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]
 

@@ -99,18 +99,6 @@ class IkFunctions(ApiPart):
                 return 1
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
-    def setExplicitHandling(self, handle: int, flags: int) -> int:
-        """Bit 0: an IK group is handled only by sim.handleIkGroup; until the simulation stops.
-
-        Partly: of other kinds the scene says which are explicit.
-        """
-        self._sim.ik_groups.get(handle).explicit = bool(flags & 1)
-        return 1
-
-    def getExplicitHandling(self, handle: int) -> int:
-        """1 for an IK group that only sim.handleIkGroup handles. Partly: of IK groups only."""
-        return int(self._sim.ik_groups.get(handle).explicit)
-
     def computeJacobian(self, group: int, _options: int = 0) -> int:
         """To be called before sim.getIkGroupMatrix; 0 when it could be computed, as in V-REP."""
         self._matrix(self._sim.ik_groups.get(group))

@@ -87,16 +87,20 @@ class SensorFunctions(ApiPart):
         return 1
 
     def getExplicitHandling(self, sensor: int) -> int:
-        """1 when a proximity or vision sensor is left to scripts, else 0."""
+        """1 when a proximity or vision sensor, or an IK group, is left to scripts, else 0."""
         handle = self._self(sensor)
+        if handle in self._sim.ik_groups:
+            return int(self._sim.ik_groups.get(handle).explicit)
         if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
             return int(self._sim.vision.settings(handle).explicit)
         return int(self._sim.proximity.is_explicit(handle))
 
     def setExplicitHandling(self, sensor: int, flags: int) -> int:
-        """Bit 0 leaves a proximity or vision sensor to scripts."""
+        """Bit 0 leaves a proximity or vision sensor, or an IK group, to scripts."""
         handle, explicit = self._self(sensor), bool(flags & 1)
-        if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
+        if handle in self._sim.ik_groups:
+            self._sim.ik_groups.get(handle).explicit = explicit
+        elif self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
             self._sim.vision.change(handle, explicit=explicit)
         else:
             self._sim.proximity.set_explicit(handle, explicit)
