@@ -1,0 +1,141 @@
+"""DDPG learns the tutorial's reach task: ``python examples/reach/train.py``. Needs ``pip install '.[learning]'``.
+
+The algorithm is Stable-Baselines3's; this file chooses its parameters, and draws how the reward grew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from adapter import Adapter
+from curve import draw
+from environment import EPISODE, ReachEnv, distance
+from simulators import simulators
+from stable_baselines3 import DDPG
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.noise import NormalActionNoise, VectorizedActionNoise
+from stable_baselines3.common.vec_env import VecMonitor
+
+logger = logging.getLogger("reach")
+
+PICTURE = Path(__file__).parents[2] / "docs" / "pictures" / "reach_reward.png"
+PROGRESS_EVERY_S = 10.0
+
+
+class Episodes(BaseCallback):
+    """Collects the return of every episode, and says now and then how it goes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps: list[int] = []
+        self.returns: list[float] = []
+        self._began = self._said = time.monotonic()
+
+    def _on_step(self) -> bool:
+        for info in self.locals["infos"]:
+            if episode := info.get("episode"):
+                self.steps.append(self.num_timesteps)
+                self.returns.append(float(episode["r"]))
+        if self.returns and time.monotonic() - self._said >= PROGRESS_EVERY_S:
+            self._said = time.monotonic()
+            logger.info(
+                "%d steps, %.0f a second, return of the last episodes %.1f",
+                self.num_timesteps,
+                self.num_timesteps / (self._said - self._began),
+                np.mean(self.returns[-20:]),
+            )
+        return True
+
+
+def learner(environment: VecMonitor, seed: int, *, warm_up: int = 2_000) -> DDPG:
+    """DDPG with small networks: there are nine numbers to look at, and the processor has physics to do too.
+
+    Args:
+        warm_up: steps of random actions before learning begins.
+    """
+    torch.set_num_threads(1)
+    noise = NormalActionNoise(np.zeros(6), np.full(6, 0.2))
+    return DDPG(
+        "MlpPolicy",
+        environment,
+        learning_rate=1e-3,
+        buffer_size=200_000,
+        learning_starts=warm_up,
+        batch_size=128,
+        gamma=0.95,
+        train_freq=(1, "step"),
+        gradient_steps=2,
+        action_noise=VectorizedActionNoise(noise, environment.num_envs),
+        policy_kwargs={"net_arch": [64, 64]},
+        seed=seed,
+        device="cpu",
+    )
+
+
+def evaluate(model: DDPG, environment: ReachEnv, seed: int) -> np.ndarray:
+    """Metres between ball and goal at the end of an episode without noise, for each simulator."""
+    observations, _ = environment.reset(seed=seed)
+    for _ in range(EPISODE):
+        actions, _ = model.predict(observations, deterministic=True)
+        observations, _, _, _, infos = environment.step(actions)
+    return distance(infos["final_obs"])
+
+
+def train(count: int, steps: int, seed: int, picture: Path | None) -> tuple[float, float]:
+    """Learn with so many simulators; returns the median distance at an episode's end before and after, metres."""
+    with simulators(count) as ports:
+        environment = ReachEnv(ports)
+        wrapped = VecMonitor(Adapter(environment))
+        try:
+            model, episodes = learner(wrapped, seed, warm_up=min(2_000, steps // 4)), Episodes()
+            before = float(np.median(evaluate(model, environment, seed + 1)))
+            began = time.monotonic()
+            model.learn(steps, callback=episodes)
+            rate = steps / (time.monotonic() - began)
+            after = float(np.median([evaluate(model, environment, seed + 1 + turn) for turn in range(3)]))
+        finally:
+            wrapped.close()
+    logger.info(
+        "%d steps of %d simulators, %.0f a second with learning; an episode ended %.0f mm from the goal before, "
+        "%.0f mm after",
+        steps,
+        count,
+        rate,
+        before * 1e3,
+        after * 1e3,
+    )
+    if picture is not None and episodes.returns:
+        draw(
+            picture,
+            episodes.steps,
+            episodes.returns,
+            f"DDPG, reach task, {count} simulators: return of an episode",
+        )
+        logger.info("the curve is in %s", picture)
+    return before, after
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description="DDPG learns to bring the hand camera over the ball.")
+    parser.add_argument("--count", type=int, default=8, metavar="N", help="simulators (8)")
+    parser.add_argument(
+        "--steps", type=int, default=60_000, help="environment steps, of all together (60000)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of balls, networks and noise (1)")
+    parser.add_argument("--picture", type=Path, default=PICTURE, help="where the reward curve goes")
+    chosen = parser.parse_args(arguments)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    logging.getLogger("simx_client").setLevel(logging.WARNING)
+    train(chosen.count, chosen.steps, chosen.seed, chosen.picture)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
