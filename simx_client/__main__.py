@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 COMMANDS = {
+    "list": ("list the live simulators", "simx_client.listing"),
     "run": ("run an unmodified legacy script", "simx_client.run"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),
 }

@@ -1,0 +1,127 @@
+"""``python -m simx_client list``: all live simulators, for people or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import math
+import sys
+from collections.abc import Sequence
+
+from .discovery import TIMEOUT, Found, find_servers
+from .places import CONNECT_VARIABLE, check_endpoint, connect_endpoints
+from .protocol import roster
+
+EXIT_FOUND = 0
+EXIT_UNREACHABLE = 1
+EXIT_USAGE = 2
+
+HEAD = ("REALM", "HOST", "PORTS", "PID", "SCENE", "STATE", "CLIENTS", "REAL TIME", "CORE", "AGE")
+NO_ANSWER = "no answer"
+
+
+def main(argv: Sequence[str]) -> int:
+    """List them; 0 also when there are none, 1 when a router or server could not be reached."""
+    parser = argparse.ArgumentParser(
+        "python -m simx_client list",
+        description="List the live simulators: those of this host, or those behind the given routers.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "--connect",
+        action="append",
+        metavar="ENDPOINT",
+        help=f"Zenoh router or server to ask, such as tcp/router:7447; repeatable ({CONNECT_VARIABLE})",
+    )
+    parser.add_argument(
+        "--timeout",
+        type=_seconds,
+        default=TIMEOUT,
+        metavar="SECONDS",
+        help=f"how long to wait for answers ({TIMEOUT:g})",
+    )
+    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    options = parser.parse_args(argv)
+    logging.basicConfig(stream=sys.stderr, format="%(message)s")
+    try:
+        endpoints = [check_endpoint(text, "--connect") for text in options.connect or ()]
+        endpoints = endpoints or list(connect_endpoints())
+    except ValueError as error:
+        parser.error(str(error))
+    is_local = not endpoints
+    found, unreachable = find_servers(roster.endpoints() if is_local else endpoints, options.timeout)
+    if options.json:
+        sys.stdout.write(json.dumps([_record(server) for server in found], indent=1) + "\n")
+    else:
+        sys.stdout.write("\n".join(_table(found)) + "\n")
+    if is_local:  # a server of this host that ends while it is asked is no failure
+        return EXIT_FOUND
+    for place in unreachable:
+        sys.stderr.write(f"{place.reason}; check the address, and that the router runs\n")
+    return EXIT_UNREACHABLE if unreachable else EXIT_FOUND
+
+
+def _seconds(text: str) -> float:
+    number = float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")
+    return number
+
+
+def _record(server: Found) -> dict[str, object]:
+    """What is known of one: with ``state`` alone telling that it did not answer."""
+    status = server.status
+    if status is None:
+        return {"realm": server.realm, "endpoint": server.endpoint, "state": NO_ANSWER}
+    return {
+        "realm": server.realm,
+        "endpoint": server.endpoint,
+        "host": status.host,
+        "ports": status.ports,
+        "pid": status.process_id,
+        "scene": status.scene,
+        "state": status.state,
+        "clients": status.clients,
+        "real_time_factor": round(status.real_time_factor, 3),
+        "core_share": round(status.core_share, 3),
+        "age": round(status.age, 1),
+        "version": status.server,
+    }
+
+
+def _table(found: Sequence[Found]) -> list[str]:
+    if not found:
+        return ["no simulators"]
+    rows = [HEAD, *map(_row, found)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
+
+
+def _row(server: Found) -> tuple[str, ...]:
+    status = server.status
+    if status is None:
+        return (server.realm, *[""] * 4, NO_ANSWER, *[""] * 4)
+    return (
+        server.realm,
+        status.host,
+        ",".join(map(str, status.ports)),
+        str(status.process_id),
+        status.scene,
+        status.state,
+        str(status.clients),
+        f"{status.real_time_factor:.2f} x" if status.state == "running" else "",
+        f"{status.core_share:.0%}",
+        _age(status.age),
+    )
+
+
+def _age(seconds: float) -> str:
+    whole = int(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min"
+    return f"{whole // 3600} h" if whole < 86400 else f"{whole // 86400} d"
