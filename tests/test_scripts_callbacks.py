@@ -1,0 +1,243 @@
+"""Which function of which script is called when."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from handler_calls import World
+from real_world import RealWorld
+from scripted_world import call, said, scripted
+
+import simx_client as vrep
+from simx_server.errors import CommandError
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.loader import load_text
+
+pytest.importorskip("lupa")
+
+PHASES = [
+    "init",
+    "actuation",
+    "sensing",
+    "cleanup",
+    "suspend",
+    "suspended",
+    "resume",
+    "nonSimulation",
+    "beforeSimulation",
+    "afterSimulation",
+]
+
+
+def tell(name: str) -> str:
+    """A script that says which of its call-backs is called."""
+    return "\n".join(f"function sysCall_{phase}() print('{name} {phase}') end" for phase in PHASES)
+
+
+def test_child_scripts_are_called_from_the_leaves_to_the_roots() -> None:
+    world = scripted({f"lua:{name}": tell(name) for name in ("base", "plain", "right", "leaf", "left")})
+    assert said(world) == []
+    world.run(1)
+    order = ("leaf", "left", "right", "base", "plain")
+    assert said(world) == [f"{name} {phase}" for phase in ("init", "actuation", "sensing") for name in order]
+    world.sim.pause()
+    world.sim.idle()
+    world.sim.start()
+    phases = ("suspend", "suspended", "resume")
+    assert said(world) == [f"{name} {phase}" for phase in phases for name in order]
+    world.sim.stop()
+    assert said(world) == [f"{name} cleanup" for name in order]
+    world.sim.idle()
+    assert said(world) == []
+
+
+def test_customization_script_lives_from_load_to_close() -> None:
+    world = scripted({"lua:customization:base": tell("custom"), "lua:base": tell("child")})
+    assert said(world) == ["custom init"]
+    world.sim.idle()
+    assert said(world) == ["custom nonSimulation"]
+    world.run(1)
+    assert said(world) == [
+        "custom beforeSimulation",
+        "child init",
+        "child actuation",
+        "custom actuation",
+        "child sensing",
+        "custom sensing",
+    ]
+    world.sim.pause()
+    world.sim.idle()
+    world.sim.start()
+    assert said(world) == [
+        f"{name} {phase}" for phase in ("suspend", "suspended", "resume") for name in ("child", "custom")
+    ]
+    world.sim.stop()
+    assert said(world) == ["child cleanup", "custom afterSimulation"]
+    world.sim.close()
+    assert said(world) == ["custom cleanup"]
+    assert world.sim.on_idle == []
+
+
+def test_customization_script_keeps_its_values_and_its_changes_before_a_start_stay() -> None:
+    world = scripted(
+        {
+            "lua:customization:base": """
+            starts = 0
+            function sysCall_beforeSimulation()
+                starts = starts + 1
+                sim.setObjectPosition(sim.handle_self, -1, {starts, 0, 0})
+            end
+            function sysCall_actuation() sim.setObjectPosition(sim.handle_self, -1, {9, 9, 9}) end
+            function state() return {starts}, sim.getObjectPosition(sim.handle_self, -1), {}, '' end
+            """
+        }
+    )
+    for number in (1, 2):
+        world.run(2)
+        assert call(world, "state", kind=6) == ([number], [9, 9, 9], [], b"")
+        world.sim.stop()
+        assert call(world, "state", kind=6) == ([number], [number, 0, 0], [], b"")
+
+
+def test_idle_passes_are_made_by_the_engine_while_stopped(tmp_path: Path) -> None:
+    (tmp_path / "idle.lua").write_text(
+        "function sysCall_nonSimulation() n = (n or 0) + 1 sim.setIntegerSignal('idle', n) end"
+    )
+    (tmp_path / "scene.xml").write_text(
+        '<mujoco><worldbody><body name="it"><geom size="0.1"/></body></worldbody><custom>'
+        '<text name="simx:script:it" data="file=idle.lua type=customization"/></custom></mujoco>'
+    )
+    world = RealWorld(tmp_path / "scene.xml")
+    try:
+        client = world.client()
+        while vrep.simxGetIntegerSignal(client, "idle", vrep.simx_opmode_blocking) < (0, 3):
+            world.engine.turn(max_wait=0.1)
+    finally:
+        world.close()
+
+
+def test_an_object_may_have_a_child_and_a_customization_script_from_files(tmp_path: Path) -> None:
+    (tmp_path / "child.lua").write_text("function f() return {1}, {}, {}, '' end")
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "custom.lua").write_text("function f() return {6}, {}, {}, '' end")
+    (tmp_path / "main.lua").write_text(
+        "function sysCall_actuation() print('main') end function f() return {0}, {}, {}, '' end"
+    )
+    (tmp_path / "scene.xml").write_text(
+        '<mujoco><worldbody><body name="it"><geom size="0.1"/></body></worldbody><custom>'
+        '<text name="simx:script:it" data="file=child.lua"/>'
+        '<text name="simx:script:customization:it" data="file=custom.lua"/>'
+        '<text name="simx:script:main" data="file=main.lua"/></custom></mujoco>'
+    )
+    world = World(file=tmp_path / "scene.xml")
+    assert call(world, "f", on="it", kind=6)[0] == [6]
+    with pytest.raises(CommandError, match="only while the simulation runs"):
+        call(world, "f", on="it")
+    world.run(1)
+    assert [call(world, "f", on="it", kind=kind)[0] for kind in (0, 1, 6)] == [[0], [1], [6]]
+    assert said(world) == ["main"]
+
+
+def test_main_script_calls_the_child_scripts_when_it_wants() -> None:
+    world = scripted(
+        {
+            "lua:base": tell("child"),
+            "lua:customization:base": tell("custom"),
+            "lua:main": """
+            function sysCall_init() print('main init') end
+            function sysCall_actuation()
+                print('before', sim.getSimulationTime())
+                sim.handleChildScripts(sim.syscb_actuation)
+                print('after')
+            end
+            function sysCall_cleanup() print('main cleanup') end
+            """,
+        }
+    )
+    said(world)
+    world.run(1)
+    assert said(world) == [
+        "custom beforeSimulation",
+        "main init",
+        "child init",
+        "before\t0.0",
+        "child actuation",
+        "after",
+        "custom actuation",
+        "custom sensing",
+    ]
+    world.sim.stop()
+    assert said(world) == ["main cleanup", "child cleanup", "custom afterSimulation"]
+
+
+def test_script_of_what_is_added_and_removed_while_running() -> None:
+    world = scripted({"lua:plain": tell("one"), "lua:customization:plain": tell("custom")})
+    world.run(1)
+    said(world)
+    world.call("simxCopyPasteObjects", [world.handle("plain")])
+    assert said(world) == ["one init", "custom init"]
+    world.sim.advance()
+    assert (
+        said(world)
+        == ["one actuation"] * 2 + ["custom actuation"] * 2 + ["one sensing"] * 2 + ["custom sensing"] * 2
+    )
+    handles = [script.handle for script in world.sim.scripts.all()]
+    assert len(set(handles)) == 4
+    world.sim.stop()
+    assert len(world.sim.scripts.all()) == 2
+
+
+def test_script_that_ends_its_own_object_or_the_run_is_no_harm() -> None:
+    world = scripted(
+        {
+            "lua:plain": "function sysCall_actuation() sim.removeObject(sim.handle_self) print('gone') end",
+            "lua:base": """
+            function sysCall_sensing() if sim.getSimulationTime() > 0.07 then sim.stopSimulation() print('stop') end end
+            function sysCall_cleanup() print('cleanup') end
+            """,
+        }
+    )
+    world.run(4)
+    lines = [line for line in said(world) if "is stopped" not in line]
+    assert lines == ["gone", "stop", "cleanup"]
+    assert not world.sim.is_running
+
+
+def test_error_stops_one_script_and_is_told() -> None:
+    world = scripted(
+        {"lua:base": "function sysCall_sensing()\n  sim.getObjectPostion(1)\nend", "lua:plain": tell("other")}
+    )
+    world.run(2)
+    lines = said(world)
+    assert lines.count("other sensing") == 2
+    (told,) = [line for line in lines if "is stopped" in line]
+    assert told.startswith(
+        "child script of 'base' (base.lua) is stopped: base.lua:2: sim.getObjectPostion: is not provided by this "
+        "server; did you mean getObjectPosition or "
+    )
+    with pytest.raises(CommandError, match=r"was stopped by an error: base\.lua:2: sim\.getObjectPostion"):
+        call(world, "sysCall_sensing")
+
+
+def test_text_of_a_script_keeps_its_lines_and_letters() -> None:
+    source = 'function f()\n\treturn {1 < 2 and 1 or 0}, {}, {"a\'b & c"}, "" -- comment\nend'
+    world = scripted({"lua:base": source})
+    world.run()
+    assert call(world, "f") == ([1], [], ["a'b & c"], b"")
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "text"),
+    [
+        ("script:base", "file=a.lua type=sandbox", "valid for type is one of child, customization, main"),
+        ("script:base", "path=a.lua", "valid is key=value with a key of file, type, threaded"),
+        ("lua:nobody", "x = 1", "names no object of the scene"),
+    ],
+)
+def test_wrong_annotation_is_an_error_of_the_scene(name: str, data: str, text: str) -> None:
+    with pytest.raises(SceneError, match=text):
+        load_text(
+            f'<mujoco><worldbody><body name="base"/></worldbody><custom><text name="simx:{name}" data="{data}"/>'
+            "</custom></mujoco>"
+        )
