@@ -316,6 +316,84 @@ return many, one, none, path and #path
     assert (none, path) == (None, 18)
 
 
+def test_a_group_is_checked_and_its_jacobian_computed(world: ScriptWorld) -> None:
+    before = world.sim.data.qpos.copy()
+    result, values, code = world.lua(
+        LUA_JOINTS
+        + TO_GROUP
+        + """
+sim.setIkElementProperties(g, sim.getObjectHandle('tip'), 7)
+local result, values = sim.checkIkGroup(g, js)
+return result, values, sim.computeJacobian(g, 0)
+"""
+    )
+    assert (result, code) == (1, 0)
+    assert np.array_equal(world.sim.data.qpos, before)
+    for name, value in zip(JOINTS, values, strict=True):
+        world.sim.joints.set_position(world.sim.scene.resolve(name), value)
+    assert miss(world.sim)[0] < 1e-3
+
+
+def test_what_an_environment_holds_is_read_and_set(world: ScriptWorld) -> None:
+    asked = world.lua(
+        ENVIRONMENT
+        + """
+simIK.setElementPrecision(env, group, element, {0.001, 0.01})
+simIK.setJointInterval(env, js[1], false, {-0.5, 1})
+simIK.setJointPosition(env, js[1], 2)
+simIK.setJointPosition(env, js[2], 0.4) simIK.setJointPosition(env, js[3], 0.4)
+simIK.setJointMode(env, js[6], simIK.jointmode_passive)
+simIK.setObjectTransformation(env, target, -1, {0.2, 0.1, 0.5}, {0, 0, 1})
+local cyclic, interval = simIK.getJointInterval(env, js[1])
+local matrix = simIK.getObjectMatrix(env, target, -1)
+local place, quat, euler = simIK.getObjectTransformation(env, target, -1)
+local jacobian, size = simIK.getJacobian(env, group)
+local same, errors = simIK.computeGroupJacobian(env, group)
+local method, damping, iterations = simIK.getGroupCalculation(env, group)
+return {simIK.getObjectHandle(env, 'tip') == tip, simIK.doesObjectExist(env, 'nobody')}, {cyclic, interval},
+    {simIK.getJointPosition(env, js[1]), simIK.getJointMode(env, js[6])}, {matrix[4], matrix[8], matrix[12]},
+    {place, euler, quat[4]}, {#jacobian, size, #same, #errors}, simIK.getManipulability(env, group),
+    {method, damping, iterations}, simIK.getGroupHandle(env, 'group1') == group
+"""
+    )
+    assert asked[0] == [True, False]
+    assert asked[1] == [False, [-0.5, 1]]
+    assert asked[2] == [0.5, 0]
+    assert asked[3] == pytest.approx([0.2, 0.1, 0.5])
+    assert asked[4] == [
+        pytest.approx([0.2, 0.1, 0.5]),
+        pytest.approx([0, 0, 1]),
+        pytest.approx(math.cos(0.5)),
+    ]
+    assert asked[5] == [15, [3, 5], 15, 3]
+    assert asked[6] > 0
+    assert asked[7:] == [[1, 0.05, 100], True]
+
+
+def test_the_older_names_do_the_same(world: ScriptWorld) -> None:
+    result, place, settings = world.lua(
+        LUA_JOINTS
+        + """
+local env = simIK.createEnvironment()
+local group = simIK.createIkGroup(env, 'arm')
+simIK.setIkGroupCalculation(env, group, simIK.method_pseudo_inverse, 0, 60)
+local base, tip, target = sim.getObjectHandle('base'), sim.getObjectHandle('tip'), sim.getObjectHandle('target')
+local element, toIk, toSim = simIK.addIkElementFromScene(env, group, base, tip, target, simIK.constraint_pose)
+simIK.setIkElementConstraints(env, group, element, simIK.constraint_position)
+simIK.setIkElementPrecision(env, group, element, {0.0002, 0.01})
+simIK.setIkElementWeights(env, group, element, {1, 1})
+sim.setJointPosition(js[2], 0.5)
+simIK.applySceneToIkEnvironment(env, group)
+simIK.syncFromSim(env, {group})
+local result = simIK.handleIkGroup(env, simIK.getIkGroupHandle(env, 'arm'))
+return result, simIK.getObjectPose(env, toIk[tip]), {simIK.getIkGroupCalculation(env, group)}
+"""
+    )
+    assert result == 1
+    assert place[:3] == pytest.approx([0.3, 0.1, 0.4], abs=2e-4)
+    assert settings == [0, 0, 60]
+
+
 def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> None:
     world.fails("simIK.createGroup(5)", "no environment 5")
     world.fails(ENVIRONMENT + "simIK.handleGroup(env, 9)", "no group 9")

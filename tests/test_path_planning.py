@@ -181,14 +181,68 @@ return found, path
 
 
 def test_the_flat_names_of_old_plan_too(world: ScriptWorld) -> None:
-    found, path = world.lua(
-        ARM_TASK.replace("simOMPL.Algorithm.", "sim_ompl_algorithm_")
-        .replace("simOMPL.StateSpaceType.", "sim_ompl_statespacetype_")
-        .replace("simOMPL.", "simExtOMPL_")
-        + "local found, path = simExtOMPL_compute(task, 10, -1, 20) return found, path"
-    )
+    found, path, count, first, reverse, limits, there, exact, back = world.lua("""
+local js = {simGetObjectHandle('shoulder'), simGetObjectHandle('elbow')}
+local task, spaces = simExtOMPL_createTask('reach'), {}
+for i, j in ipairs(js) do
+    local kind = sim_ompl_statespacetype_joint_position
+    spaces[i] = simExtOMPL_createStateSpace('j' .. i, kind, j, {-2.9}, {2.9}, 1)
+end
+simExtOMPL_setVerboseLevel(task, 0)
+simExtOMPL_setStateSpace(task, spaces)
+simExtOMPL_setAlgorithm(task, sim_ompl_algorithm_RRTConnect)
+simExtOMPL_setCollisionPairs(task, {simGetCollectionHandle('robot'), sim_handle_all})
+simExtOMPL_setStateValidityCheckingResolution(task, 0.001)
+simExtOMPL_setStateValidityCallback(task, function() return true end)
+simExtOMPL_setStartState(task, {-0.8, 0.1})
+simExtOMPL_setGoalState(task, {0.8, -0.1})
+simExtOMPL_addGoalState(task, {0.9, -0.1})
+assert(simExtOMPL_setup(task) and simExtOMPL_solve(task, 10))
+simExtOMPL_simplifyPath(task, 0.2)
+simExtOMPL_interpolatePath(task, 20)
+simExtOMPL_printTaskInfo(task)
+local path = simExtOMPL_getPath(task)
+local limits = {simExtOMPL_isStateWithinBounds(task, {3, 0}), simExtOMPL_isStateValid(task, {0, 0})}
+simExtOMPL_writeState(task, {0.5, 0.2})
+local back = simExtOMPL_readState(task)
+local far = simExtOMPL_stateDistance(task, {0, 0}, {3, 4})
+local exact = {simExtOMPL_hasExactSolution(task), simExtOMPL_hasApproximateSolution(task), far}
+local count, first = simExtOMPL_getPathStateCount(task), simExtOMPL_getPathState(task, 0)
+local reverse = simExtOMPL_getReversedPath(task, path)
+local found, there = simExtOMPL_compute(task, 10, -1, 20)
+for _, space in ipairs(spaces) do simExtOMPL_destroyStateSpace(space) end
+simExtOMPL_destroyTask(task)
+return found, path, count, first, reverse, limits, #there, exact, back
+""")
     assert found is True
-    assert len(path) >= 40
+    assert count == len(path) / 2 >= 20
+    assert first == path[:2] == [-0.8, 0.1]
+    assert reverse[:2] == path[-2:]
+    assert limits == [False, False]
+    assert there >= 40
+    assert exact == [True, False, pytest.approx(5)]
+    assert back == pytest.approx([0.5, 0.2])
+
+
+def test_a_task_can_be_asked_step_by_step(world: ScriptWorld) -> None:
+    count, ends, far, inside, state = world.lua(
+        ARM_TASK
+        + """
+simOMPL.setVerboseLevel(task, 1)
+simOMPL.setStateValidityCheckingResolution(task, 0.0005)
+simOMPL.solve(task, 10)
+simOMPL.simplifyPath(task, 0.2)
+simOMPL.interpolatePath(task, 0)
+simOMPL.printTaskInfo(task)
+local back = simOMPL.getReversedPath(task, simOMPL.getPath(task))
+local ends = {simOMPL.hasExactSolution(task), simOMPL.hasApproximateSolution(task), back[1], back[2]}
+return simOMPL.getPathStateCount(task), ends, simOMPL.stateDistance(task, {0, 0}, {0.3, 0.4}),
+    simOMPL.isStateWithinBounds(task, {2, 2}), simOMPL.readState(task)
+"""
+    )
+    assert count > 300
+    assert ends == [True, False, 0.8, -0.1]
+    assert (far, inside, state) == (pytest.approx(0.5), True, [0, 0])
 
 
 def test_mistakes_are_told(world: ScriptWorld) -> None:

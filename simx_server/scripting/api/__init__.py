@@ -42,8 +42,8 @@ from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .sim_ik_worlds import SimIk
-from .simx import SimxFunctions
 from .simulation import SimulationFunctions
+from .simx import SimxFunctions
 from .threads import ThreadFunctions
 from .tubes import TubeFunctions
 from .vision import VisionFunctions
@@ -109,7 +109,9 @@ class SimApi(
     """What one script may do to the simulation."""
 
 
-NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType({"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions, "simx": SimxFunctions})
+NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
+    {"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions, "simx": SimxFunctions}
+)
 """What scripts find as globals, each a class assembled as `SimApi` is."""
 
 

@@ -100,14 +100,17 @@ class IkFunctions(ApiPart):
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
     def computeJacobian(self, group: int, _options: int = 0) -> int:
-        """To be called before sim.getIkGroupMatrix; 0 when it could be computed, as in V-REP."""
+        """0 when it could be computed, else an error; sim.getIkGroupMatrix has it.
+
+        Partly: of the constraints that the group has; the options are ignored.
+        """
         self._matrix(self._sim.ik_groups.get(group))
         return 0
 
     def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
         """{columns, rows} after the numbers, row by row: 0 the Jacobian, 1 the manipulability matrix J J^T.
 
-        Differs: of the present state. Its columns are joints, those nearest to the base first (V-REP: last).
+        Partly: always of the present state; columns are joints, those nearest to the base first (V-REP: last).
         """
         if options not in (_JACOBIAN, _MANIPULABILITY):
             raise CommandError(f"{options} is not known; 0 is the Jacobian, 1 the manipulability matrix")
@@ -130,8 +133,9 @@ class IkFunctions(ApiPart):
     ) -> list[float] | None:
         """Values of the joints that bring the tip to the target, from random starts; nil when none is found in time.
 
-        `collision_pairs`: {entity, entity, ...} that must not meet; sim.handle_all stands for all others. Threshold
-        and metric are ignored: every start is tried to its end.
+        `collision_pairs`: {entity, entity, ...} that must not meet; sim.handle_all stands for all others.
+
+        Partly: threshold, metric and joint options are ignored; every start is tried to its end.
         """
         chosen = self._sim.ik_groups.get(group)
         usable, solver = self._sim.ik_groups.solver(chosen)

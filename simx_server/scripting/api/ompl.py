@@ -135,7 +135,7 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setAlgorithm(self, task: int, algorithm: int) -> bool:
-        """All are RRT-Connect here."""
+        """One of simOMPL.Algorithm. Partly: all of them are RRT-Connect here."""
         self._task(task)
         if algorithm not in ALGORITHMS.values():
             known = ", ".join(f"{number} {name}" for name, number in ALGORITHMS.items())
@@ -143,7 +143,7 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setVerboseLevel(self, task: int, _level: int) -> bool:
-        """Nothing is printed in any case."""
+        """Partly: nothing is printed in any case."""
         self._task(task)
         return True
 
@@ -156,7 +156,7 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setStateValidityCheckingResolution(self, task: int, resolution: float) -> bool:
-        """Share of the space's extent between two checks. Differs: never coarser than 5 mrad or 5 mm."""
+        """Share of the space's extent between two checks. Partly: never coarser than 5 mrad or 5 mm."""
         if not 0 < resolution <= 1:
             raise CommandError("a resolution is above 0, up to 1")
         self._task(task).resolution = resolution
@@ -247,7 +247,7 @@ class OmplFunctions(OmplTasks):
         return bool(self._task(task).path)
 
     def hasApproximateSolution(self, task: int) -> bool:
-        """Always false: a path leads to its goal, or there is none."""
+        """False: a path leads to its goal, or there is none."""
         self._task(task)
         return False
 

@@ -150,8 +150,8 @@ class SimIk(IkEnvironmentFunctions):
     ) -> list[float] | None:
         """Joint values for the targets from random starts; nil when none is found in that time.
 
-        `callback`: function(values, data) that says whether they will do. Threshold and metric are ignored: every start
-        is tried to its end. `low` and `ranges` are those of the random starts.
+        `callback`: function(values, data) that says whether they will do. `low` and `ranges` are those of the random
+        starts. Partly: threshold, metric and joint options are ignored; every start is tried to its end.
         """
         found = self._search(environment, group, joints, abs(seconds), callback, data, low, ranges)
         return found[0] if found else None
@@ -167,7 +167,7 @@ class SimIk(IkEnvironmentFunctions):
         callback: str | Function | None = None,
         data: Any = None,
     ) -> list[float] | None:
-        """As getConfigForTipPose."""
+        """As getConfigForTipPose. Partly: as that."""
         return self.getConfigForTipPose(
             environment, group, joints, threshold, seconds, metric, callback, data
         )
