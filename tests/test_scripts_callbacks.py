@@ -241,3 +241,60 @@ def test_wrong_annotation_is_an_error_of_the_scene(name: str, data: str, text: s
             f'<mujoco><worldbody><body name="base"/></worldbody><custom><text name="simx:{name}" data="{data}"/>'
             "</custom></mujoco>"
         )
+
+
+JOINT = '<text name="simx:joint:hinge" data="mode=force motor=on control=position max_force=100"/>'
+
+
+def test_joint_callback_controls_the_motor_before_each_physics_step() -> None:
+    """A proportional controller of its own, slower than V-REP's, and as strong as it says."""
+    world = scripted(
+        {
+            "lua:hinge": """
+            steps = 0
+            function sysCall_jointCallback(inData)
+                if inData.first then print('first', inData.passCnt, inData.totalPasses, inData.revolute) end
+                steps = steps + 1
+                return {velocity = 2 * (inData.targetPos - inData.currentPos), force = inData.maxForce}
+            end
+            function count() return {steps}, {}, {}, '' end
+            """
+        },
+        custom=JOINT,
+    )
+    hinge = world.handle("hinge")
+    world.run(0)
+    world.call("simxSetJointTargetPosition", hinge, 1.0)
+    for _ in range(10):
+        world.sim.advance()
+    assert said(world) == [f"first\t1\t{world.sim.substeps}\ttrue"]
+    assert call(world, "count", on="hinge")[0] == [10 * world.sim.substeps]
+    # x' = 2 (1 - x): 1 - exp(-1) after half a second
+    assert world.call("simxGetJointPosition", hinge) == pytest.approx(0.632, abs=0.02)
+
+
+def test_joint_callback_says_how_strong_the_motor_is() -> None:
+    world = scripted(
+        {"lua:hinge": "function sysCall_jointCallback(inData) return {velocity = 100, force = 0.02} end"},
+        custom=JOINT,
+    )
+    world.run(10)
+    hinge = world.handle("hinge")
+    assert world.call("simxGetJointForce", hinge) == pytest.approx(0.02, rel=1e-3)
+    weak = world.call("simxGetJointPosition", hinge)
+    world.sim.stop()
+    world.run(10)
+    assert world.call("simxGetJointPosition", hinge) == weak
+
+
+def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -> None:
+    world = scripted(
+        {"lua:hinge": "function sysCall_jointCallback(inData) return nil + 1 end"},
+        custom=JOINT,
+    )
+    world.run(0)
+    world.call("simxSetJointTargetPosition", world.handle("hinge"), 0.5)
+    for _ in range(30):
+        world.sim.advance()
+    assert "is stopped" in said(world)[-1]
+    assert world.call("simxGetJointPosition", world.handle("hinge")) == pytest.approx(0.5, abs=1e-3)

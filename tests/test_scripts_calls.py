@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from handler_calls import World
+from scripted_world import scripted
 
 from simx_server.errors import CommandError
 
@@ -295,3 +296,64 @@ def test_shipped_gripper_script_obeys_its_signal() -> None:
     world.sim.advance()
     assert world.sim.joints.target_velocity(motor) == pytest.approx(-0.05)
     assert call(world, "rg2Open") == ([], [pytest.approx(0.05)], [], b"")
+
+
+def test_every_kind_of_script_is_a_target_by_type_or_handle() -> None:
+    answers = "function where() return {%d}, {}, {}, '' end  tools = {deep = {where = where}}"
+    world = scripted(
+        {"lua:base": answers % 1, "lua:customization:base": answers % 6, "lua:main": answers % 0}
+    )
+    world.run()
+    scripts = world.sim.scripts.all()
+    assert all(script.handle > 1_000_000 for script in scripts)
+    for script in scripts:
+        by_handle = world.call("simxCallScriptFunction", "", script.handle, "where", [], [], [], b"")
+        assert by_handle[0] == [int(script.kind)]
+        named = world.call(
+            "simxCallScriptFunction", "nobody", script.handle, "tools.deep.where", [], [], [], b""
+        )
+        assert named == by_handle, "with a handle the name is ignored"
+    for description, kind, function, answer in (
+        ("base", 1, "where", 1),
+        ("/base", 1, "where", 1),
+        ("", 1, "where@base", 1),
+        ("", 1, "tools.deep.where@/base", 1),
+        ("base", 6, "where", 6),
+        ("", 6, "where@base", 6),
+        ("base", 241, "where", 1),
+        ("", 0, "where", 0),
+        ("whatever", 0, "where", 0),
+    ):
+        found = world.call("simxCallScriptFunction", description, kind, function, [], [], [], b"")
+        assert found[0] == [answer], (description, kind, function)
+
+
+def test_customization_script_answers_while_stopped_and_the_others_say_what_to_do() -> None:
+    answers = "function where() return {1}, {}, {}, '' end"
+    world = scripted({"lua:base": answers, "lua:customization:base": answers, "lua:main": answers})
+    assert world.call("simxCallScriptFunction", "base", 6, "where", [], [], [], b"")[0] == [1]
+    for kind, name in ((1, "child script of 'base'"), (0, "main script")):
+        with pytest.raises(CommandError, match=rf"the {name} \(.*\) exists only while the simulation runs"):
+            world.call("simxCallScriptFunction", "base", kind, "where", [], [], [], b"")
+
+
+def test_results_of_numbers_that_are_texts_or_named_tables_are_refused() -> None:
+    world = scripted(
+        {
+            "lua:base": """
+            function named() return {a = 1}, {}, {}, '' end
+            function func() return {}, {}, {print}, '' end
+            function nothing() return {}, nil, {}, '' end
+            function enough() return {}, {}, {}, '', {}, print end
+            """
+        }
+    )
+    world.run()
+    for function, text in (
+        ("named", r"result 1 \(integers\), which must be a table"),
+        ("func", r"result 3 \(strings\), which must be a table with a string at index 1"),
+        ("nothing", r"returned nil as result 2 \(floats\), which must be a table"),
+    ):
+        with pytest.raises(CommandError, match=text):
+            call(world, function, on="base")
+    assert call(world, "enough", on="base") == ([], [], [], b"")

@@ -12,6 +12,7 @@ import numpy as np
 from simx_server.errors import CommandError
 from simx_server.joints.dependency import Followers, write_equality
 from simx_server.joints.measured import Measured
+from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
 from simx_server.joints.stepping import Stepper
@@ -42,6 +43,7 @@ class Machine:
         self._states: dict[int, JointState] = {}
         self._average_force = False
         self._stepper: Stepper | None = None
+        self._asked: Mapping[int, Ask] = {}
         self._measured = Measured(sim)
         self._kinematic: frozenset[int] = frozenset()
         self.bind_all()
@@ -143,6 +145,16 @@ class Machine:
         self._average_force = False
         self._stepper = None
         self._measured.forget()
+
+    def ask(self, asked: Mapping[int, Ask]) -> None:
+        """From the next pass on these control the motors of their joints (by handle), and nothing else does so."""
+        if asked.keys() == self._asked.keys() == set():
+            return
+        freed = self._asked.keys() - asked.keys()
+        self._asked = dict(asked)
+        for handle in freed & self._bindings.keys():
+            self._apply(handle)
+        self._rebuild()
 
     def step(self, count: int) -> None:
         """`count` physics steps under the controllers."""
@@ -258,7 +270,7 @@ class Machine:
         return self._stepper
 
     def _make_stepper(self) -> Stepper:
-        return Stepper(self._sim.model, self._sim.data, self._entries())
+        return Stepper(self._sim.model, self._sim.data, self._entries(), self._asked)
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())

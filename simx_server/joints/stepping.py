@@ -7,13 +7,14 @@ only once.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
 
 from simx_server.joints.dependency import Followers
 from simx_server.joints.kinematic import Kinematic
+from simx_server.joints.scripted import Ask, ScriptedJoints
 from simx_server.joints.servo import Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
@@ -21,7 +22,15 @@ from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 class Stepper:
     """The controllers of one model and its data, in arrays. Rebuilt when a setting changes other than a target."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        entries: Sequence[Entry],
+        asked: Mapping[int, Ask] | None = None,
+    ) -> None:
+        """`asked`: by joint handle the scripts that control a motor."""
+        self._scripted = ScriptedJoints(model, entries, asked or {})
         self._model = model
         self._data = data
         loops = [e for e in entries if e[2] in (Rule.POSITION, Rule.HOLD)]
@@ -96,11 +105,14 @@ class Stepper:
         has_loops, has_springs, has_kinematic = bool(self._index), bool(springs), bool(kinematic)
         total, now, accumulate = self._force, data.actuator_force, np.add
         total[:] = 0.0
+        scripted = self._scripted if self._scripted else None
         has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
         sensed[:] = 0.0
-        for _ in range(count):
+        for index in range(count):
             if has_loops:
                 control()
+            if scripted is not None:
+                scripted.control(data, index, count)
             if has_springs:
                 springs.control(data)
             step(model, data)

@@ -10,6 +10,7 @@ the scene to its close, whether the simulation runs or not.
 | start, before the state is saved | | `sysCall_beforeSimulation` |
 | start | `sysCall_init` | |
 | each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
+| before each physics step | `sysCall_jointCallback` of a joint in position control | the same, if there is none |
 | each pass after physics | `sysCall_sensing` | the same, after the child scripts |
 | pause; each idle pass then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
@@ -26,14 +27,17 @@ again); an error in a function that a client calls is the client's alone.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..joints.scripted import Ask
 from .lives import Lives
 from .script import Script, ScriptKind
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
     from .scripts import Scripts
+
+_JOINT_CALLBACK = "sysCall_jointCallback"
 
 _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
 
@@ -90,6 +94,7 @@ class Phases:
         for script in simulated:
             self._lives.call(script, "sysCall_cleanup")
             self._lives.drop(script)
+        self.watch()
 
     def _simulated(self) -> list[Script]:
         """Those that live from start to stop."""
@@ -104,7 +109,28 @@ class Phases:
                 self._lives.resume(script)
             self.call_all("sysCall_nonSimulation", ScriptKind.CUSTOMIZATION)
 
-    def watch_idle(self) -> None:
+    def watch(self) -> None:
+        """Scripts have begun or ended: who is to be asked for what."""
+        self._watch_idle()
+        self._watch_joints()
+
+    def _watch_joints(self) -> None:
+        """Joints whose script has a joint callback; the child script goes before the customization script."""
+        asked: dict[int, Ask] = {}
+        for script in reversed(self._scripts.all()):
+            is_first = script.kind == ScriptKind.CHILD or script.owner not in asked
+            if is_first and script.has(_JOINT_CALLBACK):
+                asked[script.owner] = self._asking(script)
+        self._sim.joints.ask(asked)
+
+    def _asking(self, script: Script) -> Ask:
+        def ask(known: dict[str, Any]) -> dict[str, Any] | None:
+            results = self._lives.call(script, _JOINT_CALLBACK, known)
+            return results[0] if results and isinstance(results[0], dict) else None
+
+        return ask
+
+    def _watch_idle(self) -> None:
         """Idle passes are asked for only while a script wants them."""
         wants = any(one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all())
         listeners = self._sim.on_idle

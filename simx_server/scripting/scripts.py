@@ -53,7 +53,7 @@ class Scripts:
         self._lives.time_limit = seconds
 
     def _changed(self) -> None:
-        self._phases.watch_idle()
+        self._phases.watch()
 
     # --- for handlers and the API ----------------------------------------------------------------
 

@@ -1,0 +1,84 @@
+"""Joints whose motor a script controls: it is asked before each physics step how fast and how strongly to turn.
+
+V-REP's joint callback: for a joint in force mode with motor and control loop on, in place of the position controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import mujoco
+
+from simx_server.joints.servo import Entry, Rule
+from simx_server.joints.state import UNLIMITED
+
+Ask = Callable[[dict[str, Any]], Mapping[str, Any] | None]
+"""Gets what is known of the joint; gives ``velocity`` (rad/s, m/s) and the greatest ``force`` (N m, N), or None."""
+
+
+class ScriptedJoints:
+    """Those of one model; positions and velocities are V-REP's, at the joint."""
+
+    def __init__(self, model: mujoco.MjModel, entries: Sequence[Entry], asked: Mapping[int, Ask]) -> None:
+        self._model = model
+        self._joints = [
+            (binding, state, asked[binding.handle])
+            for binding, state, rule in entries
+            if rule == Rule.POSITION and binding.handle in asked
+        ]
+        self._is_first = True
+
+    def __bool__(self) -> bool:
+        return bool(self._joints)
+
+    def control(self, data: mujoco.MjData, index: int, count: int) -> None:
+        """Before step `index` (from 0) of the `count` of a pass; what a script leaves out stays as it is."""
+        for binding, state, ask in self._joints:
+            is_tendon = binding.element == "tendon"
+            position = (
+                float(data.ten_length[binding.id] if is_tendon else data.qpos[binding.qpos]) + state.offset
+            )
+            is_limited, limits = (False, (0.0, 0.0)) if is_tendon else self._limits(binding.id)
+            low, high = (float(limit) + state.offset for limit in limits)
+            answer = ask(
+                {
+                    "first": self._is_first,
+                    "revolute": binding.kind == "hinge",
+                    "cyclic": state.cyclic or not is_limited,
+                    "handle": binding.handle,
+                    "lowLimit": low,
+                    "highLimit": high,
+                    "passCnt": index + 1,
+                    "totalPasses": count,
+                    "currentPos": position,
+                    "targetPos": state.target_position,
+                    "errorValue": state.target_position - position,
+                    "effort": float(data.actuator_force[binding.out]) * binding.gear,
+                    "dynStepSize": float(self._model.opt.timestep),
+                    "targetVel": state.target_velocity,
+                    "maxForce": state.max_force,
+                    "velUpperLimit": state.upper_velocity,
+                }
+            )
+            if answer is None:
+                continue
+            velocity = _number(answer.get("velocity", answer.get("vel")))
+            if velocity is not None:
+                data.ctrl[binding.ctrl] = velocity * binding.gear
+            force = _number(answer.get("force"))
+            if force is not None:
+                limit = min(abs(force), UNLIMITED) / abs(binding.gear)
+                self._model.actuator_forcelimited[binding.actuator] = True
+                self._model.actuator_forcerange[binding.actuator] = (-limit, limit)
+        self._is_first = False
+
+    def _limits(self, joint: int) -> tuple[bool, Sequence[float]]:
+        return bool(self._model.jnt_limited[joint]), self._model.jnt_range[joint]
+
+
+def _number(value: Any) -> float | None:
+    """A script's number; anything else, and what no force or velocity can be, counts as left out."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    return float(value) if abs(value) < float("inf") else None
