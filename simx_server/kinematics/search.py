@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from ..errors import CommandError
 from ..scene.poses import Pose, blend
 from .chain import Joints
 from .scratch import Array
@@ -88,6 +89,24 @@ def sampling_range(joints: Joints) -> tuple[Array, Array]:
     low = np.where(np.isfinite(joints.low), joints.low, -no_limit)
     high = np.where(np.isfinite(joints.high), joints.high, no_limit)
     return low, high - low
+
+
+def asked_range(
+    low: Sequence[float] | None, ranges: Sequence[float] | None, order: Sequence[int]
+) -> tuple[Array, Array] | None:
+    """(least value, range) of each joint as a script gives them, in its order; None when it gives none.
+
+    `order`: where each of the script's joints is among ours. Raises CommandError for another count.
+    """
+    if not low or not ranges:
+        return None
+    if not len(low) == len(ranges) == len(order):
+        raise CommandError(
+            f"lowest values and ranges of random starts are one for each of the {len(order)} joints"
+        )
+    found = np.zeros(len(order)), np.zeros(len(order))
+    found[0][list(order)], found[1][list(order)] = low, ranges
+    return found
 
 
 def wrapped(joints: Joints, values: Array) -> Array:

@@ -15,7 +15,7 @@ from simx_client.protocol import constants as c
 
 from ...errors import CommandError
 from ...kinematics import Constraint, Group, Method
-from ...kinematics.search import find_configs, straight_path
+from ...kinematics.search import asked_range, find_configs, straight_path
 from ...kinematics.validity import as_pairs, of_joints
 from ...scene.placing import object_pose
 from .base import ApiPart
@@ -141,19 +141,13 @@ class IkFunctions(ApiPart):
         usable, solver = self._sim.ik_groups.solver(chosen)
         order = joint_order(usable.handles, joints)
         validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
-        sampled = None
-        if low and ranges:
-            if not len(low) == len(ranges) == len(joints):
-                raise CommandError("lowest values and ranges are one for each joint")
-            sampled = np.zeros(len(joints)), np.zeros(len(joints))
-            sampled[0][order], sampled[1][order] = low, ranges
         found = find_configs(
             solver,
             usable,
             self._goals(chosen),
             self._sim.ik_groups.random,
             seconds=abs(milliseconds) / 1000,
-            sampled=sampled,
+            sampled=asked_range(low, ranges, order),
             accepts=validity,
             serve_others=self._sim.serve_others,
         )

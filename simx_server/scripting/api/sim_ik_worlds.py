@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from ...errors import CommandError
-from ...kinematics.search import find_configs, straight_path
+from ...kinematics.search import asked_range, find_configs, straight_path
 from ...scene.frames import (
     euler_from_quat,
     matrix12,
@@ -27,6 +28,9 @@ _WORLD, _PARENT = -1, -11
 
 _SECONDS = 0.5
 """How long is searched when nothing else is said."""
+
+
+_Judge = Callable[[list[float]], bool]
 
 
 class SimIk(IkEnvironmentFunctions):
@@ -153,7 +157,9 @@ class SimIk(IkEnvironmentFunctions):
         `callback`: function(values, data) that says whether they will do. `low` and `ranges` are those of the random
         starts. Partly: threshold, metric and joint options are ignored; every start is tried to its end.
         """
-        found = self._search(environment, group, joints, abs(seconds), callback, data, low, ranges)
+        found = self._search(
+            environment, group, joints, abs(seconds), self._judge(callback, data), (low, ranges)
+        )
         return found[0] if found else None
 
     def findConfig(
@@ -188,7 +194,7 @@ class SimIk(IkEnvironmentFunctions):
         asked = options or {}
         seconds, many = float(asked.get("maxTime", 0.1)), bool(asked.get("findMultiple"))
         return self._search(
-            environment, group, joints, seconds, asked.get("cb"), None, None, None, many=many, near=True
+            environment, group, joints, seconds, self._judge(asked.get("cb")), many=many, near=True
         )
 
     def generatePath(
@@ -210,7 +216,7 @@ class SimIk(IkEnvironmentFunctions):
         usable, solver = chosen.solver(wanted, tuple(joints))
         order = joint_order(usable.handles, joints)
         start = np.array([chosen.joint_position(handle) for handle in usable.handles])
-        accepts = None if callback is None else self._judge(callback, data, order)
+        accepts = _ordered(self._judge(callback, data), order)
         with self._at_no_cost():
             path = straight_path(solver, start, begin, goals, count, accepts)
         return None if path is None else [value for values in path for value in values[order].tolist()]
@@ -221,10 +227,8 @@ class SimIk(IkEnvironmentFunctions):
         group: int,
         joints: list[int],
         seconds: float,
-        callback: Any,
-        data: Any,
-        low: list[float] | None,
-        ranges: list[float] | None,
+        judge: _Judge | None,
+        sampled: tuple[list[float] | None, list[float] | None] = (None, None),
         *,
         many: bool = False,
         near: bool = False,
@@ -234,12 +238,6 @@ class SimIk(IkEnvironmentFunctions):
         usable, solver = chosen.solver(wanted, tuple(joints))
         order = joint_order(usable.handles, joints)
         start = np.array([chosen.joint_position(handle) for handle in usable.handles])
-        sampled = None
-        if low and ranges:
-            if not len(low) == len(ranges) == len(joints):
-                raise CommandError("lowest values and ranges are one for each joint")
-            sampled = np.zeros(len(joints)), np.zeros(len(joints))
-            sampled[0][order], sampled[1][order] = low, ranges
         found = find_configs(
             solver,
             usable,
@@ -247,8 +245,8 @@ class SimIk(IkEnvironmentFunctions):
             self._sim.ik_groups.random,
             seconds=seconds,
             start=start if near else None,
-            sampled=sampled,
-            accepts=None if callback is None else self._judge(callback, data, order),
+            sampled=asked_range(*sampled, order),
+            accepts=_ordered(judge, order),
             serve_others=self._sim.serve_others,
         )
         with self._at_no_cost():
@@ -256,11 +254,14 @@ class SimIk(IkEnvironmentFunctions):
         chosen_ones.sort(key=lambda values: float(np.linalg.norm(values - start)))
         return [values[order].tolist() for values in chosen_ones]
 
-    def _judge(self, callback: Any, data: Any, order: list[int]) -> Any:
+    def _judge(self, callback: Any, *extra: Any) -> _Judge | None:
+        """What a script's function says of joint values; None without one."""
+        if callback is None:
+            return None
         function = self._function(callback)
 
-        def judge(values: np.ndarray) -> bool:
-            answer = function(values[order].tolist(), data)
+        def judge(values: list[float]) -> bool:
+            answer = function(values, *extra)
             return bool(answer and answer[0])
 
         return judge
@@ -280,3 +281,8 @@ class SimIk(IkEnvironmentFunctions):
 
     def _place(self, environment: int, handle: int, relative_to: int, pose: Pose) -> None:
         self._environment(environment).set_pose(handle, self._reference(handle, relative_to), pose)
+
+
+def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:
+    """The same of our joint values; `order`: where each of the script's joints is among them."""
+    return None if judge is None else lambda values: judge(values[order].tolist())
