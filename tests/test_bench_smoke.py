@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 import pytest
 
 from bench import __main__ as bench
-from bench import baselines, blocking, picture, processes, scenes, startup, stepping, streaming
+from bench import baselines, batch, blocking, picture, processes, scenes, startup, stepping, streaming
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Ratio, Row, compose
 
@@ -121,6 +121,17 @@ def test_streams_are_measured_at_both_speeds() -> None:
 def test_steps_are_measured_beside_the_same_physics() -> None:
     told = {row.what for row in stepping.measure(TINY).rows}
     assert {stepping.TRIGGER, stepping.LOOP, stepping.STEPS, stepping.PASS} <= told
+
+
+def test_many_servers_are_measured_beside_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch, "COUNTS", (1, 2))
+    monkeypatch.setattr(batch, "TASKS", batch.TASKS[1:])
+    found = batch.measure(TINY)
+    (task,) = batch.TASKS
+    cases = (batch.BLOCKING, batch.LEGACY, batch.PASS, batch.by_batch(1), batch.by_batch(2))
+    assert {f"{task.scene}: {case}" for case in cases} <= {row.what for row in found.rows}
+    assert [ratio.target for ratio in found.ratios] == [None, 1 / batch.TARGET, None]
+    assert all(ratio.value > 0 for ratio in found.ratios)
 
 
 def test_a_scene_is_measured_beside_its_physics(monkeypatch: pytest.MonkeyPatch) -> None:
