@@ -51,6 +51,7 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     attach_parts(simulation, settings.workspace)
     simulation.parameters.arguments = settings.arguments
     simulation.scripts.allows_code = settings.allow_code
+    stack.callback(simulation.scripts.close)
     if settings.command_server:
         simulation.on_load.append(partial(add_command_server, simulation))
     simulation.load(find_scene(settings.scene or DEFAULT_SCENE))

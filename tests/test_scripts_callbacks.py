@@ -298,3 +298,11 @@ def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -
         world.sim.advance()
     assert "is stopped" in said(world)[-1]
     assert world.call("simxGetJointPosition", world.handle("hinge")) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_call_back_that_never_comes_is_told() -> None:
+    world = scripted({"lua:base": "function sysCall_contactCallback(inData) end"})
+    world.run()
+    assert said(world) == [
+        "sysCall_contactCallback of the child script of 'base' (base.lua) is never called: this server cannot do that"
+    ]

@@ -21,6 +21,9 @@ logger = logging.getLogger(__name__)
 
 THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
 
+NEVER_CALLED = ("sysCall_contactCallback", "sysCall_dynCallback", "sysCall_vision", "sysCall_trigger")
+"""MuJoCo asks nobody about contacts but by a call-back of the whole process; pictures are made on another thread."""
+
 
 class Lives:
     """Begins, calls and ends scripts."""
@@ -73,6 +76,11 @@ class Lives:
                     source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
                 )
             self.within(lambda interpreter: interpreter.run(source), script.interpreter)
+            for function in filter(script.interpreter.has, NEVER_CALLED):
+                text = (
+                    f"{function} of the {self.describe(script)} is never called: this server cannot do that"
+                )
+                self._sim.status_bar.add(text)
             if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
                 script.interpreter.start_thread(thread)
                 script.has_thread = True

@@ -39,7 +39,7 @@ class Scripts:
         """Scripts may run code that clients send: the operator said so."""
         self._lives = Lives(sim, self._changed)
         sim.on_load.append(self._find)
-        sim.on_closing.append(self._close)
+        sim.on_closing.append(self.close)
         sim.on_model_changed.append(self._find_more)
         self._phases = Phases(sim, self, self._lives)
 
@@ -132,7 +132,8 @@ class Scripts:
             found += [*self._leaves_first(child), child]
         return found
 
-    def _close(self) -> None:
+    def close(self) -> None:
+        """The scene is left: all scripts end."""
         self._phases.call_all("sysCall_cleanup", ScriptKind.CUSTOMIZATION)
         for script in self._scripts:
             self._lives.drop(script)

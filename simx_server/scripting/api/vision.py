@@ -7,9 +7,11 @@ does not count as processor time of the script.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
+from concurrent import futures
 from concurrent.futures import Future
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +23,16 @@ from ...handlers import sensors, vision
 from ...scene.objects import ObjectKind
 from .base import ApiPart
 
+if TYPE_CHECKING:
+    from ...simulation import Simulation
+
 _T = TypeVar("_T")
 
 PATIENCE = 10.0
 """Seconds; the first picture of a server may have to wait for a back end to be tried out."""
+
+_GLANCE = 0.01
+"""Seconds between two looks at what other clients want."""
 
 _FLAG_GREY = _FLAG_STRING = 0x400000
 """sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
@@ -69,7 +77,7 @@ class VisionFunctions(ApiPart):
             future = sensors.read_vision_sensor(self._sim, handle)
         except CommandError:
             return (-1,)  # the handle is good, so this is the only reason
-        triggered, packets = _wait(future)
+        triggered, packets = _wait(self._sim, future)
         return int(triggered), *packets
 
     def resetVisionSensor(self, sensor: int) -> int:
@@ -89,7 +97,7 @@ class VisionFunctions(ApiPart):
         """
         handle = self._vision_sensor(sensor)
         _check_entity(entity)
-        triggered, packets = _wait(self._sim.vision.check(handle))
+        triggered, packets = _wait(self._sim, self._sim.vision.check(handle))
         return int(triggered), *packets
 
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
@@ -194,7 +202,7 @@ class VisionFunctions(ApiPart):
         """(height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
         future = vision.get_vision_sensor_image(self._sim, handle, int(grey))
-        (width, height), data = _wait(future)
+        (width, height), data = _wait(self._sim, future)
         pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
         if cut_off <= 0.0:
             return pixels
@@ -206,7 +214,7 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.float32]:
         """(height, width) of a region."""
         handle = self._vision_sensor(sensor)
-        (width, height), data = _wait(vision.get_vision_sensor_depth_buffer(self._sim, handle))
+        (width, height), data = _wait(self._sim, vision.get_vision_sensor_depth_buffer(self._sim, handle))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
         if not metres:
             return depth
@@ -243,8 +251,11 @@ def _region(
     return picture[y : y + up, x : x + across]
 
 
-def _wait(future: Future[_T]) -> _T:
-    try:
-        return future.result(PATIENCE)
-    except TimeoutError:
-        raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later") from None
+def _wait(sim: Simulation, future: Future[_T]) -> _T:
+    """The result; other clients are answered until it is there."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if futures.wait([future], _GLANCE).done:
+            return future.result()
+        sim.serve_others()
+    raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")
