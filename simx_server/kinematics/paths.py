@@ -119,7 +119,7 @@ class Planner:
         self._end = time.monotonic() + seconds
         self._choose_check(path[0], path[-1:])
         idle = 0
-        while len(path) > 2 and idle < 50 and time.monotonic() < self._end:
+        while len(path) > 2 and idle < 30 and time.monotonic() < self._end:
             first, last = sorted(self._random.random(2) * (len(path) - 1))
             i, j = int(first), int(last)
             if i == j:
@@ -134,7 +134,7 @@ class Planner:
                 break
             if is_better:
                 path = self._without_repeats([*path[: i + 1], a, b, *path[j + 1 :]])
-            idle = 0 if is_better and saved > 1e-3 else idle + 1
+            idle = 0 if is_better and saved > 0.01 * self._lengths(path) else idle + 1
         return path
 
     def _is_free(self, start: Array, end: Array) -> bool:
