@@ -316,6 +316,19 @@ return many, one, none, path and #path
     assert (none, path) == (None, 18)
 
 
+def test_a_tip_gets_another_target_until_the_stop(world: ScriptWorld) -> None:
+    asked = world.lua("""
+local tip, target, other = sim.getObjectHandle('tip'), sim.getObjectHandle('target'), sim.getObjectHandle('link1')
+local before = {sim.getLinkDummy(tip) == target, sim.getLinkDummy(target) == tip, sim.getLinkDummy(other)}
+return before, sim.setLinkDummy(tip, other), sim.getLinkDummy(tip) == other
+""")
+    assert asked == [[True, True, -1], 1, True]
+    world.fails("sim.setLinkDummy(sim.getObjectHandle('target'), sim.getObjectHandle('tip'))", "tip of no")
+    world.sim.stop()
+    world.sim.start()
+    assert world.value("sim.getLinkDummy(sim.getObjectHandle('tip')) == sim.getObjectHandle('target')") is True
+
+
 def test_a_group_is_checked_and_its_jacobian_computed(world: ScriptWorld) -> None:
     before = world.sim.data.qpos.copy()
     result, values, code = world.lua(

@@ -84,9 +84,19 @@ class IkGroups:
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]
 
-    def tips(self) -> list[int]:
-        """Handles of the tips of all groups."""
-        return [element.tip for group in self._groups() for element in group.elements]
+    def elements(self) -> list[Element]:
+        """Of all groups."""
+        return [element for group in self._groups() for element in group.elements]
+
+    def retarget(self, tip: int, target: int) -> bool:
+        """Give all elements with this tip another target, until the stop; False when there is none."""
+        found = False
+        for group in self._groups():
+            for number, element in enumerate(group.elements):
+                if element.tip == tip:
+                    group.elements[number] = replace(element, target=target)
+                    found = True
+        return found
 
     def get(self, handle: int) -> Group:
         """Raises CommandError that lists them."""

@@ -99,6 +99,30 @@ class IkFunctions(ApiPart):
                 return 1
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
+    def getLinkDummy(self, dummy: int) -> int:
+        """The target of a tip, or the tip of a target, in a group of the scene; -1 for other dummies.
+
+        Partly: links of other kinds are not there.
+        """
+        handle = self._self(dummy)
+        self._sim.scene.get(handle)
+        for element in self._sim.ik_groups.elements():
+            if handle in (element.tip, element.target):
+                return element.target if handle == element.tip else element.tip
+        return -1
+
+    def setLinkDummy(self, dummy: int, target: int) -> int:
+        """Give a tip another target in all groups that have it; until the simulation stops.
+
+        Partly: only of tips of groups that the scene registers; -1, to have no target, is an error.
+        """
+        tip, goal = self._self(dummy), self._self(target)
+        self._sim.scene.get(goal)
+        if not self._sim.ik_groups.retarget(tip, goal):
+            name = self._sim.scene.get(tip).name
+            raise CommandError(f"'{name}' is the tip of no inverse kinematics group (simx:ik:NAME)")
+        return 1
+
     def computeJacobian(self, group: int, _options: int = 0) -> int:
         """0 when it could be computed, else an error; sim.getIkGroupMatrix has it.
 

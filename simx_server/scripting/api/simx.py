@@ -28,7 +28,7 @@ class SimxFunctions(ApiPart):
         scene, handle = self._sim.scene, self._self(robot)
         item = scene.get(handle)
         below = scene.descendants(handle)
-        tips = [tip for tip in self._sim.ik_groups.tips() if tip in below]
+        tips = [element.tip for element in self._sim.ik_groups.elements() if element.tip in below]
         for ending in _TIP_ENDINGS:
             tips += [
                 each
