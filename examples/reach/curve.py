@@ -14,8 +14,8 @@ LEFT, RIGHT, TOP, BOTTOM = 80, 25, 50, 60
 INK, GRID, DOT, LINE = (60, 60, 60), (225, 225, 225), (215, 190, 160), (180, 90, 20)
 """Colours, BGR."""
 
-WINDOW = 40
-"""Episodes of the running mean."""
+WINDOW = 5
+"""Rounds of the running mean; in a round all simulators end an episode."""
 
 
 def draw(path: Path, steps: Sequence[int], returns: Sequence[float], title: str) -> None:
@@ -43,10 +43,14 @@ def draw(path: Path, steps: Sequence[int], returns: Sequence[float], title: str)
         _write(picture, f"{tick:,.0f}", (place(tick, 0)[0], HEIGHT - BOTTOM + 22), align=0.5)
     for step, value in zip(steps, returns, strict=True):
         cv2.circle(picture, place(step, value), 2, DOT, -1, cv2.LINE_AA)
-    window = min(WINDOW, len(returns))
-    means = np.convolve(returns, np.ones(window) / window, "valid")
+    rounds = sorted(set(steps))
+    means = [
+        np.mean([value for step, value in zip(steps, returns, strict=True) if step == end]) for end in rounds
+    ]
+    window = min(WINDOW, len(rounds))
+    smooth = np.convolve(means, np.ones(window) / window, "valid")
     points = np.array(
-        [place(*point) for point in zip(steps[window - 1 :], means, strict=True)], dtype=np.int32
+        [place(*point) for point in zip(rounds[window - 1 :], smooth, strict=True)], dtype=np.int32
     )
     cv2.polylines(picture, [points], isClosed=False, color=LINE, thickness=2, lineType=cv2.LINE_AA)
     _write(picture, title, (LEFT, 30), align=0.0)
