@@ -1,0 +1,55 @@
+"""What processes take of the machine: memory, processor time, bytes on the wire. Linux only."""
+
+from __future__ import annotations
+
+import os
+import socket
+import struct
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+_TCP_INFO_BYTES = 120
+"""Offset of tcpi_bytes_acked in struct tcp_info (linux/tcp.h); tcpi_bytes_received follows."""
+
+
+def memory_mb(process_ids: Iterable[int]) -> float:
+    """Proportional set size of these processes together: what they share counts once."""
+    kilobytes = 0
+    for process_id in process_ids:
+        for line in Path(f"/proc/{process_id}/smaps_rollup").read_text().splitlines():
+            if line.startswith("Pss:"):
+                kilobytes += int(line.split()[1])
+    return kilobytes / 1024
+
+
+def processor_seconds(process_ids: Iterable[int]) -> float:
+    """Of all threads that the processes have now, since those began."""
+    nanoseconds = 0
+    for process_id in process_ids:
+        for schedule in Path(f"/proc/{process_id}/task").glob("*/schedstat"):
+            nanoseconds += int(schedule.read_text().split()[0])
+    return nanoseconds / 1e9
+
+
+def core_share(process_ids: Iterable[int], seconds: float) -> float:
+    """Processor seconds per second of these processes together, over so many seconds from now."""
+    watched = list(process_ids)
+    before, began = processor_seconds(watched), time.perf_counter()
+    time.sleep(seconds)
+    return (processor_seconds(watched) - before) / (time.perf_counter() - began)
+
+
+def bytes_to_port(port: int) -> tuple[int, int]:
+    """(sent, received) so far on this process's own TCP connections to a port."""
+    sent = received = 0
+    for entry in os.listdir("/proc/self/fd"):
+        try:
+            with socket.socket(fileno=os.dup(int(entry))) as copy:
+                if copy.type == socket.SOCK_STREAM and copy.getpeername()[1] == port:
+                    info = copy.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 256)
+                    counts = struct.unpack_from("QQ", info, _TCP_INFO_BYTES)
+                    sent, received = sent + counts[0], received + counts[1]
+        except (OSError, IndexError, TypeError):  # no socket, or one without a peer
+            continue
+    return sent, received

@@ -1,0 +1,216 @@
+"""How cost grows with clients and with servers: memory, processor time, time of a call, bytes; and through a router."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+
+import simx_client as vrep
+
+from . import processes
+from .client import CAMERA, JOINTS, CallFailed, check, connected, handle_of
+from .crowd import crowd
+from .measure import Effort, in_turn, ratio, side_by_side
+from .processes import ROOT, NotReady
+from .report import Findings, Ratio, Row
+from .resources import bytes_to_port, core_share, memory_mb, processor_seconds
+
+MEMORY_TARGET_MB = 60
+START_TARGET_S = 0.6
+FLEET = 8
+CLIENTS = (1, 8, 64)
+
+START = "start to the ready line, {} servers"
+READ = "blocking read, {} clients connected"
+DIRECT, ROUTED = "blocking read, directly", "blocking read, through a router"
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Servers of one command."""
+
+    parent: int
+    process_ids: list[int]
+    ports: list[int]
+    started_in: float
+
+    def memory(self) -> float:
+        """MB of all, the parent too."""
+        return memory_mb([self.parent, *self.process_ids])
+
+
+def measure(effort: Effort) -> Findings:
+    """Servers of one command, clients of one server, one router between."""
+    found = Findings("Scale")
+    _starts(found, effort)
+    _servers(found, effort)
+    _clients(found, effort)
+    _router(found, effort)
+    return found
+
+
+@contextmanager
+def fleet(count: int, *arguments: str) -> Generator[Fleet]:
+    """So many servers of the tutorial's scene on free ports; ended when the block is left."""
+    command = [*processes.SERVER, "--port", "0", "--count", str(count), *arguments]
+    began = time.perf_counter()
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            line = process.stdout.readline()
+            if not line:
+                raise NotReady(f"{count} servers did not get ready; the log says why")
+            took = time.perf_counter() - began
+            servers = json.loads(line)["servers"]
+            ports = [server["ports"][0] for server in servers]
+            yield Fleet(process.pid, [server["pid"] for server in servers], ports, took)
+        finally:
+            process.terminate()
+
+
+def _starts(found: Findings, effort: Effort) -> None:
+    def start(count: int) -> tuple[float, ...]:
+        with fleet(count) as started:
+            return (started.started_in,)
+
+    def alone() -> tuple[float, ...]:
+        with processes.server() as server:
+            return (server.started_in,)
+
+    cases: dict[str, Callable[[], tuple[float, ...]]] = {START.format("1 (no --count)"): alone}
+    cases |= {START.format(count): lambda count=count: start(count) for count in (1, FLEET)}
+    taken = in_turn("scale, starts", cases, effort.count(5))
+    found.rows += [Row.of(what, rounds, "ms") for what, rounds in taken.items()]
+    first = taken[START.format("1 (no --count)")].median
+    found.ratios.append(Ratio("start of one server to its ready line", first, "s", START_TARGET_S))
+
+
+def _servers(found: Findings, effort: Effort) -> None:
+    """Memory and processor time of one server more."""
+    span = max(1.0, effort.seconds(4.0))
+    with processes.server("--start") as server:
+        with connected(server.port) as client:
+            _picture(client)
+        _row(found, "a server by itself, running, has made a picture", memory_mb([server.process_id]), "MB")
+    with fleet(1, "--start") as one:
+        time.sleep(span / 4)
+        base = one.memory()
+        with connected(one.ports[0]) as client:
+            _picture(client)
+            base_drawn = one.memory()
+    _row(found, "the first server of a fleet and its parent, running", base, "MB")
+    with fleet(FLEET, "--start") as many:
+        idle = core_share(many.process_ids, span) / FLEET
+        further = (many.memory() - base) / (FLEET - 1)
+        with ExitStack() as stack:
+            clients = [stack.enter_context(connected(port)) for port in many.ports]
+            for client in clients:
+                for joint in JOINTS:
+                    vrep.simxGetJointPosition(client, handle_of(client, joint), vrep.simx_opmode_streaming)
+            streaming = core_share(many.process_ids, span) / FLEET
+            for client in clients:
+                _picture(client)
+            drawn = (many.memory() - base_drawn) / (FLEET - 1)
+    found.ratios.append(Ratio("memory of a further server, running", further, "MB", MEMORY_TARGET_MB))
+    _row(found, f"one of {FLEET} servers more, running", further, "MB")
+    _row(found, f"one of {FLEET} servers more, running, with a client and a picture made", drawn, "MB")
+    _row(found, "a server at real time, nobody connected", idle * 100, "% core")
+    _row(found, "a server at real time, one client streams 6 joints", streaming * 100, "% core")
+
+
+def _picture(client: int) -> None:
+    camera = handle_of(client, CAMERA)
+    check(vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_blocking))
+
+
+def _clients(found: Findings, effort: Effort) -> None:
+    """One server for each number of clients, so that they can be compared at the same time."""
+    calls = effort.count(400, least=20)
+    with ExitStack() as stack:
+        cases: dict[str, Callable[[], object]] = {}
+        crowds = {}
+        memory: dict[int, float] = {}
+        for count in CLIENTS:
+            server = stack.enter_context(processes.server("--start"))
+            reader = stack.enter_context(connected(server.port))
+            handle = handle_of(reader, JOINTS[0])
+            _picture(reader)
+            before = memory_mb([server.process_id])
+            crowds[count] = stack.enter_context(crowd(server.port, count))
+            memory[count] = memory_mb([server.process_id]) - before
+            cases[READ.format(count)] = lambda client=reader, handle=handle: check(
+                vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)
+            )
+        most = crowds[CLIENTS[-1]]
+        _row(found, "a server, for each of 64 clients", memory[CLIENTS[-1]] / CLIENTS[-1], "MB")
+        few, many = memory_mb(crowds[CLIENTS[1]].process_ids), memory_mb(most.process_ids)
+        per_client = (many - few) / (CLIENTS[-1] - CLIENTS[1])
+        _row(found, "a client's process, for each further connection", per_client, "MB")
+        taken = side_by_side("scale, reads", cases, rounds=2 * effort.sets, calls=calls)
+        together = in_turn(
+            "scale, all clients call",
+            {
+                f"calls per second, {count} clients at once": lambda some=some: (
+                    some.calls_per_second(max(5, calls // some.count)),
+                )
+                for count, some in crowds.items()
+            },
+            effort.sets,
+        )
+    found.rows += [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    found.rows += [Row(what, rounds.median, None, "1/s") for what, rounds in together.items()]
+    for count in CLIENTS[1:]:
+        slower = ratio(taken[READ.format(count)], taken[READ.format(CLIENTS[0])])
+        found.ratios.append(Ratio(f"blocking read, {count} clients connected / 1", slower))
+
+
+def _router(found: Findings, effort: Effort) -> None:
+    calls = effort.count(400, least=20)
+    command = (sys.executable, "-m", "bench.router")
+    with processes.server(command=command) as router, ExitStack() as stack:
+        name = ("--realm", "bench", "--connect", f"tcp/127.0.0.1:{router.port}")
+        server = stack.enter_context(processes.server("--start", *name))
+        direct = stack.enter_context(connected(server.port))
+        far = vrep.simxStart("bench@127.0.0.1", router.port, True, True, 5000, 5)
+        if far == -1:
+            raise CallFailed("no connection through the router; the log says why")
+        stack.callback(vrep.simxFinish, far)
+        handle = handle_of(direct, JOINTS[0])
+        _picture(direct)
+
+        def read(client: int) -> object:
+            return check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking))
+
+        cases = {DIRECT: lambda: read(direct), ROUTED: lambda: read(far)}
+        taken = side_by_side("scale, router", cases, rounds=2 * effort.sets, calls=calls)
+        before = bytes_to_port(server.port)
+        for _ in range(calls):
+            read(direct)
+        after = bytes_to_port(server.port)
+        shares = {
+            "server": [server.process_id],
+            "router": [router.process_id],
+            "client": [os.getpid()],
+        }
+        earlier = {name: processor_seconds(ids) for name, ids in shares.items()}
+        for _ in range(calls):
+            read(far)
+        spent = {name: processor_seconds(ids) - earlier[name] for name, ids in shares.items()}
+    found.rows += [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    found.ratios.append(
+        Ratio("blocking read through a router / directly", ratio(taken[ROUTED], taken[DIRECT]))
+    )
+    for name, seconds in spent.items():
+        _row(found, f"processor time of a read through a router, {name}", seconds / calls * 1e6, "us")
+    for name, count, base in zip(("question", "answer"), after, before, strict=True):
+        _row(found, f"bytes of a blocking read on the wire, {name}", (count - base) / calls, "B")
+
+
+def _row(found: Findings, what: str, value: float, unit: str) -> None:
+    found.rows.append(Row(what, value, None, unit))
