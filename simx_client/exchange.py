@@ -42,9 +42,12 @@ class Exchange:
         self._answers = answers
         self._operation = operation
         self._ids: list[int] = []
+        self._sent_on = -1
+        """Number of the connection; another one means that the server was lost and has come back."""
 
     def send(self) -> None:
         """Send; does not wait. If that is not possible, ``finish`` finds no answers and says why."""
+        self._sent_on = self._connection.connection_id
         self._ids = self._connection.send_together(
             [(answer.shape, answer.arguments, self._operation, answer.take) for answer in self._answers]
         )
@@ -59,7 +62,8 @@ class Exchange:
         if self._ids:
             self._connection.receive_until(self._is_answered, deadline)
         if not self._is_answered():
-            if self._connection.connection_id == -1:
+            now_on = self._connection.connection_id
+            if now_on == -1 or now_on != self._sent_on:
                 reason = "the server went away"
             elif not self._ids:
                 reason = "communication is paused; resume first with simxPauseCommunication(clientID, False)"
