@@ -326,7 +326,9 @@ return before, sim.setLinkDummy(tip, other), sim.getLinkDummy(tip) == other
     world.fails("sim.setLinkDummy(sim.getObjectHandle('target'), sim.getObjectHandle('tip'))", "tip of no")
     world.sim.stop()
     world.sim.start()
-    assert world.value("sim.getLinkDummy(sim.getObjectHandle('tip')) == sim.getObjectHandle('target')") is True
+    assert (
+        world.value("sim.getLinkDummy(sim.getObjectHandle('tip')) == sim.getObjectHandle('target')") is True
+    )
 
 
 def test_a_group_is_checked_and_its_jacobian_computed(world: ScriptWorld) -> None:

@@ -103,7 +103,7 @@ def test_the_way_leads_around_the_obstacle_at_fine_resolution(world: ScriptWorld
 def test_equal_runs_find_the_same_path(world: ScriptWorld) -> None:
     paths: list[Any] = []
     for _ in range(2):
-        paths.append(world.lua(ARM_TASK + "simOMPL.solve(task, 10) return simOMPL.getPath(task)"))
+        paths.append(world.lua(ARM_TASK + "return simOMPL.compute(task, 10)"))
         world.sim.stop()
         world.sim.start()
     assert paths[0] == paths[1]
@@ -300,5 +300,5 @@ def test_the_tutorials_robot_reaches_around_a_post(tmp_path: Path) -> None:
     assert not all(is_free(state) for state in between)
     path = planner.plan(start, [goal], 20.0)
     assert not isinstance(path, Failure)
-    path = planner.shorten(path, 1.0)
+    path = planner.shorten(path, 10.0, 800)
     assert all(is_free(state) for state in interpolate(space, path, 1500))

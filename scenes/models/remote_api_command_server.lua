@@ -9,8 +9,8 @@
 local SPEED = 1.0        -- rad/s (m/s) of the fastest joint along a path
 local ARRIVED = 0.01     -- rad (m): how near a driven joint must be to the path's end
 local PATIENCE = 1.0     -- s that driven joints get for that
-local SEARCH = 1.5       -- s for looking for states of a pose
-local PLAN, SHORTEN = 4, 1  -- s for one path
+local SEARCH = 5         -- s at most for looking for states of a pose
+local PLAN = 5           -- s at most for one path
 
 local runs = {}          -- by robot: the path that is being followed
 local collections = {}   -- by robot: all of it, for collision checks
@@ -192,7 +192,7 @@ local function plan(task, start, goal, searches, count)
     simOMPL.setStartState(task, start)
     simOMPL.setGoalState(task, goal)
     for _ = 1, math.max(1, searches) do
-        local found, path = simOMPL.compute(task, PLAN, SHORTEN, count)
+        local found, path = simOMPL.compute(task, PLAN, -1, count)
         if found then return path end
     end
     return nil

@@ -60,7 +60,8 @@ class IkGroups:
         self.random = np.random.default_rng(0)
         """For searching and planning; begins anew with each run, so that equal runs give equal numbers."""
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
-        self._at_start: dict[int, Group] = {}
+        self._at_start: list[tuple[Group, Group]] = []
+        """Groups, and copies of what they were."""
         self._complaints: set[str] = set()
         sim.on_load.append(self._complaints.clear)
         sim.on_start.append(self._start)
@@ -187,15 +188,10 @@ class IkGroups:
 
     def _start(self) -> None:
         self.random = np.random.default_rng(0)
-        self._at_start = {
-            handle: replace(group, elements=list(group.elements))
-            for handle, (_, group) in self._registry.all().items()
-        }
+        self._at_start = [(group, replace(group, elements=list(group.elements))) for group in self._groups()]
 
     def _stop(self) -> None:
-        for handle, (_, group) in self._registry.all().items():
+        for group, before in self._at_start:
+            group.elements, group.how, group.explicit = before.elements, before.how, before.explicit
             group.result = Result.NOT_PERFORMED
-            if handle in self._at_start:
-                before = self._at_start[handle]
-                group.elements, group.how, group.explicit = before.elements, before.how, before.explicit
-        self._at_start = {}
+        self._at_start = []

@@ -10,6 +10,7 @@ either way. Algorithm names are accepted and all mean this planner.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -114,12 +115,16 @@ class Planner:
         except _TimeIsUpError:
             return Failure.TIME
 
-    def shorten(self, path: list[Array], seconds: float) -> list[Array]:
-        """Leave out what is not needed: straight ways between random points of the path, while that helps."""
+    def shorten(self, path: list[Array], seconds: float, checks: int | None = None) -> list[Array]:
+        """Leave out what is not needed: straight ways between random points of the path, while that helps.
+
+        At most for so much wall time; `checks`: with about so many checks, which does not depend on the machine.
+        """
+        last_check = math.inf if checks is None else self._count + checks
         self._end = time.monotonic() + seconds
         self._choose_check(path[0], path[-1:])
         idle = 0
-        while len(path) > 2 and idle < 30 and time.monotonic() < self._end:
+        while len(path) > 2 and idle < 30 and self._count < last_check and time.monotonic() < self._end:
             first, last = sorted(self._random.random(2) * (len(path) - 1))
             i, j = int(first), int(last)
             if i == j:

@@ -28,6 +28,7 @@ def find_configs(
     random: np.random.Generator,
     *,
     seconds: float,
+    trials: int | None = None,
     start: Array | None = None,
     sampled: tuple[Array, Array] | None = None,
     accepts: Callable[[Array], bool] | None = None,
@@ -35,15 +36,15 @@ def find_configs(
 ) -> Iterator[Array]:
     """Different joint values (n,) that bring the tips to their goals, one after the other as they are found.
 
-    At most `seconds` of wall time are spent, always at least one trial. `start`: the first trial is from there, else
-    from a random place. `sampled`: least values and ranges (n,) of random starts, else the joints' limits.
+    At most `seconds` of wall time and so many `trials` are spent, always at least one. `start`: the first trial is from
+    there, else from a random place. `sampled`: least values and ranges (n,) of random starts, else the joints' limits.
     `accepts`: what else a configuration must fulfil.
     """
     end = time.monotonic() + seconds
     low, extent = sampled if sampled is not None else sampling_range(joints)
     found: list[Array] = []
     trial = 0
-    while trial == 0 or time.monotonic() < end:
+    while trial == 0 or (time.monotonic() < end and (trials is None or trial < trials)):
         begin = low + extent * random.random(len(low)) if start is None or trial else start
         trial += 1
         solution = solver.solve(begin, goals, _HOW)

@@ -79,6 +79,9 @@ class Task:
         return sum(space.count for space in self.spaces)
 
 
+_EFFORT, _PATIENCE = 3000, 10.0
+"""Checks for shortening a path, which takes a UR5 about 1 s, and seconds on any machine."""
+
 MARGIN = 0.004
 """Metres that a path keeps away from what it must not meet: an arm's end moves by less between two checks."""
 
@@ -132,11 +135,13 @@ class Solving:
         task.path, task.problem = [state.tolist() for state in found], ""
         return True
 
-    def simplify(self, seconds: float) -> None:
-        """Shorten the path."""
+    def simplify(self, seconds: float | None) -> None:
+        """Shorten the path, at most for so much wall time; None: with the same effort on every machine."""
         if len(self._task.path) > 2:
             path = [np.array(state) for state in self._task.path]
-            self._task.path = [state.tolist() for state in self._planner().shorten(path, seconds)]
+            limits = (_PATIENCE, _EFFORT) if seconds is None else (seconds, None)
+            shorter = self._planner().shorten(path, *limits)
+            self._task.path = [state.tolist() for state in shorter]
 
     def interpolate(self, count: int) -> None:
         """At least so many states; 0: as many as checks are made."""

@@ -62,9 +62,6 @@ SPACE_KINDS = MappingProxyType(
     }
 )
 
-_SHORTENING = 1.0
-"""Seconds at most, when nothing else is said."""
-
 _LONGEST = 60.0
 """Seconds that one call may plan."""
 
@@ -200,9 +197,9 @@ class OmplFunctions(OmplTasks):
             return solving.solve(_limited(seconds))
 
     def simplifyPath(self, task: int, seconds: float = -1.0) -> bool:
-        """Shorten the path within that wall time; without one, up to 1 s."""
+        """Shorten the path within that wall time; without one, about 1 s, and equal runs give equal paths."""
         with self._planning(task) as solving:
-            solving.simplify(_SHORTENING if seconds < 0 else _limited(seconds))
+            solving.simplify(None if seconds < 0 else _limited(seconds))
         return bool(self._task(task).path)
 
     def interpolatePath(self, task: int, count: int = 0) -> bool:
