@@ -76,7 +76,7 @@ class Planner:
     """Plans in one space.
 
     `is_clear` is a stricter check of all states but the given ones, so that nothing is grazed between two checks; where
-    start or goal do not fulfil it, `is_valid` must do. `poll` is called about every hundred checks.
+    start or goal do not fulfil it, `is_valid` must do. `poll` is called every twenty checks.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class Planner:
 
     def _is_valid(self, state: Array) -> bool:
         self._count += 1
-        if self._count % 100 == 0:
+        if self._count % 20 == 0:
             if self._poll is not None:
                 self._poll()
             if time.monotonic() > self._end:
