@@ -229,8 +229,7 @@ def _become_server(
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
         threading.Thread(target=_end_with, args=(lifeline[0],), name="simx-lifeline", daemon=True).start()
-        # Pictures cost each server a renderer's memory, so it is made when the first one is asked for.
-        exit_code = run_server(simulation, settings, partial(_tell_parent, writer), prepare_pictures=False)
+        exit_code = run_server(simulation, settings, partial(_tell_parent, writer), is_one_of_many=True)
         simulation.rendering.close()
     except BaseException:
         logger.exception("the server failed")

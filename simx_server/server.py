@@ -81,13 +81,14 @@ def run_server(
     settings: Settings,
     say_ready: Callable[[ZenohGateway, Simulation], None],
     *,
-    prepare_pictures: bool = True,
+    is_one_of_many: bool = False,
 ) -> int:
     """Serve one simulation until it is told to end. Returns the process's exit code.
 
     Args:
         say_ready: called when it can be reached.
-        prepare_pictures: make the renderer of a scene with cameras now, or the first picture comes half a second late.
+        is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
+            which comes half a second late then.
     """
     pacer = Pacer(settings.speed)
     engine = Engine(
@@ -105,6 +106,7 @@ def run_server(
             realm=settings.realm,
             config=settings.config,
             multicast_scouting=settings.multicast_scouting,
+            is_frugal=is_one_of_many,
         )
     except GatewayError as error:
         logger.error("%s", error)
@@ -123,7 +125,7 @@ def run_server(
             gc.collect()
             gc.freeze()
             say_ready(gateway, simulation)
-            if prepare_pictures and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
+            if not is_one_of_many and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
                 simulation.rendering.prepare(simulation.model)
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
             simulation.stop()

@@ -61,6 +61,12 @@ TO_ROUTERS: dict[str, Any] = {
     "open/return_conditions/connect_scouted": False,
 }
 
+FRUGAL: dict[str, Any] = {
+    # Half of what Zenoh takes with a server's first picture; still eight of 640x480. What does not fit is copied.
+    "transport/shared_memory/transport_optimization/pool_size": 8 << 20,
+}
+"""For one of many servers on a host."""
+
 
 def import_zenoh(runtime: str = RUNTIME) -> Any:
     """Import Zenoh with one of the runtimes above, unless the user chose another one by ``ZENOH_RUNTIME``.

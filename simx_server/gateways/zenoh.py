@@ -41,6 +41,7 @@ class ZenohGateway:
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
+        is_frugal: bool = False,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -51,6 +52,7 @@ class ZenohGateway:
                 tried again and again.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
+            is_frugal: one of many servers on this host.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
@@ -78,14 +80,15 @@ class ZenohGateway:
         self._present: set[str] = set()
         """Clients whose liveliness token is there."""
 
-        self._session = self._open(config, connect, multicast_scouting)
+        more: dict[str, Any] = {**link.FRUGAL} if is_frugal else {}
+        if connect:
+            more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
+        self._session = self._open(config, more, multicast_scouting)
         self._declare()
 
-    def _open(self, config_file: Path | None, connect: Sequence[str], multicast_scouting: bool) -> Any:
+    def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
-        options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints)}
-        if connect:
-            options |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
+        options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
         if config_file is None:
             config = zenoh.Config()
             options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
@@ -98,8 +101,7 @@ class ZenohGateway:
             return zenoh.open(link.configure(config, options))
         except zenoh.ZError as error:
             raise GatewayError(
-                f"cannot listen on {', '.join(self.endpoints)}"
-                f"{' and connect to ' + ', '.join(connect) if connect else ''}: {_reason(error)}; "
+                f"cannot listen on {', '.join(self.endpoints)}{_and_connect(more)}: {_reason(error)}; "
                 "an endpoint is PROTOCOL/ADDRESS, as in tcp/0.0.0.0:7447"
             ) from None
 
@@ -233,6 +235,11 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
+
+
+def _and_connect(options: dict[str, Any]) -> str:
+    routers = options.get("connect/endpoints")
+    return f" and connect to {', '.join(routers)}" if routers else ""
 
 
 def _reason(error: Exception) -> str:
