@@ -9,7 +9,8 @@ import pytest
 from handler_calls import World
 
 from simx_server.scene.loader import SceneError, load_text
-from simx_server.sensors.nearest import Triangles, nearest_point
+from simx_server.sensors.nearest import nearest_points
+from simx_server.sensors.seen import Triangles
 from simx_server.sensors.volume import Volume, cone, cylinder, disc, pyramid
 
 VOLUMES = {
@@ -33,7 +34,7 @@ def box(random: np.random.Generator) -> Triangles:
     axes, _ = np.linalg.qr(random.normal(size=(3, 3)))
     corners = (SIGNS * random.uniform(0.02, 0.5, 3)) @ axes.T + random.normal(size=3) * 0.3 + (0, 0, 0.5)
     faces = [corners[[a, b, c]] for a, b, c, _ in QUADS] + [corners[[a, c, d]] for a, _, c, d in QUADS]
-    return Triangles.of(np.array(faces))[0]
+    return Triangles.of(np.array(faces))
 
 
 def points_on(triangles: Triangles, random: np.random.Generator, count: int) -> np.ndarray:
@@ -51,14 +52,14 @@ def test_no_point_within_the_volume_is_nearer(name: str) -> None:
     detected = 0
     for _ in range(40):
         triangles = box(random)
-        found = nearest_point(volume, triangles)
+        squares, (point,), (index,) = nearest_points(volume, triangles, np.full(1, math.inf))
         points = points_on(triangles, random, 1500)
         within = points[volume.contains(points)]
-        if found is None:
+        if index < 0:
             assert len(within) == 0
             continue
         detected += 1
-        distance, point, index = found
+        distance = math.sqrt(squares[0])
         assert volume.contains(point[np.newaxis])[0]
         assert np.linalg.norm(point) == pytest.approx(distance)
         assert abs(triangles.normals[index] @ point - triangles.heights[index]) < 1e-9

@@ -1,4 +1,7 @@
-"""What one proximity sensor detects at one instant: the nearest point of a detectable surface within its volume."""
+"""What proximity sensors detect at one instant: the nearest point of a detectable surface within their volumes.
+
+Sensors that look alike are looked after together: a ring of them costs little more than one.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.annotations import Annotation
 from ..scene.poses import Vector
-from . import volume as volumes
 from .instant import Instant
-from .nearest import Triangles, nearest_point
-from .triangles import CURVED, plane_triangles, true_surface, with_balls
-from .volume import Array, Volume
+from .nearest import nearest_points
+from .optics import Optics
+from .reach import pairs_in_reach
+from .seen import Triangles
+from .triangles import CURVED, plane_triangles, true_surface
+from .volume import Array
 
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
 _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_MET_BY_RAYS = (*CURVED, _PLANE)
+"""Types of geoms whose surfaces MuJoCo's rays meet as sensors do; of a box they do not meet the back."""
 _SNAP = 0.05
 """How far, as a share of the distance, the true surface may lie from its triangles along a line of sight."""
 
@@ -36,218 +42,159 @@ class Detection:
     """Object of the surface, -1 for an unnamed geom of the world."""
 
 
-@dataclass(frozen=True)
-class Optics:
-    """How a sensor looks, apart from where it is."""
-
-    kind: str
-    offset: float
-    """Metres along z before the volume begins."""
-    reach: float
-    """Length of the volume, metres."""
-    volume: Volume
-    faces: str = "both"
-    """Which sides of surfaces are seen: both, front or back."""
-    least_cosine: float = 0.0
-    """Of the angle between line of sight and normal; surfaces seen at a flatter angle are not detected."""
-    least_distance: float = 0.0
-    """Metres: something nearer blinds the sensor, and nothing is detected."""
-
-
-def optics(note: Annotation, default_reach: float) -> Optics:
-    """From a checked `simx:proximity` annotation."""
-    kind = str(note.get("type", "ray"))
-    offset, reach = _number(note, "offset"), _number(note, "range", default_reach)
-    angle, radius, gap = (
-        math.radians(_number(note, "angle_deg")),
-        _number(note, "radius"),
-        _number(note, "inside_gap"),
-    )
-    match kind:
-        case "cone":
-            volume = volumes.cone(angle, reach, offset, radius, gap)
-        case "disc":
-            volume = volumes.disc(angle, reach, _number(note, "height"), offset, radius, gap)
-        case "cylinder":
-            volume = volumes.cylinder(radius, reach, offset, _number(note, "radius_far", radius))
-        case "pyramid":
-            size = _number(note, "size_x"), _number(note, "size_y")
-            far = _number(note, "size_x_far", size[0]), _number(note, "size_y_far", size[1])
-            volume = volumes.pyramid(size, reach, offset, far)
-        case _:
-            volume = volumes.ray(reach, offset)
-    steepest = _number(note, "max_normal_deg", 90.0)
-    return Optics(
-        kind, offset, reach, volume,
-        faces=str(note.get("faces", "both")),
-        least_cosine=math.cos(math.radians(steepest)) if steepest < 90.0 else 0.0,
-        least_distance=_number(note, "min_distance"),
-    )  # fmt: skip
-
-
 def detect(
     instant: Instant, looks: Optics, origin: Array, rotation: Array, wanted: NDArray[np.bool_]
 ) -> Detection | None:
     """`origin` (3,) and `rotation` (3, 3, columns are its axes): the sensor in the world. `wanted`: (ngeom,)."""
-    view = _View(instant, looks, origin, rotation)
-    geoms = view.geoms_in_reach(wanted)
-    found = view.along_ray(geoms) if looks.kind == "ray" else view.in_volume(geoms)
-    if found is None or math.dist(found.point, (0.0, 0.0, 0.0)) < looks.least_distance:
-        return None
-    return found
+    return detect_all(instant, looks, origin[np.newaxis], rotation[np.newaxis], wanted[np.newaxis])[0]
 
 
-class _View:
-    """One sensor at one instant."""
+def detect_all(
+    instant: Instant, looks: Optics, origins: Array, rotations: Array, wanted: NDArray[np.bool_]
+) -> list[Detection | None]:
+    """The same for sensors (s,) that look alike; `wanted`: (s, ngeom)."""
+    look = _Look(instant, looks, origins, rotations, wanted)
+    found = look.along_rays() if looks.kind == "ray" else look.in_volumes()
+    return [
+        None if one is None or math.dist(one.point, (0.0, 0.0, 0.0)) < looks.least_distance else one
+        for one in found
+    ]
 
-    def __init__(self, instant: Instant, looks: Optics, origin: Array, rotation: Array) -> None:
+
+class _Look:
+    """Sensors that look alike, at one instant."""
+
+    def __init__(
+        self, instant: Instant, looks: Optics, origins: Array, rotations: Array, wanted: NDArray[np.bool_]
+    ) -> None:
         self._instant = instant
         self._looks = looks
-        self._origin = origin
-        self._rotation = rotation
-        self._centre = origin + rotation @ looks.volume.centre
+        self._origins = origins
+        self._rotations = rotations
+        self._pairs = pairs_in_reach(
+            instant.model, instant.geom_xpos, instant.geom_xmat, looks.volume, origins, rotations, wanted
+        )
+        self._kinds = instant.model.geom_type[self._pairs.geoms]
+        self._found: list[Detection | None] = [None] * len(origins)
 
-    def geoms_in_reach(self, wanted: NDArray[np.bool_]) -> list[int]:
-        """Geoms whose bounding ball may meet the volume; planes have none."""
-        model = self._instant.model
-        local = (self._instant.geom_xpos - self._origin) @ self._rotation
-        radius = model.geom_rbound
-        near = self._touches(local, radius)
-        if self._looks.kind == "ray":
-            near &= np.hypot(local[:, 0], local[:, 1]) <= radius
-        return np.flatnonzero(wanted & (near | (radius <= 0.0))).tolist()
-
-    def _touches(self, centres: Array, radii: Array) -> NDArray[np.bool_]:
-        """(n,) whether balls in the sensor's frame may meet the volume."""
-        volume = self._looks.volume
-        away = centres - volume.centre
-        near = np.einsum("ni,ni->n", away, away) <= (radii + volume.reach) ** 2
-        return near & volume.may_touch(centres, radii)
-
-    def in_volume(self, geoms: list[int]) -> Detection | None:
-        volume, looks = self._looks.volume, self._looks
-        best: Detection | None = None
-        least = math.inf
-        groups: list[Array] = []
-        members: list[int] = []
-        for geom in geoms:
-            exact = self._free_nearest(geom)
-            if exact is not None:
-                distance, point, normal = exact
-                if volume.contains(np.array([point]))[0] and self._accepts(point, normal):
-                    if distance < least:
-                        best, least = Detection(point, normal, self._owner(geom)), distance
-                    continue
-            corners = self._corners(geom)
-            if len(corners):
-                groups.append(corners)
-                members.append(geom)
-        if not groups:
-            return best
-        triangles, kept = Triangles.of(np.concatenate(groups))
+    def in_volumes(self) -> list[Detection | None]:
+        looks, pairs = self._looks, self._pairs
+        squares = np.full(len(self._found), np.inf)
+        settled = self._offer_round_ones(squares)
+        which, corners = self._triangles(np.flatnonzero(~settled))
+        if len(which) == 0:
+            return self._found
+        triangles = Triangles.of(corners, pairs.views[which])
         if looks.faces != "both":
             seen = (triangles.heights < 0) == (looks.faces == "front")
-            triangles, kept = triangles.take(np.flatnonzero(seen)), kept[seen]
-        found = nearest_point(volume, triangles, looks.least_cosine)
-        if found is None or found[0] >= least:
-            return best
-        distance, point, index = found
-        ends = np.cumsum([len(group) for group in groups])
-        geom = members[int(np.searchsorted(ends, kept[index], side="right"))]
-        return self._refined(geom, distance, point, triangles.normals[index])
+            triangles = triangles.take(np.flatnonzero(seen))
+        nearest = nearest_points(looks.volume, triangles, squares, looks.least_cosine)
+        for view in np.flatnonzero(nearest.rows >= 0).tolist():
+            row = nearest.rows[view]
+            a, b, c = corners[row]
+            normal = np.cross(b - a, c - a)
+            normal /= math.sqrt(normal @ normal)
+            geom = int(pairs.geoms[which[row]])
+            distance = math.sqrt(nearest.squares[view])
+            self._found[view] = self._refined(view, geom, distance, nearest.points[view], normal)
+        return self._found
 
-    def along_ray(self, geoms: list[int]) -> Detection | None:
+    def along_rays(self) -> list[Detection | None]:
         """The first surface on the segment of the z axis."""
-        looks = self._looks
-        axis = self._rotation[:, 2].copy()
-        start = self._origin + looks.offset * axis
-        best: tuple[float, Array, int] | None = None
-        for geom in geoms:
-            for distance, normal in self._hits(geom, start, axis):
-                nearer = distance <= looks.reach if best is None else distance < best[0]
-                if nearer and self._accepts((0.0, 0.0, looks.offset + distance), self._local(normal)):
-                    best = distance, normal, geom
-        if best is None:
-            return None
-        distance, normal, geom = best
-        return Detection((0.0, 0.0, looks.offset + distance), self._local(normal), self._owner(geom))
-
-    def _hits(self, geom: int, start: Array, axis: Array) -> list[tuple[float, Array]]:
-        """Distances and outward normals (world) along a ray, of a primitive only the nearest."""
-        instant = self._instant
-        if int(instant.model.geom_type[geom]) in (*CURVED, _PLANE):
-            place = instant.geom_xpos[geom], instant.geom_xmat[geom]
-            distance, normal = true_surface(instant.model, geom, *place, start, axis)
-            return [(distance, normal)] if distance >= 0.0 else []
-        corners = self._corners(geom)
-        triangles, _ = Triangles.of(corners)
-        slope = triangles.normals[:, 2]
+        looks, pairs = self._looks, self._pairs
+        reaches = [looks.reach] * len(self._found)
+        by_rays = np.isin(self._kinds, _MET_BY_RAYS)
+        for pair in np.flatnonzero(by_rays).tolist():
+            view, geom = int(pairs.views[pair]), int(pairs.geoms[pair])
+            axis = self._rotations[view, :, 2].copy()
+            distance, normal = self._surface(geom, self._origins[view] + looks.offset * axis, axis)
+            if 0.0 <= distance <= reaches[view]:
+                self._offer_hit(reaches, view, geom, distance, self._local(view, normal))
+        which, corners = self._triangles(np.flatnonzero(~by_rays))
+        triangles = Triangles.of(corners, which)
         with np.errstate(divide="ignore", invalid="ignore"):
-            heights = triangles.heights / slope
-        heights = np.where(np.isfinite(heights), heights, np.nan)
+            heights = triangles.heights / triangles.normals[:, 2]
         points = np.zeros((len(heights), 3))
-        points[:, 2] = heights
-        held = np.flatnonzero(
-            triangles.hold(points, np.arange(len(points))) & (heights >= self._looks.offset)
-        )
-        return [(float(heights[i]) - self._looks.offset, self._rotation @ triangles.normals[i]) for i in held]
+        points[:, 2] = heights = np.where(np.isfinite(heights), heights, np.nan)
+        for row in np.flatnonzero(triangles.hold(points) & (heights >= looks.offset)).tolist():
+            pair, distance = triangles.views[row], float(heights[row]) - looks.offset
+            view, normal = int(pairs.views[pair]), tuple(triangles.normals[row].tolist())
+            if distance <= reaches[view]:
+                self._offer_hit(reaches, view, int(pairs.geoms[pair]), distance, normal)
+        return self._found
 
-    def _corners(self, geom: int) -> Array:
-        """(n, 3, 3) those of the geom's triangles that may meet the volume, in the sensor's frame."""
-        instant, reach = self._instant, self._looks.volume.reach
-        turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
-        if int(instant.model.geom_type[geom]) == _PLANE:
-            corners = plane_triangles(instant.model.geom_size[geom], (self._centre - place) @ turn, reach)
-            corners, centres, radii = with_balls(corners)
-        else:
-            corners, centres, radii = instant.surroundings.triangles.of(geom)
-        turn, place = turn.T @ self._rotation, (place - self._origin) @ self._rotation
-        chosen = self._touches(centres @ turn + place, radii)
-        return (corners[chosen].reshape(-1, 3) @ turn + place).reshape(-1, 3, 3)
+    def _offer_hit(self, reaches: list[float], view: int, geom: int, distance: float, normal: Vector) -> None:
+        if self._found[view] is not None and distance >= reaches[view]:
+            return
+        point = 0.0, 0.0, self._looks.offset + distance
+        if self._looks.accepts(point, normal):
+            reaches[view] = distance
+            self._found[view] = Detection(point, normal, self._owner(geom))
 
-    def _free_nearest(self, geom: int) -> tuple[float, Vector, Vector] | None:
-        """(distance, point, normal) of a sphere's or capsule's surface, whatever the volume; None for other geoms."""
-        instant = self._instant
-        kind = int(instant.model.geom_type[geom])
-        if kind not in (_SPHERE, _CAPSULE):
-            return None
-        centre = (instant.geom_xpos[geom] - self._origin) @ self._rotation
-        radius, half = instant.model.geom_size[geom, :2]
-        if kind == _CAPSULE:
-            axis = self._rotation.T @ instant.geom_xmat[geom].reshape(3, 3)[:, 2]
-            centre = centre + np.clip(-(centre @ axis), -half, half) * axis
-        away = float(np.sqrt(centre @ centre))
-        if away < 1e-12:
-            return None
-        outward = -centre / away
-        point = centre + radius * outward
-        return abs(away - radius), tuple(point.tolist()), tuple(outward.tolist())  # type: ignore[return-value]
+    def _offer_round_ones(self, squares: Array) -> NDArray[np.bool_]:
+        """Spheres and capsules, where the nearest points of all are within the volumes; squared distances to (s,).
 
-    def _refined(self, geom: int, distance: float, point: Array, normal: Array) -> Detection:
+        Returns (m,) the pairs whose triangles need not be looked at.
+        """
+        settled = np.zeros(len(self._kinds), bool)
+        round_ones = np.flatnonzero((self._kinds == _SPHERE) | (self._kinds == _CAPSULE))
+        if len(round_ones) == 0:
+            return settled
+        pairs, sizes = self._pairs, self._instant.model.geom_size
+        for pair in round_ones.tolist():
+            view, geom = int(pairs.views[pair]), int(pairs.geoms[pair])
+            half = float(sizes[geom, 1]) if self._kinds[pair] == _CAPSULE else 0.0
+            x, y, z = pairs.places[pair].tolist()
+            u, v, w = pairs.turns[pair, 2].tolist()
+            shift = min(max(-(x * u + y * v + z * w), -half), half)
+            x, y, z = x + shift * u, y + shift * v, z + shift * w
+            away = math.sqrt(x * x + y * y + z * z)
+            if away < 1e-12:
+                continue
+            radius = float(sizes[geom, 0])
+            normal = -x / away, -y / away, -z / away
+            point = x + radius * normal[0], y + radius * normal[1], z + radius * normal[2]
+            if self._looks.volume.contains(np.array(point)) and self._looks.accepts(point, normal):
+                settled[pair] = True
+                square = (away - radius) ** 2
+                if square < squares[view]:
+                    squares[view] = square
+                    self._found[view] = Detection(point, normal, self._owner(geom))
+        return settled
+
+    def _triangles(self, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array]:
+        """(n,) which pair, and (n, 3, 3) a triangle of its geom that may meet the volume, in the sensor's frame."""
+        volume, pairs = self._looks.volume, self._pairs
+        is_plane = self._kinds[chosen] == _PLANE
+        others, planes = chosen[~is_plane], chosen[is_plane]
+        which, corners = self._instant.surroundings.bundles.near(pairs.take(others), volume)
+        which = others[which]
+        if len(planes) == 0:
+            return which, corners
+        some = pairs.take(planes)
+        sizes = self._instant.model.geom_size[some.geoms]
+        made = plane_triangles(sizes, some.to_geom(volume.centre), volume.reach).reshape(-1, 3, 3)
+        made = some.to_sensor(np.repeat(np.arange(len(planes)), 2), made)
+        which, corners = np.concatenate([which, planes.repeat(2)]), np.concatenate([corners, made])
+        order = np.argsort(which, kind="stable")
+        return which[order], corners[order]
+
+    def _refined(self, view: int, geom: int, distance: float, point: Array, normal: Array) -> Detection:
         """On the true surface of a curved primitive, along the same line of sight; else as it is."""
-        instant, looks = self._instant, self._looks
-        if int(instant.model.geom_type[geom]) in CURVED and distance > 0.0:
-            place = instant.geom_xpos[geom], instant.geom_xmat[geom]
-            direction = self._rotation @ (point / distance)
-            true, outward = true_surface(instant.model, geom, *place, self._origin, direction)
+        if int(self._instant.model.geom_type[geom]) in CURVED and distance > 0.0:
+            direction = self._rotations[view] @ (point / distance)
+            true, outward = self._surface(geom, self._origins[view], direction)
             moved = point * (true / distance)
-            if abs(true - distance) <= _SNAP * distance and looks.volume.contains(moved[np.newaxis])[0]:
-                point, normal = moved, np.array(self._local(outward))
+            if abs(true - distance) <= _SNAP * distance and self._looks.volume.contains(moved):
+                point, normal = moved, np.array(self._local(view, outward))
         return Detection(tuple(point.tolist()), tuple(normal.tolist()), self._owner(geom))  # type: ignore[arg-type]
 
-    def _accepts(self, point: Vector, normal: Vector) -> bool:
-        """Whether the side and the angle of a surface are ones the sensor sees."""
-        along = sum(a * b for a, b in zip(point, normal, strict=True))
-        if self._looks.faces != "both" and (along < 0) != (self._looks.faces == "front"):
-            return False
-        return abs(along) >= self._looks.least_cosine * math.dist(point, (0.0, 0.0, 0.0))
+    def _surface(self, geom: int, origin: Array, direction: Array) -> tuple[float, Array]:
+        place = self._instant.geom_xpos[geom], self._instant.geom_xmat[geom]
+        return true_surface(self._instant.model, geom, *place, origin, direction)
 
-    def _local(self, normal: Array) -> Vector:
-        return tuple((normal @ self._rotation).tolist())  # type: ignore[return-value]
+    def _local(self, view: int, normal: Array) -> Vector:
+        return tuple((normal @ self._rotations[view]).tolist())  # type: ignore[return-value]
 
     def _owner(self, geom: int) -> int:
         return int(self._instant.surroundings.owners[geom])
-
-
-def _number(note: Annotation, key: str, default: float = 0.0) -> float:
-    return float(note.get(key, default))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from simx_client.protocol import constants as c
 
 from ..scene.objects import Scene
+from .bundles import Bundles
 from .triangles import GeomTriangles
 from .visibility import VISIBLE_GROUPS
 
@@ -33,6 +34,7 @@ class Surroundings:
         self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
         """(ngeom,) handle of the shape a geom belongs to, -1 for unnamed geoms of the world."""
         self.triangles = GeomTriangles(model)
+        self.bundles = Bundles(self.triangles, model.ngeom)
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
 

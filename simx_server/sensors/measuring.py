@@ -15,8 +15,9 @@ import mujoco
 import numpy as np
 
 from ..scene.objects import ObjectKind
-from .detection import Optics, detect
+from .detection import detect
 from .instant import Instant
+from .optics import Optics
 from .triangle_pairs import Gap, least_gap
 from .triangles import Array, plane_triangles
 from .volume import cone

@@ -18,8 +18,9 @@ from ..errors import CommandError
 from ..scene.annotations import Annotation
 from ..scene.collection import ALL
 from ..scene.objects import ObjectKind, SceneObject
-from .detection import Detection, Optics, detect, optics
+from .detection import Detection, detect
 from .instant import Instant
+from .optics import Optics, optics
 from .volume import TYPES
 
 if TYPE_CHECKING:

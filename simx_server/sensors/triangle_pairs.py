@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .nearest import cross
-from .triangles import TOGETHER, Array, with_balls
+from .seen import cross
+from .triangles import TOGETHER, Array, bundled, with_balls
 
 _BLOCK = TOGETHER
 """Triangles that follow each other are looked at together; `GeomTriangles` puts neighbours side by side."""
@@ -64,11 +64,7 @@ class _Blocks:
 
     def __init__(self, corners: Array) -> None:
         self.corners, self.centres, self.radii = with_balls(corners)
-        starts = np.arange(0, len(corners), _BLOCK)
-        counts = np.diff(np.append(starts, len(corners)))
-        self.middles = np.add.reduceat(self.centres, starts, axis=0) / counts[:, np.newaxis]
-        away = self.centres - np.repeat(self.middles, counts, axis=0)
-        self.reaches = np.maximum.reduceat(np.sqrt(_dot(away, away)) + self.radii, starts)
+        _, _, self.middles, self.reaches = bundled(self.centres, self.radii)
 
     def members(self, blocks: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
         """(b, _BLOCK) indices of triangles, and which of them are real: the last block may have fewer."""

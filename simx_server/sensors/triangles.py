@@ -66,6 +66,18 @@ def with_balls(corners: Array) -> tuple[Array, Array, Array]:
     return corners, centres, np.sqrt(np.einsum("nei,nei->ne", away, away).max(axis=1, initial=0.0))
 
 
+def bundled(centres: Array, radii: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
+    """Bundles of triangles that follow each other, from the balls of these: starts, sizes, and the bundles' balls."""
+    starts = np.arange(0, len(centres), TOGETHER)
+    sizes = np.diff(np.append(starts, len(centres)))
+    if len(starts) == 0:
+        return starts, sizes, np.zeros((0, 3)), np.zeros(0)
+    middles = np.add.reduceat(centres, starts, axis=0) / sizes[:, np.newaxis]
+    away = centres - np.repeat(middles, sizes, axis=0)
+    reaches = np.maximum.reduceat(np.sqrt(np.einsum("ni,ni->n", away, away)) + radii, starts)
+    return starts, sizes, middles, reaches
+
+
 def _side_by_side(corners: Array) -> Array:
     """The same triangles in an order in which neighbours in space follow each other: halved along the longest side."""
     centres = corners.mean(axis=1)
@@ -139,17 +151,19 @@ def _box(size: Array) -> Array:
     return corners[[triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]]
 
 
-def plane_triangles(size: Array, point: Array, reach: float) -> Array:
-    """A plane geom's; a side of size 0 is infinite: as much of it as a ball about a point (in its frame) needs."""
-    low, high = np.zeros(3), np.zeros(3)
-    for axis in (0, 1):
-        half = float(size[axis])
-        low[axis], high[axis] = (
-            (-half, half) if half > 0 else (point[axis] - 2 * reach, point[axis] + 2 * reach)
-        )
-    a, b = low, np.array([high[0], low[1], 0.0])
-    c, d = high, np.array([low[0], high[1], 0.0])
-    return np.array([[a, b, c], [a, c, d]])
+def plane_triangles(sizes: Array, points: Array, reach: float | Array) -> Array:
+    """(..., 2, 3, 3) of plane geoms with sizes (..., 3).
+
+    A side of size 0 is infinite: as much of it as a ball (radius `reach`) about a point (..., 3) in its frame needs.
+    """
+    middle, half = points[..., :2], sizes[..., :2]
+    endless = half <= 0.0
+    low = np.where(endless, middle - 2 * reach, -half)
+    high = np.where(endless, middle + 2 * reach, half)
+    corners = np.zeros((*half.shape[:-1], 4, 3))
+    corners[..., 0], corners[..., 1] = low[..., np.newaxis, 0], low[..., np.newaxis, 1]
+    corners[..., 1:3, 0], corners[..., 2:, 1] = high[..., np.newaxis, 0], high[..., np.newaxis, 1]
+    return corners[..., [[0, 1, 2], [0, 2, 3]], :]
 
 
 def _lathe(profile: list[tuple[float, float]]) -> Array:

@@ -27,6 +27,8 @@ TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34}
 
 _TOLERANCE = 1e-9
 """How far above 0 a function may be (m^2, or m for planes) at a point that was computed to lie on the surface."""
+_SLACK = 1e-4
+"""Metres, and a cosine: bounds are not meant to be closer, and so are beyond the tolerance also near an apex."""
 _HALF_TURN = math.radians(181.8)
 """From here on V-REP draws a cone as a whole sphere (1.01 half turns)."""
 
@@ -66,20 +68,39 @@ class Volume:
     """(3,) of a ball that contains the volume."""
     reach: float
     """Radius of that ball."""
+    spread: float
+    """Radians between z and any direction from the origin to a point of the volume: no more than this."""
 
     def values(self, points: Array) -> Array:
         """(..., k): every function at points (..., 3)."""
         return (points * points) @ self.squares.T + points @ self.linear.T + self.constant
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
-        """(n,) for points (n, 3); the surfaces belong to the volume."""
-        return np.all(self.values(points) <= _TOLERANCE, axis=1)
+        """(...) for points (..., 3); the surfaces belong to the volume."""
+        return np.all(self.values(points) <= _TOLERANCE, axis=-1)
 
     def may_touch(self, centres: Array, radii: Array) -> NDArray[np.bool_]:
-        """(n,) whether balls may reach into the volume: false only where they surely do not."""
-        distances = np.hypot(centres[:, 0], centres[:, 1])
-        away = centres @ self.hull[:, :3].T + distances[:, np.newaxis] * self.hull[:, 3] - self.hull[:, 4]
-        return np.all(away <= radii[:, np.newaxis], axis=1)
+        """(...) whether balls with centres (..., 3) may reach into the volume: false only where they surely do not."""
+        away = centres - self.centre
+        near = (away * away).sum(axis=-1) <= (radii + self.reach) ** 2
+        if len(self.hull) == 0:
+            return near
+        distances = np.hypot(centres[..., 0], centres[..., 1])
+        beyond = centres @ self.hull[:, :3].T + distances[..., np.newaxis] * self.hull[:, 3] - self.hull[:, 4]
+        return near & (beyond.max(axis=-1) <= radii)
+
+    def lower_bounds(self, normals: Array, heights: Array) -> Array:
+        """(n,) no point of these planes within the volume is nearer to the origin; infinity if there is none.
+
+        A point of the plane normal . p = height at distance r is seen under the cosine height / r to the normal, and
+        no direction within the volume comes nearer to the normal than the one that leans to it by `spread`.
+        """
+        leaning = np.clip(np.copysign(normals[:, 2], normals[:, 2] * heights), -1.0, 1.0)
+        cosines = np.cos(np.maximum(np.arccos(leaning) - self.spread, 0.0)) + _SLACK
+        away = np.maximum(np.abs(heights) - _SLACK, 0.0)
+        bounds = np.full(len(away), np.inf)
+        np.divide(away, cosines, out=bounds, where=cosines > 0.0)
+        return np.where(away > 0.0, bounds, 0.0)
 
     def crossings(self, origins: Array, directions: Array) -> Array:
         """(n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
@@ -116,8 +137,8 @@ def cone(
             build.sweeps.append(_cone_lines(offset, half * inside_gap, radius, far))
     if half < math.pi / 3:
         middle = far / 2 / math.cos(half)  # the ball through the apex and the far rim
-        return build.volume(offset + middle, max(middle, far - middle))
-    return build.volume(offset, far)
+        return build.volume(offset + middle, max(middle, far - middle), half)
+    return build.volume(offset, far, half)
 
 
 def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float | None = None) -> Volume:
@@ -137,7 +158,8 @@ def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float
     length = math.hypot(1.0, slope)
     build.hull.append((0.0, 0.0, -slope / length, 1.0 / length, at_origin / length))
     build.sweeps.append(Sweep(lines, 0.0, 2 * math.pi, (0, 1), centred=True))
-    return build.volume(offset + reach / 2, math.hypot(reach / 2, max(radius, far)))
+    spread = max(math.atan2(radius, offset), math.atan2(far, offset + reach))
+    return build.volume(offset + reach / 2, math.hypot(reach / 2, max(radius, far)), spread)
 
 
 def pyramid(
@@ -155,7 +177,8 @@ def pyramid(
             normal[axis] = side
             build.plane(normal, size[axis] / 2 - slope * offset)
     widest = math.hypot(max(size[0], far[0]), max(size[1], far[1])) / 2
-    return build.volume(offset + reach / 2, math.hypot(reach / 2, widest))
+    spread = max(math.atan2(math.hypot(*size) / 2, offset), math.atan2(math.hypot(*far) / 2, offset + reach))
+    return build.volume(offset + reach / 2, math.hypot(reach / 2, widest), spread)
 
 
 def disc(
@@ -191,12 +214,14 @@ def disc(
             for side in (1.0, -1.0):
                 normal = (side * cosine, 0.0, -sine)
                 build.faces.append((*normal, normal[2] * offset))
-    return build.volume(offset, math.hypot(far, height / 2))
+    return build.volume(offset, math.hypot(far, height / 2), math.pi if whole else math.pi / 2)
 
 
 def ray(reach: float, offset: float = 0.0) -> Volume:
-    """A segment of the z axis: as a volume it is only asked for its ball."""
-    return _Builder().volume(offset + reach / 2, reach / 2)
+    """A segment of the z axis: as a volume it is only asked what may touch it."""
+    build = _Builder()
+    build.hull.append((0.0, 0.0, 0.0, 1.0, 0.0))
+    return build.volume(offset + reach / 2, reach / 2, 0.0)
 
 
 class _Builder:
@@ -235,7 +260,7 @@ class _Builder:
         if not outside:
             self.hull.append((0.0, 0.0, -math.sin(half), math.cos(half), -math.sin(half) * height))
 
-    def volume(self, middle: float, reach: float) -> Volume:
+    def volume(self, middle: float, reach: float, spread: float) -> Volume:
         squares = np.array([f[0] for f in self.functions], np.float64).reshape(-1, 3)
         linear = np.array([f[1] for f in self.functions], np.float64).reshape(-1, 3)
         constant = np.array([f[2] for f in self.functions], np.float64)
@@ -243,8 +268,9 @@ class _Builder:
         hull = np.array(self.hull, np.float64).reshape(-1, 5)
         centre = np.array([0.0, 0.0, middle])
         return Volume(
-            squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), hull, centre, reach
-        )
+            squares, linear, constant, faces, tuple(self.sweeps), tuple(self.spheres), hull, centre, reach,
+            spread,
+        )  # fmt: skip
 
 
 def _cone_lines(offset: float, half: float, radius: float, far: float) -> Sweep:

@@ -1,0 +1,74 @@
+"""Where the nearest point of a triangle within a volume may lie, in closed form.
+
+All give points (n, m, 3) of the planes of n triangles. Points that do not exist are nan; none is yet checked to lie
+within the volume, and only those of edges surely lie within their triangle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .seen import Triangles, cross
+from .volume import Array, Sweep, Volume
+
+
+def edge_points(volume: Volume, triangles: Triangles) -> Array:
+    """(n, 3 m, 3): nearest points and ends of the edges, and where they cross the volume's surfaces."""
+    corners, edges, along = triangles.corners, triangles.edges, triangles.along
+    count = len(corners)
+    crossings = volume.crossings(corners.reshape(-1, 3), edges.reshape(-1, 3)).reshape(count, 3, -1)
+    crossings = np.where((crossings >= 0.0) & (crossings <= 1.0), crossings, np.nan)
+    where = np.concatenate([along[..., np.newaxis], np.zeros((count, 3, 1)), crossings], axis=2)
+    points = corners[:, :, np.newaxis] + where[..., np.newaxis] * edges[:, :, np.newaxis]
+    return points.reshape(count, -1, 3)
+
+
+def face_points(volume: Volume, triangles: Triangles, face: Array) -> Array:
+    """(n, m, 3): the line in which each plane cuts a face: its nearest point and its crossings with the surfaces."""
+    normal, distance = face[:3], face[3]
+    cosine = triangles.normals @ normal
+    sine2 = 1.0 - cosine * cosine
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = (triangles.heights - distance * cosine) / sine2
+        other = (distance - triangles.heights * cosine) / sine2
+    parallel = sine2 < 1e-14
+    own[parallel] = other[parallel] = np.nan
+    closest = own[:, np.newaxis] * triangles.normals + other[:, np.newaxis] * normal
+    direction = cross(triangles.normals, normal)
+    where = volume.crossings(closest, direction)
+    points = closest[:, np.newaxis] + where[..., np.newaxis] * direction[:, np.newaxis]
+    return np.concatenate([closest[:, np.newaxis], points], axis=1)
+
+
+def circle_points(triangles: Triangles, height: float, radius: float, angles: Array) -> Array:
+    """(n, m, 3): the circle in which each plane cuts a sphere; at angle 0 its point nearest to the origin.
+
+    Angles (m,), or (n, m) for each plane its own.
+    """
+    centre = np.array([0.0, 0.0, height])
+    away = triangles.heights - triangles.normals @ centre
+    middle = centre + away[:, np.newaxis] * triangles.normals
+    with np.errstate(invalid="ignore"):
+        extent = np.sqrt(radius * radius - away * away)
+    towards = triangles.heights[:, np.newaxis] * triangles.normals - middle
+    length = np.sqrt(np.einsum("ni,ni->n", towards, towards))
+    any_direction = triangles.corners[:, 1] - triangles.corners[:, 0]
+    towards = np.where(length[:, np.newaxis] > 1e-9, towards, any_direction)
+    towards /= np.sqrt(np.einsum("ni,ni->n", towards, towards))[:, np.newaxis]
+    across = cross(triangles.normals, towards)
+    along, aside = np.cos(angles)[..., np.newaxis], np.sin(angles)[..., np.newaxis]
+    ring = along * towards[:, np.newaxis] + aside * across[:, np.newaxis]
+    return middle[:, np.newaxis] + extent[:, np.newaxis, np.newaxis] * ring
+
+
+def line_points(triangles: Triangles, sweep: Sweep, angles: Array) -> Array:
+    """(n, m, 3): where lines of a sweep cross each triangle's plane; angles (m,), or (n, m) for each its own."""
+    starts, ends = sweep.lines(angles)
+    directions = ends - starts
+    normals = triangles.normals[:, np.newaxis]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        where = (triangles.heights[:, np.newaxis] - (normals * starts).sum(axis=2)) / (
+            normals * directions
+        ).sum(axis=2)
+    where = np.where((where >= 0.0) & (where <= 1.0), where, np.nan)
+    return starts + where[..., np.newaxis] * directions
