@@ -415,6 +415,12 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
     world.fails(ENVIRONMENT + "simIK.setElementConstraints(env, group, element, 99)", "constraints")
     world.fails(ENVIRONMENT + "simIK.eraseEnvironment(env) simIK.handleGroup(env, group)", "no environment")
     world.fails("simIK.createJoint(0, 0)", "not provided")
+    world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 1, 0.1, 1e9)", "iterations are 1 to")
+    world.fails(ENVIRONMENT + "simIK.setGroupCalculation(env, group, 7, 0.1, 10)", "no method")
+    world.fails(ENVIRONMENT + "simIK.setObjectPose(env, target, {0, 0, 'up', 0, 0, 0, 1})", "a pose is")
+    world.fails(ENVIRONMENT + "simIK.setObjectMatrix(env, target, -1, 5)", "a matrix is")
+    world.fails(ENVIRONMENT + "simIK.findConfigs(env, group, js, {maxTime = 'long'})", "maxTime is")
+    world.fails(ENVIRONMENT + "simIK.generatePath(env, group, js, tip, 1e9)", "up to 10000 states")
     with pytest.raises(CommandError, match="not above"):
         world.lua(
             ENVIRONMENT

@@ -251,6 +251,10 @@ def test_mistakes_are_told(world: ScriptWorld) -> None:
     world.fails(ARM_TASK + "simOMPL.setStartState(task, {1})", "2 numbers, not 1")
     world.fails(ARM_TASK + "simOMPL.setCollisionPairs(task, {robot})", "two by two")
     world.fails(ARM_TASK + "simOMPL.setAlgorithm(task, 3)", "no algorithm")
+    world.fails(ARM_TASK + "simOMPL.compute(task, 10, -1, 1e9)", "up to 10000 states")
+    world.fails(
+        ARM_TASK + "simOMPL.createStateSpace('s', 30005, js[1], {-1e300}, {1e300})", "bounds are at most"
+    )
     world.fails(
         "simOMPL.createStateSpace('s', simOMPL.StateSpaceType.pose3d, sim.getObjectHandle('cart'), {}, {})",
         "no kind of state space that is there",

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CommandError
+from ..joints import JointMode
 from ..scene.joint_chain import body_pose
-from ..scene.objects import ObjectKind, SceneObject
+from ..scene.objects import SceneObject
 from ..scene.placing import carrier_body, object_pose
 from ..scene.poses import IDENTITY, Pose, compose, inverse
 from .scratch import Array
@@ -171,18 +172,4 @@ def _limits(sim: Simulation, handle: int) -> tuple[float, float]:
 
 def is_in_ik_mode(sim: Simulation) -> Callable[[int], bool]:
     """Which joints the groups of a scene move, as in V-REP: those in IK mode, hybrid ones too."""
-    from ..joints import JointMode
-
     return lambda handle: sim.joints.mode(handle) == JointMode.IK
-
-
-def joints_of(sim: Simulation, handles: Sequence[int]) -> NDArray[np.intp]:
-    """(n,) addresses in qpos of joints with a single value. Raises UnknownHandle, WrongKind, CommandError."""
-    addresses: list[int] = []
-    for handle in handles:
-        item = sim.scene.get_kind(handle, ObjectKind.JOINT)
-        sim.joints.state(handle)
-        if item.element != "joint":
-            raise CommandError(f"'{item.name}' is driven through a tendon and takes no part in kinematics")
-        addresses.append(int(sim.model.jnt_qposadr[item.id]))
-    return np.array(addresses, dtype=np.intp)

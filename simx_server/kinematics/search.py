@@ -17,6 +17,12 @@ from .solver import Calculation, Method, Result, Solver
 _HOW = Calculation(Method.ADAPTIVE, 0.0, 60)
 """From a random start the UR5 arrives in two of three trials; more iterations help less than another start."""
 
+LONGEST = 60.0
+"""Seconds that a search, or a plan, may take whatever a script wants."""
+
+MOST_STATES = 10_000
+"""Of a path that a script asks for."""
+
 _SAME = 1e-3
 """rad or m: configurations that differ less in every joint are one."""
 
@@ -40,7 +46,7 @@ def find_configs(
     there, else from a random place. `sampled`: least values and ranges (n,) of random starts, else the joints' limits.
     `accepts`: what else a configuration must fulfil.
     """
-    end = time.monotonic() + seconds
+    end = time.monotonic() + min(seconds, LONGEST)
     low, extent = sampled if sampled is not None else sampling_range(joints)
     found: list[Array] = []
     trial = 0
@@ -70,8 +76,10 @@ def straight_path(
 ) -> list[Array] | None:
     """`count` configurations (n,) whose tips go straight from `begin` to `goals`; None when one is out of reach.
 
-    The first is that of `begin` near `start`, the last that of `goals`.
+    The first is that of `begin` near `start`, the last that of `goals`. Raises CommandError for too many.
     """
+    if not 0 <= count <= MOST_STATES:
+        raise CommandError(f"a path has up to {MOST_STATES} states, not {count}")
     path: list[Array] = []
     values = start
     for share in np.linspace(0.0, 1.0, max(2, count)).tolist():

@@ -9,6 +9,7 @@ from enum import IntEnum
 import mujoco
 import numpy as np
 
+from ..errors import CommandError
 from ..scene.poses import (
     Pose,
     compose,
@@ -57,6 +58,9 @@ class Result(IntEnum):
     FAIL = 2
 
 
+MOST_ITERATIONS = 10_000
+
+
 @dataclass(frozen=True)
 class Calculation:
     """How a group is solved."""
@@ -64,6 +68,15 @@ class Calculation:
     method: Method = Method.DAMPED_LEAST_SQUARES
     damping: float = 0.1
     iterations: int = 20
+
+    @classmethod
+    def checked(cls, method: int, damping: float, iterations: int) -> Calculation:
+        """Of numbers that a script gives. Raises CommandError."""
+        if method not in (0, 1, 2):
+            raise CommandError(f"{method} is no method; those are 0 pseudo inverse, 1 damped, 2 transpose")
+        if not 1 <= iterations <= MOST_ITERATIONS or damping < 0:
+            raise CommandError(f"iterations are 1 to {MOST_ITERATIONS}, damping is not below 0")
+        return cls(Method(method), damping, iterations)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from ..scene.placing import free_joint
 from ..scene.poses import Pose, compose, inverse
 from .paths import Failure, Planner, Space, interpolate
 from .scratch import Array
+from .search import MOST_STATES
 from .validity import Pairs, Validity
 
 if TYPE_CHECKING:
@@ -144,11 +145,13 @@ class Solving:
             self._task.path = [state.tolist() for state in shorter]
 
     def interpolate(self, count: int) -> None:
-        """At least so many states; 0: as many as checks are made."""
+        """At least so many states; 0: as many as checks are made. Raises CommandError for too many."""
         path = [np.array(state) for state in self._task.path]
+        if count > MOST_STATES:
+            raise CommandError(f"a path has up to {MOST_STATES} states, not {count}")
         if count <= 0:
             length = sum(self.space.length(self.space.difference(a, b)) for a, b in pairwise(path))
-            count = max(len(path), math.ceil(length / self.space.resolution))
+            count = min(max(len(path), math.ceil(length / self.space.resolution)), MOST_STATES)
         self._task.path = [state.tolist() for state in interpolate(self.space, path, count)]
 
     def _planner(self) -> Planner:

@@ -14,7 +14,7 @@ import numpy as np
 from simx_client.protocol import constants as c
 
 from ...errors import CommandError
-from ...kinematics import Constraint, Group, Method
+from ...kinematics import Calculation, Constraint, Group
 from ...kinematics.search import asked_range, find_configs, straight_path
 from ...kinematics.validity import as_pairs, of_joints
 from ...scene.placing import object_pose
@@ -69,12 +69,7 @@ class IkFunctions(ApiPart):
         self, group: int, method: int, iterations: int, damping: float, _more: Any = None
     ) -> int:
         """Method (a sim.ik_*_method), most iterations and damping; until the simulation stops."""
-        if method not in (0, 1, 2):
-            raise CommandError(f"{method} is no method; those are 0 pseudo inverse, 1 damped, 2 transpose")
-        if iterations < 1 or damping < 0:
-            raise CommandError("iterations are 1 or more, damping is not below 0")
-        chosen = self._sim.ik_groups.get(group)
-        chosen.how = replace(chosen.how, method=Method(method), iterations=iterations, damping=damping)
+        self._sim.ik_groups.get(group).how = Calculation.checked(method, damping, iterations)
         return 1
 
     def setIkElementProperties(

@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ...errors import CommandError
+from ...kinematics.search import LONGEST
 from ...kinematics.tasks import SpaceKind, StateSpace, Task, read_state, write_state
 from ...kinematics.validity import as_pairs
 from ..interpreter import Function
@@ -62,8 +63,8 @@ SPACE_KINDS = MappingProxyType(
     }
 )
 
-_LONGEST = 60.0
-"""Seconds that one call may plan."""
+_FARTHEST = 1e6
+"""Bounds beyond that make no sense in metres or radians."""
 
 
 class OmplFunctions(OmplTasks):
@@ -115,6 +116,8 @@ class OmplFunctions(OmplTasks):
             raise CommandError(f"lower and upper bounds are {bounded} numbers each")
         if any(a >= b for a, b in zip(low[:bounded], high[:bounded], strict=True)):
             raise CommandError("each lower bound must be below the upper one")
+        if max(map(abs, (*low[:bounded], *high[:bounded]))) > _FARTHEST:
+            raise CommandError(f"bounds are at most {_FARTHEST:.0f} away from 0")
         turn = (float(np.pi),) if space.kind == SpaceKind.POSE2D else ()
         bounds = (*low[:bounded], *(-each for each in turn)), (*high[:bounded], *turn)
         return self._add(self._spaces, StateSpace(name, space.kind, space.handle, *bounds, weight, reference))
@@ -282,4 +285,4 @@ class OmplFunctions(OmplTasks):
 
 
 def _limited(seconds: float) -> float:
-    return min(max(0.0, seconds), _LONGEST)
+    return min(max(0.0, seconds), LONGEST)

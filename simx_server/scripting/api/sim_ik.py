@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ...errors import CommandError
-from ...kinematics import Calculation, Element, Method, Result, Solution
+from ...kinematics import Calculation, Element, Result, Solution
 from ...kinematics.environment import Environment, EnvironmentGroup
 from .base import ApiPart
 from .ik import as_constraints, as_pair
@@ -23,12 +23,8 @@ if TYPE_CHECKING:
 _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
 
-_METHODS = {
-    0: Method.PSEUDO_INVERSE,
-    1: Method.DAMPED_LEAST_SQUARES,
-    2: Method.JACOBIAN_TRANSPOSE,
-    3: Method.PSEUDO_INVERSE,
-}
+_UNDAMPED = 3
+"""The undamped pseudo inverse; here the plain one is as good as undamped."""
 
 
 class IkEnvironmentFunctions(ApiPart):
@@ -47,7 +43,7 @@ class IkEnvironmentFunctions(ApiPart):
             "method_pseudo_inverse": 0,
             "method_damped_least_squares": 1,
             "method_jacobian_transpose": 2,
-            "method_undamped_pseudo_inverse": 3,
+            "method_undamped_pseudo_inverse": _UNDAMPED,
             "result_not_performed": 0,
             "result_success": 1,
             "result_fail": 2,
@@ -104,13 +100,8 @@ class IkEnvironmentFunctions(ApiPart):
         self, environment: int, group: int, method: int, damping: float, iterations: int
     ) -> None:
         """Method (a simIK.method_*), damping, most iterations. Partly: nothing is done beyond these."""
-        if method not in _METHODS:
-            raise CommandError(
-                f"{method} is no method; give one of simIK.method_*: {', '.join(map(str, _METHODS))}"
-            )
-        if iterations < 1 or damping < 0:
-            raise CommandError("iterations are 1 or more, damping is not below 0")
-        self._group(environment, group).how = Calculation(_METHODS[method], damping, iterations)
+        same = 0 if method == _UNDAMPED else method
+        self._group(environment, group).how = Calculation.checked(same, damping, iterations)
 
     def setIkGroupCalculation(
         self, environment: int, group: int, method: int, damping: float, iterations: int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import islice
 from typing import Any
@@ -89,10 +90,8 @@ class SimIk(IkEnvironmentFunctions):
     def setObjectPose(self, environment: int, handle: int, relative_to: Any, pose: Any = None) -> None:
         """Of a target. Arguments 3 and 4: reference and pose in this or in the other order; no reference: the world."""
         reference, values = (pose, relative_to) if isinstance(relative_to, list) else (relative_to, pose)
-        if not isinstance(values, list) or len(values) != 7:
-            raise CommandError("a pose is {x, y, z, qx, qy, qz, qw}")
-        x, y, z = map(float, values[:3])
-        new = ((x, y, z), wxyz_from_xyzw(values[3:]))
+        x, y, z, *turn = _numbers(values, 7, "a pose is {x, y, z, qx, qy, qz, qw}")
+        new = ((x, y, z), wxyz_from_xyzw(turn))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
 
     def getObjectMatrix(self, environment: int, handle: int, relative_to: int = _WORLD) -> list[float]:
@@ -102,9 +101,7 @@ class SimIk(IkEnvironmentFunctions):
     def setObjectMatrix(self, environment: int, handle: int, relative_to: Any, matrix: Any = None) -> None:
         """As setObjectPose, with 12 numbers."""
         reference, values = (matrix, relative_to) if isinstance(relative_to, list) else (relative_to, matrix)
-        if not isinstance(values, list):
-            raise CommandError("a matrix is a table of 12 numbers")
-        new = pose_from_matrix12(values)
+        new = pose_from_matrix12(_numbers(values, 12, "a matrix is a table of 12 numbers"))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
 
     def getObjectTransformation(
@@ -195,7 +192,8 @@ class SimIk(IkEnvironmentFunctions):
         trial is from the present values. Partly: after 200 trials it ends, also when there is time left.
         """
         asked = options or {}
-        seconds, many = float(asked.get("maxTime", 0.1)), bool(asked.get("findMultiple"))
+        (seconds,) = _numbers([asked.get("maxTime", 0.1)], 1, "maxTime is a number of seconds")
+        many = bool(asked.get("findMultiple"))
         return self._search(
             environment, group, joints, seconds, self._judge(asked.get("cb")), many=many, near=True
         )
@@ -290,3 +288,12 @@ class SimIk(IkEnvironmentFunctions):
 def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:
     """The same of our joint values; `order`: where each of the script's joints is among them."""
     return None if judge is None else lambda values: judge(values[order].tolist())
+
+
+def _numbers(values: Any, count: int, what: str) -> list[float]:
+    """Finite ones of what may be anything. Raises CommandError."""
+    if isinstance(values, list) and len(values) == count:
+        good = [v for v in values if isinstance(v, int | float) and math.isfinite(v)]
+        if len(good) == count:
+            return [float(value) for value in good]
+    raise CommandError(what)
