@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.annotations import PREFIX, Annotation
+from simx_server.scene.element_copies import Copier
 from simx_server.scene.names import copy_names
 from simx_server.scene.recompile import edit
 from simx_server.scene.registered import LISTS
@@ -66,6 +67,9 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     _strip(addition.spec)
 
     def surgery(spec: mujoco.MjSpec) -> None:
+        if addition.copies:
+            Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
+            return
         _agree(addition.spec, spec)
         spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
         spec.dedup_assets()

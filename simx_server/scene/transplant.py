@@ -13,29 +13,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simx_server.errors import CommandError
+from simx_server.scene.element_copies import LEAVES, Copier
 from simx_server.scene.poses import Pose
 from simx_server.scene.tree import INTERNAL
 
 _OLD = INTERNAL + "old:"
 
-_NOT_COPIED = frozenset(
-    {
-        *(
-            "id",
-            "signature",
-            "parent",
-            "frame",
-            "frames",
-            "classname",
-            "compiler",
-            "plugin",
-            "info",
-            "childclass",
-        ),
-        *("bodies", "geoms", "joints", "sites", "cameras", "lights"),
-    }
-)
+_AS_BEFORE = Copier(lambda name: name.removeprefix(_OLD))
 
 _OBJECT_TYPES = {
     "body": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY),
@@ -57,8 +41,6 @@ _TRANSMISSIONS = {
 }
 """What an actuator of a kind of transmission acts on."""
 
-_LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}
-
 
 def move_body(
     spec: mujoco.MjSpec,
@@ -76,7 +58,7 @@ def move_body(
     old = spec.body(name)
     _rename_all(old)
     new = find_body(spec, new_parent).add_body()
-    _copy_body(old, new)
+    _AS_BEFORE.body(old, new)
     _set_pose(new, local)
     if free is True and not any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in new.joints):
         new.add_freejoint().name = f"{INTERNAL}free:{name}"
@@ -94,7 +76,7 @@ def move_leaf(
     old = getattr(spec, element)(name)
     old.name = _OLD + name
     new = getattr(find_body(spec, new_parent), f"add_{element}")()
-    _copy(old, new)
+    _AS_BEFORE.element(old, new)
     if size is not None:
         new.size[:] = size
         new.fromto[:] = np.nan
@@ -106,7 +88,7 @@ def move_joint(spec: mujoco.MjSpec, name: str, new_body: str) -> None:
     """Move a joint to another body, with the same place and axis in that body's frame."""
     old = spec.joint(name)
     old.name = _OLD + name
-    _copy(old, find_body(spec, new_body).add_joint())
+    _AS_BEFORE.element(old, find_body(spec, new_body).add_joint())
     spec.delete(old)
 
 
@@ -136,12 +118,10 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
 def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:
     """Move the geoms of the world into a new body at its origin."""
     body = spec.worldbody.add_body(name=name)
-    frames: dict[int, Any] = {}
     for old in list(spec.worldbody.geoms):
         old.name = _OLD + old.name
-        twin = body.add_geom()
-        _copy(old, twin)
-        _copy_frame(old, twin, body, frames)
+    _AS_BEFORE.leaves(spec.worldbody, body, ["geom"])
+    for old in list(spec.worldbody.geoms):
         spec.delete(old)
 
 
@@ -151,7 +131,7 @@ def find_body(spec: mujoco.MjSpec, name: str) -> Any:
 
 
 def _doom_below(body: Any, doomed: dict[str, set[str]]) -> None:
-    for kind, many in _LEAVES.items():
+    for kind, many in LEAVES.items():
         doomed[kind].update(leaf.name for leaf in getattr(body, many))
     for child in body.bodies:
         doomed["body"].add(child.name)
@@ -206,67 +186,11 @@ def _wraps(tendon: Any, names: set[str]) -> bool:
 
 def _rename_all(body: Any) -> None:
     body.name = _OLD + body.name
-    for many in _LEAVES.values():
+    for many in LEAVES.values():
         for leaf in getattr(body, many):
             leaf.name = _OLD + leaf.name
     for child in body.bodies:
         _rename_all(child)
-
-
-def _copy_body(old: Any, new: Any) -> None:
-    """Everything of a body and below into an empty one. Frames are copied with what stands in them."""
-    _copy(old, new)
-    frames: dict[int, Any] = {}
-    for kind, many in _LEAVES.items():
-        for leaf in getattr(old, many):
-            twin = getattr(new, f"add_{kind}")()
-            _copy(leaf, twin)
-            _copy_frame(leaf, twin, new, frames)
-    for child in old.bodies:
-        twin = new.add_body()
-        _copy_body(child, twin)
-        _copy_frame(child, twin, new, frames)
-
-
-def _copy_frame(old: Any, new: Any, body: Any, frames: dict[int, Any]) -> None:
-    if old.frame is not None:
-        new.set_frame(_frame_twin(old.frame, body, frames))
-
-
-def _frame_twin(old: Any, body: Any, frames: dict[int, Any]) -> Any:
-    if old.id not in frames:
-        twin = body.add_frame()
-        twin.pos[:], twin.quat[:] = old.pos, old.quat
-        _copy_orientation(old.alt, twin.alt)
-        if old.frame is not None:
-            twin.set_frame(_frame_twin(old.frame, body, frames))
-        frames[old.id] = twin
-    return frames[old.id]
-
-
-def _copy(old: Any, new: Any) -> None:
-    if getattr(getattr(old, "plugin", None), "active", False):
-        raise CommandError(f"'{old.name}' uses a plugin and cannot be moved")
-    for name in dir(old):
-        if name.startswith("_") or name in _NOT_COPIED:
-            continue
-        value = getattr(old, name)
-        if callable(value):
-            continue
-        if name in ("alt", "ialt"):
-            _copy_orientation(value, getattr(new, name))
-        elif name == "name":
-            new.name = value.removeprefix(_OLD)
-        elif isinstance(value, np.ndarray):
-            getattr(new, name)[:] = value
-        else:
-            setattr(new, name, value)
-
-
-def _copy_orientation(old: Any, new: Any) -> None:
-    new.type = old.type
-    for name in ("axisangle", "xyaxes", "zaxis", "euler"):
-        getattr(new, name)[:] = getattr(old, name)
 
 
 def _set_pose(element: Any, local: Pose) -> None:

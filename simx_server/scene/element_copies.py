@@ -1,0 +1,142 @@
+"""Copying elements of MjSpecs attribute by attribute: what MjSpec can do for whole bodies of another spec only.
+
+`MjSpec.attach` will not do here: a spec keeps hidden copies of what was attached to it, and all its default classes and
+frames are attached too. So each copy of a scene's part would double what the copy before it had left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+
+LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}
+"""What a body has, and the lists it is in."""
+
+_NOT_COPIED = frozenset(
+    {
+        *(
+            "id",
+            "signature",
+            "parent",
+            "frame",
+            "frames",
+            "classname",
+            "compiler",
+            "plugin",
+            "info",
+            "childclass",
+        ),
+        *("bodies", "geoms", "joints", "sites", "cameras", "lights", "path", "default", "ctrlspec"),
+    }
+)
+
+_ACTING = ("actuator", "sensor", "equality", "pair", "exclude")
+_REFERENCES = frozenset(
+    {
+        *("target", "refsite", "slidersite", "objname", "refname", "name1", "name2"),
+        *("geomname1", "geomname2", "bodyname1", "bodyname2", "targetbody"),
+    }
+)
+"""Attributes that name another element."""
+
+_LISTS = {"equality": "equalities"}
+
+
+class Copier:
+    """Makes twins of elements, whose names are made from the originals' by `rename`."""
+
+    def __init__(self, rename: Callable[[str], str], *, references: bool = False) -> None:
+        """`references`: the names in what refers to other elements are renamed as well."""
+        self._rename = rename
+        self._references = references
+
+    def everything(self, source: mujoco.MjSpec, target: mujoco.MjSpec) -> None:
+        """All that stands in a spec's world, and what acts on it, into another spec, which has all it uses of assets.
+
+        Raises CommandError for plugins.
+        """
+        self._children(source.worldbody, target.worldbody)
+        for tendon in source.tendons:
+            twin = target.add_tendon()
+            self.element(tendon, twin)
+            self._path(tendon, twin)
+        for kind in _ACTING:
+            for element in getattr(source, _LISTS.get(kind, f"{kind}s")):
+                self.element(element, getattr(target, f"add_{kind}")())
+
+    def body(self, old: Any, new: Any) -> None:
+        """Everything of a body and below into an empty one. Raises CommandError for plugins."""
+        self.element(old, new)
+        self._children(old, new)
+
+    def leaves(self, old: Any, new: Any, kinds: Iterable[str] = LEAVES) -> dict[Any, Any]:
+        """What a body itself has, with the frames it stands in: original to twin."""
+        frames: dict[Any, Any] = {}
+        for kind in kinds:
+            for leaf in getattr(old, LEAVES[kind]):
+                twin = getattr(new, f"add_{kind}")()
+                self.element(leaf, twin)
+                self._frame(leaf, twin, new, frames)
+        return frames
+
+    def element(self, old: Any, new: Any) -> None:
+        """The attributes of one element. Raises CommandError for plugins."""
+        if getattr(getattr(old, "plugin", None), "active", False):
+            raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
+        for name in dir(old):
+            if name.startswith("_") or name in _NOT_COPIED:
+                continue
+            value = getattr(old, name)
+            if callable(value):
+                continue
+            if name in ("alt", "ialt"):
+                _copy_orientation(value, getattr(new, name))
+            elif name == "name" or (self._references and name in _REFERENCES):
+                setattr(new, name, self._rename(value) if value and value != "world" else value)
+            elif isinstance(value, np.ndarray):
+                getattr(new, name)[:] = value
+            else:
+                setattr(new, name, value)
+
+    def _children(self, old: Any, new: Any) -> None:
+        frames = self.leaves(old, new)
+        for child in old.bodies:
+            twin = new.add_body()
+            self.body(child, twin)
+            self._frame(child, twin, new, frames)
+
+    def _frame(self, old: Any, new: Any, body: Any, frames: dict[Any, Any]) -> None:
+        if old.frame is not None:
+            new.set_frame(self._frame_twin(old.frame, body, frames))
+
+    def _frame_twin(self, old: Any, body: Any, frames: dict[Any, Any]) -> Any:
+        if old not in frames:
+            twin = body.add_frame()
+            self.element(old, twin)
+            if old.frame is not None:
+                twin.set_frame(self._frame_twin(old.frame, body, frames))
+            frames[old] = twin
+        return frames[old]
+
+    def _path(self, old: Any, new: Any) -> None:
+        for wrap in old.path:
+            name = self._rename(wrap.target.name) if wrap.target is not None else ""
+            if wrap.type == mujoco.mjtWrap.mjWRAP_PULLEY:
+                new.wrap_pulley(wrap.divisor)
+            elif wrap.type == mujoco.mjtWrap.mjWRAP_JOINT:
+                new.wrap_joint(name, wrap.coef)
+            elif wrap.type == mujoco.mjtWrap.mjWRAP_SITE:
+                new.wrap_site(name)
+            else:
+                new.wrap_geom(name, self._rename(wrap.sidesite.name) if wrap.sidesite is not None else "")
+
+
+def _copy_orientation(old: Any, new: Any) -> None:
+    new.type = old.type
+    for name in ("axisangle", "xyaxes", "zaxis", "euler"):
+        getattr(new, name)[:] = getattr(old, name)
