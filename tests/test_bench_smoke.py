@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 import pytest
 
 from bench import __main__ as bench
-from bench import baselines, batch, blocking, picture, processes, scenes, startup, stepping, streaming
+from bench import baselines, batch, blocking, picture, processes, scale, scenes, startup, stepping, streaming
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Ratio, Row, compose
 
@@ -145,6 +145,17 @@ def test_starts_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup, "FIRST_S", 0.01)
     told = {row.what for row in startup.measure(TINY).rows}
     assert {startup.SERVER, startup.CLIENT, startup.CONNECT, startup.WORST} <= told
+
+
+def test_servers_and_clients_are_measured_by_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")  # no server looks for OpenGL
+    monkeypatch.setattr(scale, "FLEET", 2)
+    monkeypatch.setattr(scale, "CLIENTS", (1, 2, 4))
+    found = scale.measure(TINY)
+    told = {row.what: row.median for row in found.rows}
+    assert {scale.READ.format(count) for count in (1, 2, 4)} | {scale.DIRECT, scale.ROUTED} <= set(told)
+    assert told["bytes of a blocking read on the wire, question"] > 0
+    assert all(ratio.value > 0 for ratio in found.ratios)
 
 
 def test_pictures_are_told_in_their_parts() -> None:
