@@ -2,7 +2,8 @@
 
 They look along the site's +z (see `volume.py`) at what a camera sees too (the geom groups of `VISIBLE_GROUPS`), but not
 at the shape that carries them. V-REP computes all sensors in each pass; here a sensor is computed when it is read,
-from where everything was in the sensing phase of the last pass.
+from where everything was in the sensing phase of the last pass, together with those that look alike and were read with
+it before: who reads a ring of sensors once will do so again.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ..errors import CommandError
 from ..scene.annotations import Annotation
 from ..scene.collection import ALL
 from ..scene.objects import ObjectKind, SceneObject
-from .detection import Detection, detect
+from .detection import Detection, detect_all
 from .instant import Instant
 from .optics import Optics, optics
 from .volume import TYPES
@@ -40,8 +41,13 @@ class ProximitySensors:
         self.enabled = True
         """Boolean parameter 9: whether the sensing phase handles sensors; it belongs to the scene."""
         self._optics: dict[int, Optics] = {}
+        self._kinds: dict[tuple[frozenset[tuple[str, str | float]], float], Optics] = {}
+        """By annotation and default range: sensors that look alike share their optics."""
         self._entities: dict[int, int] = {}
         self._results: dict[int, Detection | None] = {}
+        self._asked: dict[int, None] = {}
+        self._asked_before = self._asked
+        """Sensors that were read since the last pass; and in the last one before in which any was."""
         self._handled_by_hand: dict[int, Detection | None] = {}
         self._reset: set[int] = set()
         """Sensors whose result was forgotten on demand since the last pass."""
@@ -70,6 +76,7 @@ class ProximitySensors:
             raise CommandError(
                 f"proximity sensor '{item.name}' is handled explicitly, and no script has handled it in this run"
             )
+        self._asked[handle] = None
         if handle not in self._results:
             instant = self._instant
             if instant is None or handle not in instant.scene.objects or handle in self._reset:
@@ -77,7 +84,8 @@ class ProximitySensors:
                     f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
                     "simulation"
                 )
-            self._results[handle] = self._detect(instant, handle)
+            together = self._alike(instant, handle)
+            self._results.update(zip(together, self._detect(instant, together), strict=True))
         return self._results[handle]
 
     def handle(self, handle: int) -> Detection | None:
@@ -91,7 +99,8 @@ class ProximitySensors:
         if not self.enabled:
             self._results.pop(handle, None)
             return None
-        found = self._handled_by_hand[handle] = self._detect(self._sim.instants.now(), handle)
+        (found,) = self._detect(self._sim.instants.now(), [handle])
+        self._handled_by_hand[handle] = found
         return found
 
     def reset(self, handle: int) -> None:
@@ -111,7 +120,8 @@ class ProximitySensors:
         members = self._sim.collections.entity(entity)
         instant = self._sim.instants.now()
         wanted = instant.detectable if entity == ALL else np.isin(instant.surroundings.owners, members)
-        return self._look_at(instant, item, replace(self._look(item), **looks), wanted)  # type: ignore[arg-type]
+        looks_now = replace(self._look(item), **looks)  # type: ignore[arg-type]
+        return self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0]
 
     def is_explicit(self, handle: int) -> bool:
         """Whether passes leave a sensor alone, for a script to handle it. Raises UnknownHandle, WrongKind."""
@@ -146,6 +156,8 @@ class ProximitySensors:
             return
         self._instant = self._sim.instants.now() if self.enabled else None
         self._results.clear()
+        if self._asked:
+            self._asked_before, self._asked = self._asked, {}
         self._reset.clear()
         for handle in list(self._handled_by_hand):
             if handle not in self._sim.scene.objects or not self.is_explicit(handle):
@@ -163,6 +175,7 @@ class ProximitySensors:
         self._results.clear()
         self._handled_by_hand.clear()
         self._reset.clear()
+        self._asked_before = self._asked = {}
         self._instant = None
 
     def _forget_all(self) -> None:
@@ -170,30 +183,45 @@ class ProximitySensors:
         self.enabled = True
         self._explicit = self._explicit_before_run = {}
         self._optics.clear()
+        self._kinds.clear()
         self._entities.clear()
 
-    def _detect(self, instant: Instant, handle: int) -> Detection | None:
-        item = instant.scene.objects[handle]
-        wanted = instant.detectable
-        entity = self._entity(item)
-        if entity != ALL:
-            wanted = wanted & np.isin(instant.surroundings.owners, self._sim.collections.entity(entity))
-        return self._look_at(instant, item, self._look(item), wanted)
+    def _alike(self, instant: Instant, handle: int) -> list[int]:
+        """The sensor, and those to compute with it: they were read with it before, and have no result yet."""
+        objects, known = instant.scene.objects, self._results.keys() | self._reset
+        looks = self._look(objects[handle])
+        others = [one for one in self._asked_before if one != handle and one in objects and one not in known]
+        return [handle, *(one for one in others if self._look(objects[one]) is looks)]
+
+    def _detect(self, instant: Instant, handles: list[int]) -> list[Detection | None]:
+        """Of sensors that look alike."""
+        items = [instant.scene.objects[handle] for handle in handles]
+        wanted = np.repeat(instant.detectable[np.newaxis], len(items), axis=0)
+        for row, item in enumerate(items):
+            entity = self._entity(item)
+            if entity != ALL:
+                wanted[row] &= np.isin(instant.surroundings.owners, self._sim.collections.entity(entity))
+        return self._look_at(instant, items, self._look(items[0]), wanted)
 
     def _look_at(
-        self, instant: Instant, item: SceneObject, looks: Optics, wanted: NDArray[np.bool_]
-    ) -> Detection | None:
-        """`wanted`: (ngeom,); what carries the sensor is left out."""
-        carrier = instant.scene.owner_of_body(item.body, instant.model)
-        if carrier != -1:
-            wanted = wanted & (instant.surroundings.owners != carrier)
-        rotation = instant.site_xmat[item.id].reshape(3, 3)
-        return detect(instant, looks, instant.site_xpos[item.id], rotation, wanted)
+        self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: NDArray[np.bool_]
+    ) -> list[Detection | None]:
+        """`wanted`: (s, ngeom); what carries a sensor is left out."""
+        carriers = [instant.scene.owner_of_body(item.body, instant.model) for item in items]
+        for row, carrier in enumerate(carriers):
+            if carrier != -1:
+                wanted[row] &= instant.surroundings.owners != carrier
+        sites = [item.id for item in items]
+        rotations = instant.site_xmat[sites].reshape(-1, 3, 3)
+        return detect_all(instant, looks, instant.site_xpos[sites], rotations, wanted)
 
     def _look(self, item: SceneObject) -> Optics:
         known = self._optics.get(item.handle)
         if known is None:
-            known = self._optics[item.handle] = optics(_note(item), self._default_range(item))
+            note, default = _note(item), self._default_range(item)
+            kind = frozenset(note.items()), default
+            known = self._kinds.get(kind) or self._kinds.setdefault(kind, optics(note, default))
+            self._optics[item.handle] = known
         return known
 
     def _entity(self, item: SceneObject) -> int:
