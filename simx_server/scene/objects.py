@@ -93,6 +93,7 @@ class Scene:
         self.withheld: dict[tuple[str, str], int] = {}
         """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
         self._children: dict[int, list[int]] = {-1: []}
+        self._leaves_first: dict[int, int] = {}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}
         self.reindex()
@@ -105,6 +106,7 @@ class Scene:
     def reindex(self) -> None:
         """Rebuild the look-ups; called after objects or parents changed."""
         self._children = {-1: []}
+        self._leaves_first = {}
         self._by_element.clear()
         self._by_name.clear()
         for handle, item in self.objects.items():
@@ -179,6 +181,18 @@ class Scene:
     def children(self, handle: int) -> list[int]:
         """Handles of the direct children in hierarchy order; -1 gives the top level."""
         return list(self._children.get(handle, ()))
+
+    def leaves_first(self) -> Mapping[int, int]:
+        """Handle to place, children in hierarchy order before their parents. Made once until the tree changes."""
+        places = self._leaves_first
+        if not places:
+            self._append_leaves_first(-1, places)
+        return places
+
+    def _append_leaves_first(self, handle: int, places: dict[int, int]) -> None:
+        for child in self._children.get(handle, ()):
+            self._append_leaves_first(child, places)
+            places[child] = len(places)
 
     def descendants(self, handle: int) -> list[int]:
         """Handles of the whole tree below, depth first, without the object itself."""

@@ -104,7 +104,7 @@ class Scripts:
         """The scripts (of a kind) in the order in which they are called."""
         if len(self._scripts) < 2:
             return [one for one in self._scripts if kind is None or one.kind == kind]
-        places = {handle: place for place, handle in enumerate(self._leaves_first(-1))}
+        places = self._sim.scene.leaves_first()
         chosen = [script for script in self._scripts if kind is None or script.kind == kind]
         return sorted(chosen, key=lambda script: places.get(script.owner, -1))
 
@@ -125,12 +125,6 @@ class Scripts:
         return self._phases.handle_children(function)
 
     # --- the scene -------------------------------------------------------------------------------
-
-    def _leaves_first(self, handle: int) -> list[int]:
-        found: list[int] = []
-        for child in self._sim.scene.children(handle):
-            found += [*self._leaves_first(child), child]
-        return found
 
     def close(self) -> None:
         """The scene is left: all scripts end."""
