@@ -15,7 +15,7 @@ T = TypeVar("T")
 class Answer(Generic[T]):
     """What one call of a batch brings.
 
-    A stream's answer has the newest value each time; ``simxGetObjectPosition`` gives a list of three floats,
+    ``simxGetObjectPosition`` gives a list of three floats,
     a function without results ``None``, one with several a tuple of them.
     """
 

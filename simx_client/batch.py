@@ -7,8 +7,9 @@
         calls.simxSetJointTargetPosition(joint, 0.5)
     print(position.value)
 
-The calls are executed in this order with no pass between them, and their answers come together. A batch of
-twenty calls costs little more than one. ``Servers`` does the same with many servers at a time.
+The calls are executed in this order with no pass between them, and their answers come together. Only a trigger
+has its pass made in its place: what follows sees the new state. A batch of twenty calls costs little more than one.
+``Servers`` does the same with many servers at a time.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ class Connection:
         self._transport: Transport | None = None
         self._modes = Modes()
         self._takers: dict[int, Callable[[Reply], None]] = {}
-        """Who gets the replies to calls that were sent past the operation modes, by call id."""
+        """Who gets the reply to a call that was sent past the operation modes, by call id."""
 
         self._lock = threading.RLock()
         self._pauses = 0
@@ -290,7 +290,7 @@ class Connection:
                 self._header = delivery
         self._modes.absorb(delivery)
         for reply in delivery.replies:
-            if self._takers and (take := self._takers.get(reply.call_id)):
+            if self._takers and (take := self._takers.pop(reply.call_id, None)):
                 take(reply)
             elif reply.status and reply.values:
                 self._log_once(str(reply.values[0]))
@@ -318,10 +318,8 @@ class Connection:
 
     # --- past the operation modes: many calls, one message -----------------------------------------
 
-    def send_together(
-        self, calls: Iterable[tuple[Shape, list[Any], Operation, Callable[[Reply], None]]]
-    ) -> list[int]:
-        """Send calls as one message; each one's replies go to its last item, whenever something is received.
+    def send_together(self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]) -> list[int]:
+        """Send calls as one message; each one's reply goes to its last item, whenever it is received.
 
         Returns:
             An id for each, for `forget`; none when there is no connection, or communication is paused.
@@ -331,15 +329,15 @@ class Connection:
                 return []
             self._drain()
             sent: list[Call] = []
-            for shape, values, operation, take in calls:
+            for shape, values, take in calls:
                 call_id = self._modes.new_call_id()
                 self._takers[call_id] = take
-                sent.append(Call(call_id, operation, 0, shape.command.name, values))
+                sent.append(Call(call_id, Operation.EXECUTE, 0, shape.command.name, values))
             self._send(sent)
             return [call.call_id for call in sent]
 
     def forget(self, call_ids: Iterable[int]) -> None:
-        """No more replies to these calls are waited for; what still comes is dropped."""
+        """No replies to these calls are waited for any more; what still comes is dropped."""
         with self._lock:
             for call_id in call_ids:
                 self._takers.pop(call_id, None)

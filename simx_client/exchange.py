@@ -9,7 +9,6 @@ from .answers import Answer
 from .clients import CLIENTS
 from .connection import Connection
 from .errors import Failure
-from .protocol.messages import Operation, Reply
 
 
 def connection_of(client: int) -> Connection:
@@ -27,29 +26,21 @@ def connection_of(client: int) -> Connection:
 class Exchange:
     """Calls to one server, sent together."""
 
-    def __init__(
-        self,
-        connection: Connection,
-        answers: Sequence[Answer[Any]],
-        operation: Operation = Operation.EXECUTE,
-    ) -> None:
-        """Prepare; ``send`` and ``finish`` do the rest.
-
-        Args:
-            operation: STREAM lets the answers be renewed after each pass, even once this is finished.
-        """
+    def __init__(self, connection: Connection, answers: Sequence[Answer[Any]]) -> None:
+        """Prepare; ``send`` and ``finish`` do the rest. Answers of an earlier exchange may come again."""
         self._connection = connection
         self._answers = answers
-        self._operation = operation
         self._ids: list[int] = []
         self._sent_on = -1
         """Number of the connection; another one means that the server was lost and has come back."""
 
     def send(self) -> None:
         """Send; does not wait. If that is not possible, ``finish`` finds no answers and says why."""
+        for answer in self._answers:
+            answer.reply = None
         self._sent_on = self._connection.connection_id
         self._ids = self._connection.send_together(
-            [(answer.shape, answer.arguments, self._operation, answer.take) for answer in self._answers]
+            [(answer.shape, answer.arguments, answer.take) for answer in self._answers]
         )
 
     def finish(self, deadline: float, timeout: float) -> None:
@@ -72,18 +63,7 @@ class Exchange:
             for answer in self._answers:
                 if answer.reply is None:
                     answer.give_up(reason)
-        if self._operation is Operation.EXECUTE:
             self._connection.forget(self._ids)
-
-    def end(self) -> None:
-        """End what was asked for as streams."""
-        self._connection.send_together(
-            [
-                (answer.shape, [stream_id], Operation.CANCEL, _ignore)
-                for answer, stream_id in zip(self._answers, self._ids, strict=False)
-            ]
-        )
-        self._connection.forget(self._ids)
 
     def _is_answered(self) -> bool:
         return all(answer.reply is not None for answer in self._answers)
@@ -97,7 +77,3 @@ class Exchange:
     def is_lost(self) -> bool:
         """Whether an answer is missing, so that nothing is to be expected of this server."""
         return not self._is_answered()
-
-
-def _ignore(reply: Reply) -> None:
-    """That a stream has ended needs no answer."""

@@ -1,13 +1,13 @@
 """Many servers driven from one process in lock-step, with what they observe gathered as arrays.
 
 To all of them something is sent before any answer is awaited, so they compute at the same time. One message per
-server and pass carries what is written and the trigger; what is read comes by itself after the pass.
+server and pass carries what is written, the trigger and what is read after it; one brings the answers.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from .answers import Answer
@@ -16,7 +16,6 @@ from .connection import DEFAULT_TIMEOUT
 from .errors import CallsFailed, ConnectionFailed, Failure
 from .exchange import Exchange, connection_of
 from .local import simxFinish, simxStart
-from .protocol.messages import Operation
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,16 +25,13 @@ T = TypeVar("T")
 Record = Callable[[Calls, int], T]
 """Notes the calls for one server: gets the recorder and the server's place, from 0."""
 
-STREAM_POLL = 0.0005
-"""Seconds between two looks for streamed values that were left out on the way; the server repeats them."""
-
 
 class Servers:
     """Servers that take their steps together. A context manager: leaving it closes the connections.
 
     Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
     not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows
-    are NaN. So is the row of a server where a watched call failed, as long as it fails.
+    are NaN. So is the row of a server where a call failed.
     """
 
     def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
@@ -54,7 +50,6 @@ class Servers:
         self.lost: dict[int, Failure] = {}
         """Servers that are left out, by place, and why."""
 
-        self._streams: dict[int, Exchange] = {}
         self._watched: list[list[Answer[Any]]] = [[] for _ in self.clients]
         self._observations: NDArray[np.float64] | None = None
 
@@ -115,13 +110,13 @@ class Servers:
         """
         recorders = self._recorders()
         results = [record(calls, place) for place, calls in enumerate(recorders)]
-        _, failures = self._exchange([calls.noted for calls in recorders])
+        failures = self._exchange([calls.noted for calls in recorders])
         if check and failures:
             raise CallsFailed(failures)
         return results
 
     def watch(self, record: Record[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
-        """Say what ``step`` is to return: these calls are executed by the servers after every pass.
+        """Say what ``step`` is to return: it makes these calls after every pass.
 
         Args:
             record: the calls whose numbers make a server's row, in this order; a list of three makes three.
@@ -134,20 +129,14 @@ class Servers:
             CallsFailed: as ``each``.
             ValueError: the servers' rows differ in length, or hold something else than numbers.
         """
-        for stream in self._streams.values():
-            stream.end()
         recorders = self._recorders()
         self._watched = [list(record(calls, place)) for place, calls in enumerate(recorders)]
-        self._streams, failures = self._exchange([calls.noted for calls in recorders], Operation.STREAM)
-        self._observations = self._gather([place not in self.lost for place in range(len(self))])
-        if failures:
-            raise CallsFailed(failures)
-        return self._observations
+        return self._look([calls.noted for calls in recorders])
 
     def step(self, record: Record[object] | None = None) -> NDArray[np.float64]:
-        """One pass of every server: all are sent their calls and the trigger before any answer is awaited.
+        """One pass of every server: all are sent their calls before any answer is awaited.
 
-        Needs stepped mode and a running simulation; passes shorter than a millisecond cannot be told apart.
+        Needs stepped mode and a running simulation.
 
         Args:
             record: notes what to write before the pass; reads belong into ``watch``.
@@ -159,43 +148,28 @@ class Servers:
             CallsFailed: as ``each``; ``observations`` has the rows of the others.
         """
         recorders = self._recorders()
-        triggers: list[Answer[None]] = []
         for place, calls in enumerate(recorders):
             if record is not None and place not in self.lost:
                 record(calls, place)
-            triggers.append(calls.simxSynchronousTrigger())
-        deadline = time.monotonic() + self.timeout
-        _, failures = self._exchange([calls.noted for calls in recorders], deadline=deadline)
-        is_new = [self._await_pass(place, trigger, deadline) for place, trigger in enumerate(triggers)]
-        self._observations = self._gather(is_new)
-        for place, watched in enumerate(self._watched):
-            failures += [answer.failure for answer in watched if is_new[place] and answer.code]
+            calls.simxSynchronousTrigger()
+        return self._look(
+            [[*calls.noted, *watched] for calls, watched in zip(recorders, self._watched, strict=True)]
+        )
+
+    def _look(self, noted: Sequence[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
+        """Make calls, among them those that are watched; gather what these bring."""
+        failures = self._exchange(noted)
+        self._observations = self._gather({failure.server for failure in failures}.union(self.lost))
         if failures:
             raise CallsFailed(failures)
         return self._observations
 
-    def _await_pass(self, place: int, trigger: Answer[None], deadline: float) -> bool:
-        """Whether what is watched is of the triggered pass. It comes ahead of the trigger's answer, unless it
-        was left out because the way was full; then it is repeated."""
-        reply, watched = trigger.reply, self._watched[place]
-        if reply is None or reply.status or not watched:
-            return reply is not None and not reply.status
-        while (newest := watched[0].reply) is None or newest.time_ms <= reply.time_ms:
-            if time.monotonic() >= deadline:
-                watched[0].give_up("no values came after the pass; is the simulation running?")
-                break
-            time.sleep(STREAM_POLL)
-            self._connections[place].receive_until(lambda: True, deadline)
-        return True
-
-    def _gather(self, is_there: Sequence[bool]) -> NDArray[np.float64]:
-        """The rows of the servers that have one, with no failed call in it; the others are NaN."""
+    def _gather(self, failed: Set[int]) -> NDArray[np.float64]:
+        """The rows of the servers where nothing failed; the others are NaN."""
         import numpy as np
 
         rows = [
-            [number for answer in watched for number in _numbers(answer)]
-            if is_there[place] and not any(answer.code for answer in watched)
-            else []
+            [] if place in failed else [number for answer in watched for number in _numbers(answer)]
             for place, watched in enumerate(self._watched)
         ]
         lengths = {len(row) for row in rows if row}
@@ -213,32 +187,24 @@ class Servers:
     def _recorders(self) -> list[Calls]:
         return [Calls(place, connection.where) for place, connection in enumerate(self._connections)]
 
-    def _exchange(
-        self,
-        noted: Sequence[Sequence[Answer[Any]]],
-        operation: Operation = Operation.EXECUTE,
-        deadline: float | None = None,
-    ) -> tuple[dict[int, Exchange], list[Failure]]:
-        """Send to all, then wait for all. Returns what was sent by place, and what failed.
-
-        Who did not answer is lost from now on.
-        """
+    def _exchange(self, noted: Sequence[Sequence[Answer[Any]]]) -> list[Failure]:
+        """Send to all, then wait for all. Returns what failed; who did not answer is lost from now on."""
         exchanges: dict[int, Exchange] = {}
         for place, answers in enumerate(noted):
             if place in self.lost:
                 for answer in answers:
                     answer.give_up(f"left out, since {self.lost[place].reason}")
             elif answers:
-                exchanges[place] = Exchange(self._connections[place], answers, operation)
+                exchanges[place] = Exchange(self._connections[place], answers)
                 exchanges[place].send()
         failures: list[Failure] = []
-        deadline = time.monotonic() + self.timeout if deadline is None else deadline
+        deadline = time.monotonic() + self.timeout
         for place, exchange in exchanges.items():
             exchange.finish(deadline, self.timeout)
             failures += exchange.failures
             if exchange.is_lost:
                 self.lost[place] = exchange.failures[0]
-        return exchanges, failures
+        return failures
 
 
 def _numbers(answer: Answer[Any]) -> Iterator[float]:

@@ -16,14 +16,14 @@ from concurrent.futures import Future
 from functools import partial
 
 from simx_client.protocol.codec import CodecError, decode_batch, encode
-from simx_client.protocol.messages import STATUS_OK, Batch, Call, Delivery, Operation, Reply
+from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Operation, Reply
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .errors import CommandError
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox
-from .sessions import ClientSession, Link
+from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
 from .streams import MAX_STREAMS, PassAnswers, Stream
 
@@ -41,6 +41,9 @@ _STATE_BITS = {
     SimulationState.PAUSED: 0b011,
 }
 _REAL_TIME_BIT = 0b100
+
+TRIGGER = "simxSynchronousTrigger"
+"""Of a batch, what follows this is executed after the pass."""
 
 _SCENE_ID_MASK = 0xFFFF
 """The message header has two bytes for it."""
@@ -243,16 +246,21 @@ class Engine:
             logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
             return
-        before, self._executing = self._executing, client
+        if session.interrupted is not None:
+            session.link.deliver(encode(self._delivery(session, session.break_off(self._time_ms()))))
+        session.message_id, session.client_time = batch.message_id, batch.client_time
+        self._execute(session, batch.calls, [])
+
+    def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
+        """Execute calls of a batch; `replies` are those to calls before these."""
+        before, self._executing = self._executing, session.client
         try:
-            self._execute(session, batch)
+            self._execute_in_order(session, calls, replies)
         finally:
             self._executing = before
 
-    def _execute(self, session: ClientSession, batch: Batch) -> None:
-        session.message_id, session.client_time = batch.message_id, batch.client_time
-        replies: list[Reply] = []
-        for call in batch.calls:
+    def _execute_in_order(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
+        for position, call in enumerate(calls, 1):
             if call.operation == Operation.CANCEL:
                 stream_id = call.arguments[0] if call.arguments else 0
                 session.streams.cancel(stream_id if type(stream_id) is int else 0)
@@ -264,11 +272,33 @@ class Engine:
             if call.operation == Operation.STREAM:
                 self._arm(session, call, answer)
             if isinstance(answer, Future):
-                answer.add_done_callback(partial(self._deliver_later, session, call.call_id, time_ms))
+                later = partial(self._deliver_later, session, call.call_id, time_ms)
+                if call.command == TRIGGER and position < len(calls):
+                    session.interrupted = Interrupted(replies, calls[position:])
+                    later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
+                answer.add_done_callback(later)
+                if session.interrupted is not None:
+                    return
             else:
                 replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
         if replies:
             session.link.deliver(encode(self._delivery(session, replies)))
+
+    def _go_on_later(
+        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
+        status, values = done.result()
+        self.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
+
+    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply) -> None:
+        if self._is_serving:
+            self._inbox.hold(partial(self._go_on, session, batch, reply))
+        elif session.interrupted is batch and self.sessions.get(session.client) is session:
+            session.interrupted = None
+            self._execute(session, batch.rest, [*batch.replies, reply])
+        else:
+            session.link.deliver(encode(self._delivery(session, [reply])))
 
     def _deliver_later(
         self, session: ClientSession, call_id: int, time_ms: int, done: Future[Answer]

@@ -8,6 +8,8 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from simx_client.protocol.messages import STATUS_REMOTE_ERROR, Call, Reply
+
 from .errors import CommandError
 from .streams import Streams
 
@@ -36,6 +38,16 @@ class Link(Protocol):
     def close(self) -> None: ...
 
 
+@dataclass(eq=False)
+class Interrupted:
+    """A batch of which what follows a trigger waits for the pass."""
+
+    replies: list[Reply]
+    """To the calls in front of the trigger."""
+
+    rest: list[Call]
+
+
 @dataclass
 class ClientSession:
     """State of one client. Belongs to the physics thread."""
@@ -53,6 +65,9 @@ class ClientSession:
     """Files of the client's side that a loading call will ask for: given path to name and content."""
     message_id: int = 0
     client_time: int = 0
+    interrupted: Interrupted | None = None
+    """The batch in whose middle a triggered pass is waited for."""
+
     _triggers: list[Future[None]] = field(default_factory=list)
     _logged: set[str] = field(default_factory=set)
 
@@ -62,6 +77,18 @@ class ClientSession:
             return False
         self._logged.add(failure)
         return True
+
+    def break_off(self, time_ms: int) -> list[Reply]:
+        """The client asks for something else before the pass has come, perhaps for what lets it come: replies to all
+        of the interrupted batch but its trigger."""
+        assert self.interrupted is not None
+        batch, self.interrupted = self.interrupted, None
+        text = "not executed: the next batch came before the pass that was triggered"
+        refused = [
+            Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [f"{call.command}: {text}"])
+            for call in batch.rest
+        ]
+        return [*batch.replies, *refused]
 
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it lets waiting triggers go."""

@@ -18,7 +18,7 @@ import simx_client as v
 from simx_client import batch, stubs
 from simx_client.clients import CLIENTS
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol.codec import decode_batch
+from simx_client.protocol.codec import decode_batch, decode_delivery
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -158,12 +158,85 @@ def test_streams_and_paused_calls_of_the_legacy_functions_are_left_alone(world: 
     v.simxPauseCommunication(client, False)
 
 
-def test_a_trigger_in_a_batch_is_answered_after_its_pass(world: World) -> None:
-    with batch.Batch(world.client()) as calls:
+def test_what_follows_a_trigger_is_executed_after_its_pass_and_answered_together(world: World) -> None:
+    client = world.client()
+    start_stepped(client)
+    transport, answers = world.transports[client], []
+    receive = transport.receive
+
+    def counted(timeout: float) -> bytes | None:
+        payload = receive(timeout)
+        answers.extend([] if payload is None else [len(decode_delivery(payload).replies)])
+        return payload
+
+    transport.receive = counted  # type: ignore[method-assign]
+    with batch.Batch(client) as calls:
+        for position in (0.25, 0.5):
+            calls.simxSetJointPosition(3, position)
+            calls.simxSynchronousTrigger()
+        last = calls.simxGetJointPosition(3)
+    assert world.simulation.log == [("set", 3, 0.25), ("pass", 1), ("set", 3, 0.5), ("pass", 2)]
+    assert last.value == 0.5
+    assert last.reply is not None
+    assert last.reply.time_ms == 100
+    assert answers == [5]
+
+
+def start_stepped(client: int) -> None:
+    with batch.Batch(client) as calls:
         calls.simxSynchronous(True)
         calls.simxStartSimulation()
+
+
+def test_the_next_batch_breaks_off_one_whose_pass_does_not_come(world: World) -> None:
+    one, other = world.client(), world.client()
+    start_stepped(one)
+    start_stepped(other)
+    refused = pytest.raises(batch.CallsFailed, match=r"no answer within 0\.05 s")
+    with refused, batch.Batch(one, timeout=0.05) as calls:  # the other client does not trigger
         calls.simxSynchronousTrigger()
-    assert world.simulation.passes == 1
+        calls.simxSetJointPosition(3, 0.5)
+    assert v.simxStopSimulation(one, BLOCKING) == 0
+    world.settle()
+    assert ("set", 3, 0.5) not in world.simulation.log
+    assert v.simxGetJointPosition(one, 3, BLOCKING) == (0, 0.0)
+
+
+def test_a_stop_by_another_client_lets_an_interrupted_batch_go_on(world: World) -> None:
+    one, other = world.client(), world.client()
+    start_stepped(one)
+    start_stepped(other)
+    transport = world.transports[one]
+    receive = transport.receive
+
+    def stop_first(timeout: float) -> bytes | None:
+        transport.receive = receive  # type: ignore[method-assign]
+        assert v.simxStopSimulation(other, BLOCKING) == 0
+        return receive(timeout)
+
+    with batch.Batch(one) as calls:
+        calls.simxSynchronousTrigger()
+        position = calls.simxGetJointPosition(3)
+        world.settle()
+        transport.receive = (  # type: ignore[method-assign]
+            lambda timeout: stop_first(timeout) if timeout > 0 else receive(timeout)
+        )
+    assert position.value == 0.0
+    assert world.simulation.passes == 0
+
+
+def test_a_client_that_leaves_in_the_middle_of_a_batch_has_the_rest_dropped(world: World) -> None:
+    one, other = world.client(), world.client()
+    start_stepped(one)
+    start_stepped(other)
+    refused = pytest.raises(batch.CallsFailed)
+    with refused, batch.Batch(one, timeout=0.05) as calls:
+        calls.simxSynchronousTrigger()
+        calls.simxSetJointPosition(3, 0.5)
+    world.transports[one].lose()
+    assert v.simxSynchronousTrigger(other) == 0
+    world.settle()
+    assert ("set", 3, 0.5) not in world.simulation.log
 
 
 def test_what_is_not_answered_in_time_is_told_as_that(world: World) -> None:
@@ -192,7 +265,7 @@ def test_a_step_writes_passes_and_reads_with_one_message_per_server(worlds: list
     seen = servers.step(write)
     assert seen.dtype == np.float64
     assert np.array_equal(seen, wanted)
-    assert sizes == [[3], [3], [3]]
+    assert sizes == [[5], [5], [5]]
     for world in worlds:
         assert [entry[0] for entry in world.simulation.log] == ["set", "set", "pass"]
     assert np.array_equal(servers.observations, wanted)
@@ -226,14 +299,11 @@ def test_each_gives_back_what_was_noted_with_its_answers(worlds: list[World]) ->
     assert [answer.value for answer in answers] == [0.0, 1.0, 2.0]
 
 
-def test_watching_something_else_ends_the_streams_before(worlds: list[World]) -> None:
+def test_watching_something_else_replaces_what_was_watched(worlds: list[World]) -> None:
     servers = stepped(worlds)
     servers.watch(lambda calls, _: [calls.simxGetJointPosition(joint) for joint in range(5)])
     servers.watch(lambda calls, _: [calls.simxGetJointPosition(4)])
     assert servers.step().shape == (3, 1)
-    for world in worlds:
-        (session,) = world.engine.sessions.values()
-        assert len(session.streams.by_id) == 1
 
 
 def test_a_step_without_anything_watched_is_an_array_without_columns(worlds: list[World]) -> None:
