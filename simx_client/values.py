@@ -22,7 +22,7 @@ Does that satisfy consumers written in C? Those that go through the protocols: y
 read a list's memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``,
 ``f(*x)``, ``json``, ``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few
 read the memory of any subclass (``array.fromlist``, ``heapq``). They meet the Nones of an unread value and
-raise TypeError: the list has its full length from the start (0.7 ms) so that this is a loud failure and
+raise TypeError: the list has its full length from the start (0.45 ms) so that this is a loud failure and
 never an empty picture. Any touch (``image[0]``) or copy (``list(image)``) before such a call cures it. An
 edit that such a function, or ``list.append(image, 1)`` past the class, makes to a *read* value is the one
 thing that goes unnoticed.
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
 _CHUNK = 16384  # values converted at once: the temporary arrays then stay in the processor's cache
+
+_NONES = (None,) * 16  # repeating so many at once takes two thirds of the time of one
 
 _COMPARES = ["__eq__", "__ne__", "__lt__", "__le__", "__gt__", "__ge__"]
 _READS = [
@@ -123,8 +125,9 @@ class PixelList(list[Any]):
                 f"a {width}x{height} picture of {channels} channel(s) takes "
                 f"{values * cls._item_bytes} bytes, got {received.nbytes}"
             )
-        self = cls((None,), width, height, channels)
-        self *= values
+        self = cls(_NONES, width, height, channels)
+        self *= values // len(_NONES)
+        self += _NONES[: values % len(_NONES)]
         self._received = received
         self.__class__ = cls._unread
         return self

@@ -20,6 +20,7 @@ from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderErr
 from simx_server.sensors.render_thread import MAX_WAITING, RenderThread
 
 WAIT = 30.0
+TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
 
 
 class ScriptedRenderer:
@@ -74,9 +75,9 @@ def thread(scripted: ScriptedRenderer) -> Iterator[RenderThread]:
 class Asker:
     """Asks a render thread for pictures of one world at chosen times."""
 
-    def __init__(self, thread: RenderThread) -> None:
+    def __init__(self, thread: RenderThread, xml: str = SCENE) -> None:
         self.thread = thread
-        self.model, self.data = load(SCENE)
+        self.model, self.data = load(xml)
 
     def ask(
         self, time: float, view: CameraView = FRONT, rgb: bool = True, depth: bool = False
@@ -139,6 +140,36 @@ def test_different_views_of_one_version_render_each(scripted: ScriptedRenderer, 
     for future in [asker.ask(1.0, view) for view in views]:
         future.result(WAIT)
     assert len(scripted.seen) == 3
+
+
+def test_two_cameras_in_one_place_share_a_picture(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    asker = Asker(thread, SCENE.replace("<camera", TWIN + "<camera", 1))
+    twins = FRONT, dataclasses.replace(FRONT, camera_id=1)
+    colours, depths = (asker.ask(1.0, view, depth=True) for view in twins)
+    assert colours.result(WAIT) is depths.result(WAIT)
+    assert asker.ask(1.0, twins[1]).result(WAIT) is colours.result(WAIT)
+    shorter = asker.ask(1.0, dataclasses.replace(twins[1], far=2.0)).result(WAIT)
+    assert shorter is not colours.result(WAIT)
+    # Neither takes the other's newest picture away.
+    assert asker.ask(1.0, twins[0]).result(WAIT) is colours.result(WAIT)
+    assert len(scripted.seen) == 2
+
+
+def test_who_asks_for_both_channels_one_by_one_gets_them_from_one_pass_next_time(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+
+    def ask_both(time: float) -> None:
+        asker.ask(time).result(WAIT)
+        asker.ask(time, rgb=False, depth=True).result(WAIT)
+
+    for time in (1.0, 2.0, 3.0):
+        ask_both(time)
+    assert scripted.seen == [(1.0, 0, True, False), *((time, 0, True, True) for time in (1.0, 2.0, 3.0))]
+    for time in (4.0, 5.0):
+        asker.ask(time).result(WAIT)
+    assert scripted.seen[-2:] == [(4.0, 0, True, True), (5.0, 0, True, False)]
 
 
 def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, thread: RenderThread) -> None:

@@ -1,8 +1,10 @@
 """The one thread that makes pictures, and how the physics thread asks it for one without ever waiting.
 
 A request copies the state and returns a future at once. What was asked already is not done twice: requests
-for the same view of the same version share one picture, and several views of one version share one copy of
-the state. The renderer, and with it every OpenGL call, lives and dies on this thread.
+for the same view of the same version share one picture, also those of two cameras in one place (a camera for
+colours and one for depth are one device), and several views of one version share one copy of the state.
+Whoever asks for both channels of each version, one after the other, gets them from one pass.
+The renderer, and with it every OpenGL call, lives and dies on this thread.
 """
 
 import functools
@@ -11,9 +13,10 @@ import threading
 from collections import deque
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
+import numpy as np
 
 from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
@@ -38,6 +41,10 @@ class _Job:
     version: Hashable
     rgb: bool
     depth: bool
+    asked: set[str]
+    """Channels somebody asked for, which may be fewer than are made."""
+    cameras: set[int]
+    """All that asked for it."""
     snapshot: Snapshot | None
     """None once the picture is made."""
     future: "Future[Picture]" = field(default_factory=Future)
@@ -117,25 +124,37 @@ class RenderThread:
         with self._wake:
             if self._closing.is_set():
                 return _failed("rendering is closed; the server is shutting down")
+            camera, asked = view.camera_id, _names(rgb, depth)
+            view = _by_first_camera_in_place(data, view)
             key = (id(model), view, version)
-            known = self._pending.get(key) or self._newest.get(view.camera_id)
-            if known is not None and known.key == key and not known.future.cancelled():
+            before = self._newest.get(camera)
+            known = self._pending.get(key) or self._made(key)
+            if known is not None and not known.future.cancelled():
+                known.asked |= asked
+                known.cameras.add(camera)
                 if known.snapshot is not None and not known.future.running():
                     # It still waits: one pass makes both channels.
                     known.rgb, known.depth = known.rgb or rgb, known.depth or depth
                 if known.rgb >= rgb and known.depth >= depth:
                     return known.future
-                # Whoever asked for the other channel is likely to ask again.
+                asked |= known.asked
+            if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
+                # Whoever asked for the other channel afterwards is likely to do so again.
                 rgb = depth = True
             if len(self._waiting) >= MAX_WAITING:
                 return _failed(
                     f"{MAX_WAITING} pictures wait to be rendered; ask less often or for a smaller resolution"
                 )
-            job = _Job(model, view, version, rgb, depth, self._pool.take(model, data, version))
+            snapshot = self._pool.take(model, data, version)
+            job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot)
             self._waiting.append(job)
             self._pending[key] = job
             self._start_or_wake()
             return job.future
+
+    def _made(self, key: Hashable) -> _Job | None:
+        """A picture that is there already. Needs the lock."""
+        return next((job for job in self._newest.values() if job.key == key), None)
 
     def prepare(self, model: mujoco.MjModel) -> None:
         """Choose the back end and make the renderer ahead of the first picture; failure is only logged."""
@@ -206,7 +225,7 @@ class RenderThread:
         with self._wake:
             self._forget(job)
             if not self._closing.is_set():
-                self._newest[job.view.camera_id] = job
+                self._newest |= dict.fromkeys(job.cameras, job)
         job.future.set_result(picture)
 
     def _forget(self, job: _Job) -> None:
@@ -252,6 +271,19 @@ class RenderThread:
         except Exception:
             # After a failure of the driver closing may fail too; a new context does not depend on it.
             logger.exception("a renderer did not close cleanly")
+
+
+def _by_first_camera_in_place(data: mujoco.MjData, view: CameraView) -> CameraView:
+    """The same view, but of the first camera that is where this one is and looks the same way."""
+    places, turns = data.cam_xpos, data.cam_xmat
+    if view.camera_id >= len(places):
+        return view  # the renderer says that there is none
+    here = np.all(places == places[view.camera_id], axis=1) & np.all(turns == turns[view.camera_id], axis=1)
+    return replace(view, camera_id=int(here.argmax()))
+
+
+def _names(rgb: bool, depth: bool) -> set[str]:
+    return {name for name, is_asked in (("rgb", rgb), ("depth", depth)) if is_asked}
 
 
 def _failed(reason: str) -> "Future[Picture]":
