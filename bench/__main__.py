@@ -19,7 +19,17 @@ from .report import Findings, compose
 
 logger = logging.getLogger("bench")
 
-MEASUREMENTS = ("blocking", "streaming", "picture", "stepping", "batch", "scenes", "startup", "scale")
+MEASUREMENTS = (
+    "blocking",
+    "streaming",
+    "picture",
+    "stepping",
+    "batch",
+    "scenes",
+    "sensors",
+    "startup",
+    "scale",
+)
 """Modules of this package with a function ``measure``, in the order of the report."""
 
 REPORT = Path(__file__).with_name("report.md")

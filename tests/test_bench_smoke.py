@@ -9,7 +9,19 @@ from contextlib import ExitStack, closing
 import pytest
 
 from bench import __main__ as bench
-from bench import baselines, batch, blocking, picture, processes, scale, scenes, startup, stepping, streaming
+from bench import (
+    baselines,
+    batch,
+    blocking,
+    picture,
+    processes,
+    scale,
+    scenes,
+    sensors,
+    startup,
+    stepping,
+    streaming,
+)
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Ratio, Row, compose
 
@@ -139,6 +151,11 @@ def test_a_scene_is_measured_beside_its_physics(monkeypatch: pytest.MonkeyPatch)
     found = scenes.measure(TINY)
     assert [ratio.target for ratio in found.ratios] == [scenes.SHARE_OF_REAL_TIME, None]
     assert all(ratio.value > 0 for ratio in found.ratios)
+
+
+def test_a_ring_of_sensors_is_measured_beside_the_bare_pass() -> None:
+    found = sensors.measure(TINY)
+    assert {sensors.PASS, sensors.ONE, sensors.RING, sensors.RING_ALONE} <= {row.what for row in found.rows}
 
 
 def test_starts_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
