@@ -43,7 +43,7 @@ _STATE_BITS = {
 _REAL_TIME_BIT = 0b100
 
 TRIGGER = "simxSynchronousTrigger"
-"""Of a batch, what follows this is executed after the pass."""
+"""Of a batch, what follows this is executed after the pass, or when the client's next batch comes before that."""
 
 _SCENE_ID_MASK = 0xFFFF
 """The message header has two bytes for it."""
@@ -246,8 +246,9 @@ class Engine:
             logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
             return
-        if session.interrupted is not None:
-            session.link.deliver(encode(self._delivery(session, session.break_off(self._time_ms()))))
+        if (before := session.interrupted) is not None:  # this batch may be what lets its pass come
+            session.interrupted = None
+            self._execute(session, before.rest, before.replies)
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
 

@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from simx_client.protocol.messages import STATUS_REMOTE_ERROR, Call, Reply
+from simx_client.protocol.messages import Call, Reply
 
 from .errors import CommandError
 from .streams import Streams
@@ -77,18 +77,6 @@ class ClientSession:
             return False
         self._logged.add(failure)
         return True
-
-    def break_off(self, time_ms: int) -> list[Reply]:
-        """The client asks for something else before the pass has come, perhaps for what lets it come: replies to all
-        of the interrupted batch but its trigger."""
-        assert self.interrupted is not None
-        batch, self.interrupted = self.interrupted, None
-        text = "not executed: the next batch came before the pass that was triggered"
-        refused = [
-            Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [f"{call.command}: {text}"])
-            for call in batch.rest
-        ]
-        return [*batch.replies, *refused]
 
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it lets waiting triggers go."""

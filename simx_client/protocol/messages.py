@@ -46,7 +46,8 @@ class Call(NamedTuple):
 
 class Batch(NamedTuple):
     """Client to server. The calls are executed in this order, with no pass between them, but for the pass that a
-    trigger among them is answered after: what follows the trigger is executed after it too."""
+    trigger among them is answered after: what follows the trigger is executed after it too, unless the client's next
+    batch comes first."""
 
     message_id: int
     client_time: int
