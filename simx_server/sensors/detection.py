@@ -89,13 +89,10 @@ class _Look:
             seen = (triangles.heights < 0) == (looks.faces == "front")
             triangles = triangles.take(np.flatnonzero(seen))
         nearest = nearest_points(looks.volume, triangles, squares, looks.least_cosine)
+        places = np.searchsorted(triangles.rows, nearest.rows)
         for view in np.flatnonzero(nearest.rows >= 0).tolist():
-            row = nearest.rows[view]
-            a, b, c = corners[row]
-            normal = np.cross(b - a, c - a)
-            normal /= math.sqrt(normal @ normal)
-            geom = int(pairs.geoms[which[row]])
-            distance = math.sqrt(nearest.squares[view])
+            geom = int(pairs.geoms[which[nearest.rows[view]]])
+            distance, normal = math.sqrt(nearest.squares[view]), triangles.normals[places[view]]
             self._found[view] = self._refined(view, geom, distance, nearest.points[view], normal)
         return self._found
 
