@@ -124,10 +124,11 @@ def _tell(found: Findings, scene: str, taken: dict[str, Rounds], work: dict[str,
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     spent = (work[most].client + work[most].servers) / work[most].steps
     if spent:
+        wanted = TARGET / each[LEGACY].median
         found.notes.append(
-            f"{scene}: {most} spend {spent * 1e6:,.0f} us of processor time on an environment step, of which a pass "
-            f"alone takes {each[PASS].median * 1e6:,.0f} us in process. {cores} cores can therefore make "
-            f"{cores / spent:,.0f} steps per second, and {cores / each[PASS].median:,.0f} if passes were all."
+            f"{scene}: {most} spend {spent * 1e6:,.0f} us of processor time on an environment step; a pass alone takes "
+            f"{each[PASS].median * 1e6:,.0f} us in process. {cores} cores can therefore make {cores / spent:,.0f} "
+            f"steps per second; {TARGET:g} times the legacy loop's, {wanted:,.0f}, need {wanted * spent:.1f} cores."
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -414,6 +415,20 @@ def test_a_killed_server_is_told_at_once_and_the_other_goes_on(two: list[ServerP
             step_until_it_fails(servers)
         assert list(servers.lost) == [0]
         assert servers.step().shape == (2, 0)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="processes cannot be frozen here")
+def test_a_frozen_server_costs_the_time_out_once(two: list[ServerProcess]) -> None:
+    with batch.Servers.connect([server.port for server in two]) as servers:
+        servers.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
+        servers.watch(lambda calls, _: [calls.simxGetIntegerParameter(v.sim_intparam_program_version)])
+        two[0].process.send_signal(signal.SIGSTOP)
+        servers.timeout = 0.5
+        with pytest.raises(batch.CallsFailed, match=r"server 0 .*no answer within 0\.5 s"):
+            servers.step()
+        servers.timeout = 60.0  # the test's own time limit fails if this is waited for
+        for _ in range(3):
+            assert np.isnan(servers.step()[:, 0]).tolist() == [True, False]
 
 
 def test_a_server_that_is_not_there_leaves_no_connection(two: list[ServerProcess]) -> None:
