@@ -133,6 +133,17 @@ def test_threaded_body_may_be_marked_as_such() -> None:
     assert said(world) == ["1", "2", "end"]
 
 
+def test_scripts_that_start_the_remote_api_go_on() -> None:
+    world = scripted(
+        {"lua:base": "simExtRemoteApiStart(19999) sim=require'sim-1' simRemoteApi.start(19998) print(1)"}
+    )
+    world.run()
+    first, second, last = said(world)
+    assert "port 19999" in first
+    assert "port 19998" in second
+    assert last == "1"
+
+
 @pytest.mark.parametrize(
     "source",
     [

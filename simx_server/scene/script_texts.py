@@ -5,8 +5,8 @@ child (without saying so), customization or main. `<text name="simx:lua:OBJECT" 
 hold the script itself; a line break in the XML attribute is a real one or `&#10;`, quotes are `&quot;`, `<` is `&lt;`.
 
 An object may have one child script and one customization script: as names of MuJoCo's texts are unique, the second
-needs the type in its name, `simx:script:customization:OBJECT`, `simx:lua:customization:OBJECT`. `threaded` in that place (or
-`threaded=yes` beside `file=`) is a child script that is one thread. A main script belongs to no object: 
+needs the type in its name, `simx:script:customization:OBJECT`, `simx:lua:customization:OBJECT`. `threaded` in that
+place (or `threaded=yes` beside `file=`) is a child script that is one thread. A main script belongs to no object:
 `simx:lua:main`, or `type=main`.
 """
 

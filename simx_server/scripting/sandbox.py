@@ -250,8 +250,9 @@ setmetatable(world, {
 })
 
 function world.require(name)
+    name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
     if loaded[name] == nil then
-        local source = finish(module(tostring(name)))
+        local source = finish(module(name))
         local chunk, problem = load(source, "@" .. name .. ".lua", "t", world)
         if not chunk then error(problem, 0) end
         local value = chunk(name)

@@ -36,6 +36,7 @@ from .ompl_flat import FlatOmplFunctions
 from .packing import PackingFunctions
 from .parameters import ParameterFunctions
 from .poses import PoseFunctions
+from .remote_api import RemoteApiFunctions, RemoteApiNamespace
 from .scripts import ScriptFunctions
 from .selection import SelectionFunctions
 from .sensors import SensorFunctions
@@ -101,6 +102,7 @@ class SimApi(
     ShapeFunctions,
     DrawingFunctions,
     ScriptFunctions,
+    RemoteApiFunctions,
     MainScriptFunctions,
     GraphFunctions,
     IkFunctions,
@@ -110,7 +112,13 @@ class SimApi(
 
 
 NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
-    {"sim": SimApi, "simIK": SimIk, "simOMPL": OmplFunctions, "simx": SimxFunctions}
+    {
+        "sim": SimApi,
+        "simIK": SimIk,
+        "simOMPL": OmplFunctions,
+        "simRemoteApi": RemoteApiNamespace,
+        "simx": SimxFunctions,
+    }
 )
 """What scripts find as globals, each a class assembled as `SimApi` is."""
 
