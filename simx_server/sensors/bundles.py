@@ -52,11 +52,14 @@ class Bundles:
 
     def near(self, pairs: Pairs, volume: Volume) -> tuple[Indices, Array]:
         """(n,) which pair, and (n, 3, 3) a triangle of its geom that may meet its sensor's volume, in that frame."""
+        if len(pairs.geoms) == 0:
+            return pairs.geoms, _EMPTY.corners
         self._add(pairs.geoms)
         table = self._table
         which, bundles = _numbers(self._first[pairs.geoms], self._count[pairs.geoms])
-        near = volume.may_touch(pairs.to_sensor(which, table.middles[bundles]), table.reaches[bundles])
-        which, bundles = which[near], bundles[near]
+        if len(bundles) > len(pairs.geoms):  # else a bundle is a whole geom, and that is known to be near
+            near = volume.may_touch(pairs.to_sensor(which, table.middles[bundles]), table.reaches[bundles])
+            which, bundles = which[near], bundles[near]
         some, rows = _numbers(table.starts[bundles], table.sizes[bundles])
         which = which[some]
         near = volume.may_touch(pairs.to_sensor(which, table.centres[rows]), table.radii[rows])

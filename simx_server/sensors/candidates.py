@@ -23,21 +23,21 @@ def edge_points(volume: Volume, triangles: Triangles) -> Array:
     return points.reshape(count, -1, 3)
 
 
-def face_points(volume: Volume, triangles: Triangles, face: Array) -> Array:
-    """(n, m, 3): the line in which each plane cuts a face: its nearest point and its crossings with the surfaces."""
-    normal, distance = face[:3], face[3]
-    cosine = triangles.normals @ normal
-    sine2 = 1.0 - cosine * cosine
-    with np.errstate(divide="ignore", invalid="ignore"):
-        own = (triangles.heights - distance * cosine) / sine2
-        other = (distance - triangles.heights * cosine) / sine2
-    parallel = sine2 < 1e-14
-    own[parallel] = other[parallel] = np.nan
-    closest = own[:, np.newaxis] * triangles.normals + other[:, np.newaxis] * normal
-    direction = cross(triangles.normals, normal)
-    where = volume.crossings(closest, direction)
-    points = closest[:, np.newaxis] + where[..., np.newaxis] * direction[:, np.newaxis]
-    return np.concatenate([closest[:, np.newaxis], points], axis=1)
+def face_points(volume: Volume, triangles: Triangles) -> Array:
+    """(n, m, 3): the lines in which planes cut the volume's faces: nearest points and crossings with the surfaces."""
+    normals, distances = volume.faces[:, :3], volume.faces[:, 3]
+    heights, count = triangles.heights[:, np.newaxis], len(triangles.heights)
+    cosines = triangles.normals @ normals.T
+    sines2 = 1.0 - cosines * cosines
+    sines2[sines2 < 1e-14] = np.nan  # parallel
+    own = ((heights - distances * cosines) / sines2)[..., np.newaxis]
+    other = ((distances - heights * cosines) / sines2)[..., np.newaxis]
+    closest = own * triangles.normals[:, np.newaxis] + other * normals
+    directions = cross(triangles.normals[:, np.newaxis], normals)
+    where = volume.crossings(closest.reshape(-1, 3), directions.reshape(-1, 3))
+    where = where.reshape(count, len(normals), -1, 1)
+    points = closest[:, :, np.newaxis] + where * directions[:, :, np.newaxis]
+    return np.concatenate([closest, points.reshape(count, -1, 3)], axis=1)
 
 
 def circle_points(triangles: Triangles, height: float, radius: float, angles: Array) -> Array:

@@ -24,8 +24,8 @@ from .volume import Array
 _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
 _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-_MET_BY_RAYS = (*CURVED, _PLANE)
-"""Types of geoms whose surfaces MuJoCo's rays meet as sensors do; of a box they do not meet the back."""
+_MET_BY_RAYS = np.isin(np.arange(int(mujoco.mjtGeom.mjNGEOMTYPES)), (*CURVED, _PLANE))
+"""(types,) those of geoms whose surfaces MuJoCo's rays meet as sensors do; of a box they do not meet the back."""
 _SNAP = 0.05
 """How far, as a share of the distance, the true surface may lie from its triangles along a line of sight."""
 
@@ -100,7 +100,7 @@ class _Look:
         """The first surface on the segment of the z axis."""
         looks, pairs = self._looks, self._pairs
         reaches = [looks.reach] * len(self._found)
-        by_rays = np.isin(self._kinds, _MET_BY_RAYS)
+        by_rays = _MET_BY_RAYS[self._kinds]
         for pair in np.flatnonzero(by_rays).tolist():
             view, geom = int(pairs.views[pair]), int(pairs.geoms[pair])
             axis = self._rotations[view, :, 2].copy()
@@ -108,6 +108,8 @@ class _Look:
             if 0.0 <= distance <= reaches[view]:
                 self._offer_hit(reaches, view, geom, distance, self._local(view, normal))
         which, corners = self._triangles(np.flatnonzero(~by_rays))
+        if len(which) == 0:
+            return self._found
         triangles = Triangles.of(corners, which)
         with np.errstate(divide="ignore", invalid="ignore"):
             heights = triangles.heights / triangles.normals[:, 2]

@@ -33,6 +33,8 @@ class Surroundings:
         self.model = model
         self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
         """(ngeom,) handle of the shape a geom belongs to, -1 for unnamed geoms of the world."""
+        self.shapes = tuple(set(self.owners.tolist()) - {-1})
+        """Handles of those shapes."""
         self.triangles = GeomTriangles(model)
         self.bundles = Bundles(self.triangles, model.ngeom)
         self._scratch: mujoco.MjData | None = None
@@ -84,10 +86,8 @@ class Instant:
             if array == "geom_group":  # what no camera is to see may still be detected
                 groups[model.geom(name).id] = group
         seen = np.isin(groups, VISIBLE_GROUPS) & (alpha > 0.0)
-        hidden = [
-            handle for handle in set(self.surroundings.owners.tolist()) - {-1} if self._is_hidden(handle)
-        ]
-        return seen & ~np.isin(self.surroundings.owners, hidden)
+        hidden = [handle for handle in self.surroundings.shapes if self._is_hidden(handle)]
+        return seen & ~np.isin(self.surroundings.owners, hidden) if hidden else seen
 
     def _is_hidden(self, handle: int) -> bool:
         item = self.scene.objects.get(handle)

@@ -65,15 +65,17 @@ def _look_inside(best: _Best, volume: Volume) -> None:
     some = best.triangles
     if len(some.heights) == 0:
         return
-    for face in volume.faces:
-        best.offer(candidates.face_points(volume, some, face), inside=True)
-    for height, radius in volume.spheres:
-        _fan(best, lambda t, a, h=height, r=radius: candidates.circle_points(t, h, r, a), 0.0, 2 * math.pi)
+    points = [candidates.face_points(volume, some)] if len(volume.faces) else []
     for sweep in volume.sweeps:
         first, second = sweep.axes
         along = np.arctan2(some.normals[:, second], some.normals[:, first])
         angles = np.stack([along, along + math.pi], axis=1)
-        best.offer(candidates.line_points(some, sweep, angles), inside=True)
+        points.append(candidates.line_points(some, sweep, angles))
+    if points:
+        best.offer(np.concatenate(points, axis=1), inside=True)
+    for height, radius in volume.spheres:
+        _fan(best, lambda t, a, h=height, r=radius: candidates.circle_points(t, h, r, a), 0.0, 2 * math.pi)
+    for sweep in volume.sweeps:
         if not sweep.centred:
             _fan(best, lambda t, a, s=sweep: candidates.line_points(t, s, a), sweep.least, sweep.greatest)
 
