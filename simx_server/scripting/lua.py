@@ -26,6 +26,7 @@ from .interpreter import (
     Waiting,
 )
 from .lua_library import LIBRARY
+from .lua_watch import WATCH
 from .sandbox import GUARD
 
 logger = logging.getLogger(__name__)
@@ -94,6 +95,7 @@ class LuaInterpreter:
             self._module,
             MAX_DEPTH,
             self._to_lua(known),
+            WATCH,
             LIBRARY,
         )
 

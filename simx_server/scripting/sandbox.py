@@ -1,20 +1,16 @@
 """The trusted Lua chunk that builds a script's world and guards every entry into it.
 
-It is the only Lua code that ever sees ``debug`` and Python objects; both stay upvalues here, and without
+With `lua_watch.py` it is the only Lua code that ever sees ``debug`` and Python objects; both stay upvalues, and without
 ``debug`` a script cannot read upvalues. Why each guard is needed:
 
-* the count hook stops endless loops. Once it has struck it strikes on every instruction, otherwise
-  ``while true do pcall(busy) end`` would swallow it for ever;
-* the way out (``enter``, ``report``) is spared, or the error would leave with the hook still set;
-* coroutines have a hook of their own, so they are made here;
+* a hook stops endless loops, see `lua_watch.py`; the way out (``enter``, ``report``) is spared, or the error would
+  leave with the hook still set;
 * a message handler runs inside the hook, where no hook strikes: ``xpcall`` calls it after the unwinding;
 * finalizers run with hooks off, so ``__gc`` is refused;
 * binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
 * tables are copied raw before Python reads them: reading must not run a script's metamethods;
 * no hook strikes within one call of a C function: those of the standard library that could take long by themselves
-  are bounded by `lua_library.py`, which gets the script's world before any script does;
-* an instruction may copy a string as long as the heap is large, so the hook strikes the more often the longer the
-  last ones took, and the larger the heap is.
+  are bounded by `lua_library.py`, which gets the script's world before any script does.
 
 Threads: ``depth`` counts calls from Python that lie within each other, ``level`` the coroutines: 0 outside of any, 1 in
 one that was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine.
@@ -23,76 +19,19 @@ go on first) or ``wait`` (ask again after the next resumption).
 """
 
 GUARD = rb"""
-local late, invoke, proceed, output, module, max_depth, known, library = ...
+local late, invoke, proceed, output, module, max_depth, known, watch, library = ...
 
-local sethook, getinfo, cocreate, coresume, yield, isyieldable, costatus =
-    debug.sethook, debug.getinfo, coroutine.create, coroutine.resume, coroutine.yield, coroutine.isyieldable,
-    coroutine.status
+local coresume, yield, isyieldable, costatus =
+    coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
 local pack, unpack, concat, gmatch, match, lower =
     table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower
 
-local clock, heap = os.clock, collectgarbage
+local depth, level, report = 0, 0, nil
 
-local struck, depth, level, watch, enter, report = false, 0, 0, nil, nil, nil
-
--- "file:line: " of the innermost frame that is the script's own
-local function where()
-    for frame_level = 2, 30 do
-        local frame = getinfo(frame_level, "Sl")
-        if not frame then break end
-        if frame.source ~= "=sandbox" and frame.currentline > 0 then
-            return frame.short_src .. ":" .. frame.currentline .. ": "
-        end
-    end
-    return ""
-end
-
--- Instructions between two strikes of the hook: as many as take about 1 ms; of cheap ones 2000 are 0.02 ms.
-local FIRST, LEAST = 200, 8
-local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
-
--- A look at Python's clock, with others served, when the last one is a millisecond ago. True: the time is over.
-local function must_stop()
-    if clock() - last_look < 0.001 then return struck end
-    struck = late() or struck
-    local kilobytes = heap("count")
-    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or 150
-    last_look = clock()
-    return struck
-end
-
-local function stop()
-    sethook(watch, "", 1)
-    error(where() .. "took too long and was stopped (an endless loop?)", 0)
-end
-
-function watch()
-    if not struck then
-        local now = clock()
-        local took = now - last_strike
-        local wanted = took > 0.002 and interval // 8 or took < 0.0005 and interval * 2 or interval
-        if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
-        if wanted ~= interval then
-            interval = wanted
-            sethook(watch, "", wanted)
-        end
-        last_strike = now
-        if now - last_look < 0.001 then return end
-    end
-    if must_stop() then
-        local running = getinfo(2, "f")
-        if running and (running.func == enter or running.func == report) then return end
-        stop()
-    end
-    last_strike = clock()
-end
-
--- For the library, around what takes long without many instructions.
-local function look()
-    if must_stop() then stop() end
-end
+local watching = load(watch, "=sandbox", "t")(late)
+local where, look = watching.where, watching.look
 
 -- A table as the border knows it: a list, or else a map with keys of text or whole numbers.
 local function plain(value, nesting)
@@ -174,16 +113,6 @@ end
 world.debug = {}
 function world.debug.traceback(message) return message end
 
--- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
-local spans = setmetatable({}, { __mode = "k" })
-
-local function create(body)
-    local thread = cocreate(body)
-    spans[thread] = interval
-    sethook(thread, watch, "", interval)
-    return thread
-end
-
 local function left(...)
     level = level - 1
     return ...
@@ -191,10 +120,7 @@ end
 
 local function resume(thread, ...)
     level = level + 1
-    if spans[thread] and spans[thread] > interval then
-        spans[thread] = interval
-        sethook(thread, watch, "", interval)
-    end
+    watching.quicken(thread)
     return left(coresume(thread, ...))
 end
 
@@ -205,10 +131,10 @@ end
 
 world.coroutine = {}
 for key, value in pairs(coroutine) do world.coroutine[key] = value end
-world.coroutine.create = create
+world.coroutine.create = watching.create
 world.coroutine.resume = resume
 function world.coroutine.wrap(body)
-    local thread = create(body)
+    local thread = watching.create(body)
     return function(...) return through(resume(thread, ...)) end
 end
 
@@ -263,22 +189,24 @@ end
 
 function report(ok, ...)
     depth = depth - 1
-    if depth == 0 then
-        sethook()
-        struck = false
-    end
+    if depth == 0 then watching.disarm() end
     if ok then return true, ... end
     local problem = ...
     if type(problem) == "string" then return false, problem end
     return false, "raised a " .. type(problem) .. " value"
 end
 
-function enter(action, ...)
-    if depth == 0 then level, interval, last_strike, last_look = 0, FIRST, clock(), clock() end
+local function enter(action, ...)
+    if depth == 0 then
+        level = 0
+        watching.begin()
+    end
     depth = depth + 1
-    sethook(watch, "", struck and 1 or interval)
+    watching.arm()
     return report(pcall(action, ...))
 end
+
+watching.spare(enter, report, watching.arm, watching.disarm)
 
 local function find(name)
     local value = world
@@ -317,7 +245,7 @@ face.apply = apply
 function face.start_thread(name)
     local action = find(name)
     if not action then return false, "has no function '" .. name .. "'" end
-    thread = create(action)
+    thread = watching.create(action)
     return true
 end
 

@@ -1,0 +1,109 @@
+"""The hook that looks at the clock while a script runs: it stops endless scripts and lets others be served.
+
+Once the time is over it strikes on every instruction, otherwise ``while true do pcall(busy) end`` would swallow it for
+ever. Between two strikes lie the fewer instructions the longer the last ones took, and the larger the heap is: one
+instruction may copy a string as long as the heap is large. Coroutines have a hook of their own, so they are made here.
+"""
+
+WATCH = rb"""
+local late = ...
+
+local sethook, getinfo, cocreate = debug.sethook, debug.getinfo, coroutine.create
+local clock, heap, error, setmetatable = os.clock, collectgarbage, error, setmetatable
+local struck, watch, spared = false, nil, {}
+
+-- "file:line: " of the innermost frame that is the script's own
+local function where()
+    for frame_level = 2, 30 do
+        local frame = getinfo(frame_level, "Sl")
+        if not frame then break end
+        if frame.source ~= "=sandbox" and frame.currentline > 0 then
+            return frame.short_src .. ":" .. frame.currentline .. ": "
+        end
+    end
+    return ""
+end
+
+-- Instructions between two strikes of the hook: as many as take about 1 ms; of cheap ones 2000 are 0.02 ms.
+local FIRST, LEAST = 200, 8
+local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
+
+-- A look at Python's clock, with others served, when the last one is a millisecond ago. True: the time is over.
+local function must_stop()
+    if clock() - last_look < 0.001 then return struck end
+    struck = late() or struck
+    local kilobytes = heap("count")
+    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or 150
+    last_look = clock()
+    return struck
+end
+
+local function stop()
+    sethook(watch, "", 1)
+    error(where() .. "took too long and was stopped (an endless loop?)", 0)
+end
+
+function watch()
+    if not struck then
+        local now = clock()
+        local took = now - last_strike
+        local wanted = took > 0.002 and interval // 8 or took < 0.0005 and interval * 2 or interval
+        if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
+        if wanted ~= interval then
+            interval = wanted
+            sethook(watch, "", wanted)
+        end
+        last_strike = now
+        if now - last_look < 0.001 then return end
+    end
+    if must_stop() then
+        local running = getinfo(2, "f")
+        if running and spared[running.func] then return end
+        stop()
+    end
+    last_strike = clock()
+end
+
+-- For the library, around what takes long without many instructions.
+local function look()
+    if must_stop() then stop() end
+end
+
+-- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
+local spans = setmetatable({}, { __mode = "k" })
+
+local function create(body)
+    local thread = cocreate(body)
+    spans[thread] = interval
+    sethook(thread, watch, "", interval)
+    return thread
+end
+
+local function quicken(thread)
+    if spans[thread] and spans[thread] > interval then
+        spans[thread] = interval
+        sethook(thread, watch, "", interval)
+    end
+end
+
+local function begin()
+    interval, last_strike, last_look = FIRST, clock(), clock()
+end
+
+local function arm() sethook(watch, "", struck and 1 or interval) end
+
+local function disarm()
+    sethook()
+    struck = false
+end
+
+-- Functions in which the hook does not strike: the way into a script, and the way out.
+local function spare(...)
+    for _, action in ipairs { ... } do spared[action] = true end
+end
+
+return {
+    where = where, look = look, create = create, quicken = quicken, begin = begin, arm = arm, disarm = disarm,
+    spare = spare,
+}
+"""
