@@ -2,7 +2,7 @@
 
 `scripts.py` keeps them and finds who is meant (`targets.py`), `phases.py` says which lives and is called when,
 `lives.py` begins, calls and ends one. `interpreter.py` is the border to a script's language: `lua.py` with its
-sandbox, library and patterns, `python_interpreter.py`. `api/` is the ``sim`` that scripts see, `namespaces.py` finds a
+sandbox, watch, library and patterns, `python_interpreter.py`. `api/` is the ``sim`` that scripts see, `namespaces.py` finds a
 function in it, `signature.py` turns script values into typed arguments. `bodies.py` is for scripts of V-REP 3.
 """
 
