@@ -175,9 +175,18 @@ def test_servers_and_clients_are_measured_by_number(monkeypatch: pytest.MonkeyPa
     assert all(ratio.value > 0 for ratio in found.ratios)
 
 
-def test_pictures_are_told_in_their_parts() -> None:
-    told = {row.what for row in picture.measure(TINY).rows}
+def test_pictures_are_told_in_their_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendering, "CAMERAS", {rendering.TUTORIAL: (rendering.CAMERA,)})
+    found = picture.measure(TINY)
+    told = {row.what for row in found.rows}
     assert {picture.LIST, picture.ARRAY, picture.RENDER, picture.QUERY, picture.BUILD} <= told
+    assert {picture.BOTH, picture.CHANNELS, picture.SHARED, picture.ASKING, rendering.STATE} <= told
+    bounds = {ratio.what: ratio.target for ratio in found.ratios}
+    assert bounds[rendering.by_rays(rendering.TUTORIAL, rendering.CAMERA)] == rendering.RAYS_TARGET_MS
+    if not found.notes:
+        assert {rendering.BOTH, rendering.DEPTH} <= told
+        for size, target in rendering.TARGETS_MS.items():
+            assert bounds[rendering.colours(rendering.TUTORIAL, rendering.CAMERA, size)] == target
 
 
 def test_an_unknown_measurement_is_a_usage_error_that_lists_them(capsys: pytest.CaptureFixture[str]) -> None:
