@@ -15,6 +15,7 @@ from bench import (
     blocking,
     picture,
     processes,
+    rendering,
     scale,
     scenes,
     sensors,
