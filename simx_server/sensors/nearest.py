@@ -49,12 +49,12 @@ def nearest_points(
     """
     best = _Best(volume, triangles, squares, least_cosine)
     best.keep(volume.lower_bounds(triangles.normals, triangles.heights))
-    best.offer(best.triangles.corners)
+    some = best.triangles
+    best.offer(np.concatenate([some.nearest[:, np.newaxis], some.corners], axis=1))
     best.keep(best.triangles.distances)
     if len(best.triangles.rows) == 0:
         return Nearest(best.squares, best.points, best.rows)
     best.offer(candidates.edge_points(volume, best.triangles))
-    best.offer(best.triangles.feet[:, np.newaxis], inside=True)
     best.keep(best.triangles.distances)
     _look_inside(best, volume)
     return Nearest(best.squares, best.points, best.rows)
@@ -101,9 +101,9 @@ class _Best:
         self.rows[better] = other.rows[better]
 
     def keep(self, distances: Array) -> None:
-        """Forget triangles that come no nearer than (n,) distances, if a better point is known or none is seen."""
+        """Forget triangles that come no nearer than (n,) distances where a better point is known, or none is seen."""
         some = self.triangles
-        useful = distances * distances < self.squares[some.views] * (1.0 + _SAME)
+        useful = distances * distances < self.squares[some.views] * (1.0 - _SAME)
         if self._least_cosine > 0:
             useful &= distances * self._least_cosine <= np.abs(some.heights) * (1.0 + _SAME)
         if not useful.all():

@@ -83,13 +83,14 @@ class Triangles:
         return np.clip(-np.einsum("nei,nei->ne", self.corners, self.edges) / squares, 0.0, 1.0)
 
     @cached_property
-    def distances(self) -> Array:
-        """(n,) from the origin."""
-        points = self.corners + self.along[..., np.newaxis] * self.edges
-        distance = np.sqrt(np.einsum("nei,nei->ne", points, points).min(axis=1, initial=np.inf))
-        return np.where(self.hold(self.feet), np.abs(self.heights), distance)
+    def nearest(self) -> Array:
+        """(n, 3): their points nearest to the origin."""
+        on_edges = self.corners + self.along[..., np.newaxis] * self.edges
+        closest = np.einsum("nei,nei->ne", on_edges, on_edges).argmin(axis=1)
+        feet = self.normals * self.heights[:, np.newaxis]
+        return np.where(self.hold(feet)[:, np.newaxis], feet, on_edges[np.arange(len(closest)), closest])
 
     @cached_property
-    def feet(self) -> Array:
-        """(n, 3): the points of their planes nearest to the origin."""
-        return self.normals * self.heights[:, np.newaxis]
+    def distances(self) -> Array:
+        """(n,) from the origin."""
+        return np.sqrt(np.einsum("ni,ni->n", self.nearest, self.nearest))
