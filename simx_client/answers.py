@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from typing import Any, Generic, TypeVar, cast
 
 from .errors import CallsFailed, Failure
@@ -64,5 +65,5 @@ class Answer(Generic[T]):
         # The server's text begins with the function's name, as simxGetLastErrors gives it.
         told = reply is not None and [str(value) for value in reply.values[:1]]
         reason = told[0].removeprefix(f"{name}: ") if told else self._reason
-        call = f"{name}({', '.join(map(repr, self.arguments))})"
+        call = f"{name}({', '.join(map(reprlib.repr, self.arguments))})"
         return Failure(self.server, self.where, call, self.code, reason)
