@@ -38,6 +38,19 @@ def test_tree_of_the_arm_is_what_vrep_would_show() -> None:
     assert kinds["sun"] == ObjectKind.LIGHT
 
 
+def test_leaves_come_first_also_after_the_tree_has_changed() -> None:
+    scene = arm().scene
+
+    def order() -> list[str]:
+        places = scene.leaves_first()
+        return [scene.objects[handle].name for handle in sorted(places, key=lambda handle: places[handle])]
+
+    assert sorted(order()) == sorted(item.name for item in scene.objects.values())
+    assert order().index("mount") < order().index("hand") < order().index("lower") < order().index("cube")
+    scene.override_parent(scene.resolve("cube"), scene.resolve("mount"))
+    assert order().index("cube") < order().index("mount")
+
+
 def test_handles_are_small_and_in_tree_order() -> None:
     scene = arm().scene
     assert list(scene.objects) == list(range(1, len(scene.objects) + 1))
