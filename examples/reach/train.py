@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -133,6 +134,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     logging.getLogger("simx_client").setLevel(logging.WARNING)
+    # As an exception, so that the simulators end with it.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     train(chosen.count, chosen.steps, chosen.seed, chosen.picture)
     return 0
 
