@@ -2,13 +2,15 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 from camera_world import FRONT, SCENE, load, pixel_of
 
+from simx_server.sensors import opengl
 from simx_server.sensors.gl_backend import choose_backend
 from simx_server.sensors.opengl import OpenGLRenderer
 from simx_server.sensors.picture import (
@@ -22,6 +24,7 @@ from simx_server.sensors.picture import (
     perspective_angle_from_fovy,
 )
 from simx_server.sensors.raycast import RaycastRenderer
+from simx_server.sensors.roundness import may_be_coarse, round_geoms
 
 ONE_GREY_LEVEL = 1 / 255
 
@@ -262,6 +265,57 @@ def test_both_renderers_see_the_same(opengl_name: str) -> None:
     colours_apart = np.abs(one.rgb.astype(int) - other.rgb).max(axis=2)
     assert np.median(colours_apart) <= 2
     assert np.mean(colours_apart > 12) < 0.08
+
+
+def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    stands = "".join(
+        f'<geom type="cylinder" size="0.05 0.3" pos="{x / 5} {distance} 0" euler="20 {30 * x} 0"/>'
+        for x in range(-6, 7)
+    )
+    return load(
+        '<mujoco><visual><quality numslices="32" numstacks="16"/></visual><worldbody>'
+        f'<light type="directional" dir="1 1 -1"/>{stands}<camera xyaxes="1 0 0 0 0 1"/></worldbody></mujoco>'
+    )
+
+
+def test_round_things_far_away_look_the_same_with_fewer_corners(
+    opengl_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, data = row_of_cylinders(distance=3.0)
+    asked: list[bool] = []
+
+    def render(may_be_coarse: Callable[..., bool]) -> Picture:
+        monkeypatch.setattr(opengl, "may_be_coarse", may_be_coarse)
+        renderer = OpenGLRenderer(model, opengl_name)
+        try:
+            return renderer.render(data, FRONT, rgb=True, depth=True)
+        finally:
+            renderer.close()
+
+    def asking(*arguments: Any) -> bool:
+        asked.append(may_be_coarse(*arguments))
+        return asked[-1]
+
+    coarse, fine = render(asking), render(lambda *_: False)
+    assert asked == [True]
+    assert np.mean(coarse.depth < 1.0) > 0.02
+    assert np.mean(np.abs(coarse.rgb.astype(int) - fine.rgb).max(axis=2) > 16) < 0.002
+    assert np.mean(np.abs(coarse.depth - fine.depth) > 1e-3) < 0.002
+
+
+def test_round_things_are_drawn_coarsely_only_if_many_and_small_in_the_picture() -> None:
+    def is_coarse(distance: float, **view: float) -> bool:
+        model, data = row_of_cylinders(distance)
+        chosen = np.flatnonzero(round_geoms(model))
+        return may_be_coarse(model, data, dataclasses.replace(FRONT, **view), chosen, 16)
+
+    assert is_coarse(3.0)
+    assert not is_coarse(3.0, width=640, height=480)
+    assert not is_coarse(1.0)
+    assert is_coarse(1.0, orthographic_size=2.0)
+    assert not is_coarse(1.0, orthographic_size=0.5)
+    model, data = row_of_cylinders(3.0)
+    assert not may_be_coarse(model, data, FRONT, np.arange(3), 16)
 
 
 def test_pictures_are_shared_so_they_cannot_be_written(make_renderer) -> None:

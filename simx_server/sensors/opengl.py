@@ -5,6 +5,8 @@ neither, so both are off, as are reflections, fog and the skybox.
 
 Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth
 exactly where V-REP did, and what it cleared is where nothing is seen.
+
+Round things get half the corners where nobody can tell (see `roundness`).
 """
 
 import copy
@@ -16,6 +18,7 @@ from numpy.typing import NDArray
 
 from simx_server.sensors.gl_backend import make_gl_context
 from simx_server.sensors.picture import CameraView, Picture, RenderError
+from simx_server.sensors.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
 
 logger = logging.getLogger(__name__)
@@ -30,6 +33,10 @@ _SHOWN = (
 _GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
+_OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
+_FEWEST_CORNERS = 12
+"""With fewer nothing looks round, however small."""
+
 _CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
 
 
@@ -44,6 +51,7 @@ class OpenGLRenderer:
         self._model = model
         self._closed = False
         self._option = _visible_things()
+        self._round = round_geoms(model)
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
@@ -53,14 +61,10 @@ class OpenGLRenderer:
         self._gl = make_gl_context(backend_name, 16, 16)
         try:
             self._gl.make_current()
-            self._context = mujoco.MjrContext(
-                _without_effects(model), mujoco.mjtFontScale.mjFONTSCALE_50.value
-            )
-            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
-            if self._context.currentBuffer != mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value:
+            self._fine = _drawing(_without_effects(model))
+            self._coarse: mujoco.MjrContext | None = None
+            if self._fine.currentBuffer != _OFFSCREEN:
                 raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
-            # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
-            self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         except BaseException:
             self._gl.free()
             raise
@@ -75,20 +79,21 @@ class OpenGLRenderer:
         if not 0 <= view.camera_id < self._model.ncam:
             raise RenderError(f"camera id {view.camera_id} is not in the model, which has {self._model.ncam}")
         self._gl.make_current()
-        self._make_room(view.width, view.height)
+        near = near_the_view(self._model, data, view)
+        drawing = self._drawing_for(data, view, near)
         self._take_scene(data, view)
         # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
         flat = not rgb
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
         self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
-        self._leave_out(data, view, flat)
+        self._leave_out(data, view, near, flat)
 
         masked = rgb and any(view.background_bytes())
         rect = mujoco.MjrRect(0, 0, view.width, view.height)
         colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
         nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
-        mujoco.mjr_render(rect, self._scene, self._context)
-        mujoco.mjr_readPixels(colours, nearness, rect, self._context)
+        mujoco.mjr_render(rect, self._scene, drawing)
+        mujoco.mjr_readPixels(colours, nearness, rect, drawing)
 
         if masked and colours is not None and nearness is not None:
             # MuJoCo always clears to black. A pixel as one item is filled seven times as fast as three bytes.
@@ -104,14 +109,26 @@ class OpenGLRenderer:
             return
         self._closed = True
         self._gl.make_current()
-        self._context.free()
+        if self._coarse is not None:
+            self._coarse.free()
+        self._fine.free()
         self._gl.free()
 
-    def _make_room(self, width: int, height: int) -> None:
-        """Grow the offscreen buffer to the largest picture asked for so far."""
-        room = self._context
-        if width > room.offWidth or height > room.offHeight:
-            mujoco.mjr_resizeOffscreen(max(width, room.offWidth), max(height, room.offHeight), room)
+    def _drawing_for(
+        self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_]
+    ) -> mujoco.MjrContext:
+        """What this view is to be drawn with, its buffer no smaller than the largest picture so far."""
+        quality, drawing = self._model.vis.quality, self._fine
+        corners = min(quality.numslices, 2 * quality.numstacks) // 2
+        chosen = np.flatnonzero(near & self._round)
+        if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
+            # Made when first wanted: it holds all meshes and textures once more.
+            drawing = self._coarse = self._coarse or _drawing(_coarsely(_without_effects(self._model)))
+        mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+        if view.width > drawing.offWidth or view.height > drawing.offHeight:
+            width, height = max(view.width, drawing.offWidth), max(view.height, drawing.offHeight)
+            mujoco.mjr_resizeOffscreen(width, height, drawing)
+        return drawing
 
     def _take_scene(self, data: mujoco.MjData, view: CameraView) -> None:
         self._camera.fixedcamid = view.camera_id
@@ -127,13 +144,12 @@ class OpenGLRenderer:
             eye.frustum_near = view.near
             eye.frustum_far = view.far
 
-    def _leave_out(self, data: mujoco.MjData, view: CameraView, flat: bool) -> None:
+    def _leave_out(self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_], flat: bool) -> None:
         """Take out what need not be drawn.
 
         Beside the view: vertices cost as much there as in the middle, and a hand camera has its robot behind it.
         Flat drawing makes everything solid, so also what leaves no depth in a coloured picture.
         """
-        near = near_the_view(self._model, data, view)
         eye = data.cam_xpos[view.camera_id]
         for geom in self._scene.geoms[: self._scene.ngeom]:
             beside = geom.objtype == _GEOM and not near[geom.objid]
@@ -169,6 +185,22 @@ def _without_effects(model: mujoco.MjModel) -> mujoco.MjModel:
     plain.vis.global_.offwidth = 1
     plain.vis.global_.offheight = 1
     return plain
+
+
+def _coarsely(model: mujoco.MjModel) -> mujoco.MjModel:
+    """The same model with half the corners, changed in place."""
+    model.vis.quality.numslices //= 2
+    model.vis.quality.numstacks //= 2
+    return model
+
+
+def _drawing(model: mujoco.MjModel) -> mujoco.MjrContext:
+    """What a model is drawn with: its meshes, its textures and an offscreen buffer."""
+    drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+    mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+    # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
+    drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+    return drawing
 
 
 def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:
