@@ -17,6 +17,7 @@ from real_world import RealWorld
 import simx_client as vrep
 from simx_client import local
 from simx_client.errors import ConnectionFailed
+from simx_client.places import Place
 from simx_server.gateways.loopback import LoopbackTransport
 
 SCENE = Path(__file__).parent / "conformance" / "scene.xml"
@@ -35,9 +36,10 @@ class IdiomWorld(RealWorld):
         if self._thread is not None:
             self._thread.start()
 
-    def open(self, address: str, port: int, **_: Any) -> LoopbackTransport:
+    def open(self, place: Place, **_: Any) -> LoopbackTransport:
+        port = place.host_and_port[1] if place.host_and_port else 0
         if port not in self.ports:
-            raise ConnectionFailed(f"nothing listens at {address}:{port}")
+            raise ConnectionFailed(f"nothing listens at {place}")
         transport = LoopbackTransport(self.engine, port=port, turns=self._thread is None)
         self.transports.append(transport)
         return transport
