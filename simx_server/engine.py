@@ -15,38 +15,24 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from functools import partial
 
-from simx_client.protocol.codec import CodecError, decode_batch, encode
-from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Operation, Reply
+from simx_client.protocol.codec import CodecError, decode_batch
+from simx_client.protocol.messages import STATUS_OK, Call, Operation, Reply
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
-from .errors import CommandError
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox
+from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
-from .streams import MAX_STREAMS, PassAnswers, Stream
 
 logger = logging.getLogger(__name__)
 
 IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
 
-REPEAT = 0.25
-"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
-
-_STATE_BITS = {
-    SimulationState.STOPPED: 0b000,
-    SimulationState.RUNNING: 0b001,
-    SimulationState.PAUSED: 0b011,
-}
-_REAL_TIME_BIT = 0b100
-
 TRIGGER = "simxSynchronousTrigger"
 """Of a batch, what follows this is executed after the pass, or when the client's next batch comes before that."""
-
-_SCENE_ID_MASK = 0xFFFF
-"""The message header has two bytes for it."""
 
 
 class Engine:
@@ -69,6 +55,7 @@ class Engine:
         self.simulation = simulation
         self.sessions: dict[str, ClientSession] = {}
         self._dispatch = Dispatch(simulation, handlers)
+        self._publisher = Publisher(simulation, self._dispatch, pacer)
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox()
@@ -191,14 +178,14 @@ class Engine:
                 self.simulation.stop()
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
-            self._publish_streams(after_pass=True)
+            self._publisher.publish(self.sessions.values(), after_pass=True)
             for session in self.sessions.values():
                 # What is read after a trigger is of the new state, streamed pictures too.
                 session.release_triggers(after=session.streams.pictures_on_the_way())
         else:
             if self._idle_is_wanted():
                 self._handle(self.simulation.idle)
-            self._publish_streams(after_pass=False)
+            self._publisher.publish(self.sessions.values(), after_pass=False)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def _end_stepping(self) -> None:
@@ -266,12 +253,12 @@ class Engine:
                 stream_id = call.arguments[0] if call.arguments else 0
                 session.streams.cancel(stream_id if type(stream_id) is int else 0)
                 if call.call_id:
-                    replies.append(Reply(call.call_id, STATUS_OK, self._time_ms(), []))
+                    replies.append(Reply(call.call_id, STATUS_OK, self._publisher.time_ms(), []))
                 continue
             answer = self._dispatch.execute(session, call.command, call.arguments)
-            time_ms = self._time_ms()
+            time_ms = self._publisher.time_ms()
             if call.operation == Operation.STREAM:
-                self._arm(session, call, answer)
+                self._publisher.arm(session, call, answer)
             if isinstance(answer, Future):
                 later = partial(self._deliver_later, session, call.call_id, time_ms)
                 if call.command == TRIGGER and position < len(calls):
@@ -283,7 +270,7 @@ class Engine:
             else:
                 replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
         if replies:
-            session.link.deliver(encode(self._delivery(session, replies)))
+            session.link.deliver(self._publisher.message(session, replies))
 
     def _go_on_later(
         self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
@@ -299,100 +286,11 @@ class Engine:
             session.interrupted = None
             self._execute(session, batch.rest, [*batch.replies, reply])
         else:
-            session.link.deliver(encode(self._delivery(session, [reply])))
+            session.link.deliver(self._publisher.message(session, [reply]))
 
     def _deliver_later(
         self, session: ClientSession, call_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
         """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
         status, values = done.result()
-        session.link.deliver(encode(self._delivery(session, [Reply(call_id, status, time_ms, values)])))
-
-    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
-        state = _STATE_BITS[self.simulation.state] | (
-            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
-        )
-        return Delivery(
-            session.message_id,
-            session.client_time,
-            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
-            self.simulation.scene_id & _SCENE_ID_MASK,
-            state,
-            replies,
-        )
-
-    def _time_ms(self) -> int:
-        return int(self.simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
-
-    # --- streams ---------------------------------------------------------------------------------
-
-    def _arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
-        try:
-            command, arguments = self._dispatch.check(call.command, call.arguments)
-        except CommandError:
-            return  # the answer has said so, and it would be the same after each pass
-        if len(session.streams.by_id) >= MAX_STREAMS:
-            session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
-            return
-        if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
-            return
-        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000)
-        if isinstance(answer, Future):
-            stream.pending = answer
-        else:
-            stream.last = Reply(call.call_id, answer.status, self._time_ms(), answer.values)
-        session.streams.arm(stream)
-
-    def _publish_streams(self, *, after_pass: bool) -> None:
-        answers = PassAnswers()
-        for session in self.sessions.values():
-            if session.streams.by_id:
-                try:
-                    self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)
-                except Exception:
-                    logger.exception("the streams of client %s failed and are ended", session.name)
-                    session.streams.by_id.clear()
-
-    def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
-        now, time_ms = time.monotonic(), self._time_ms()
-        newest: list[Reply] = []
-        taken: list[Reply] = []
-        for stream in list(session.streams.by_id.values()):
-            command = stream.command
-            if stream.is_due(now, every_picture=every_picture):
-                question = stream.question()
-                answer = answers.get(question)
-                if answer is None:
-                    executed = self._dispatch.execute(session, command.name, stream.arguments)
-                    if isinstance(executed, Future):
-                        stream.pending, stream.last = executed, None
-                        executed.add_done_callback(
-                            partial(self._publish_picture, session, stream.stream_id, time_ms)
-                        )
-                        continue
-                    answer = executed
-                    answers.put(question, answer)
-                stream.last = Reply(stream.stream_id, answer.status, time_ms, answer.values)
-                if command.takes_what_it_reads:
-                    if answer.status or answer.values[0]:
-                        taken.append(stream.last)
-                    continue
-                if answer.status == STATUS_OK and command.is_hit(answer.values):
-                    session.streams.cancel(stream.stream_id)
-                    taken.append(stream.last)
-                    continue
-            if stream.last is not None and not command.takes_what_it_reads:
-                newest.append(stream.last)
-        if taken:
-            session.link.deliver(encode(self._delivery(session, taken)))
-        streams = session.streams
-        if newest and (newest != streams.last_sent or now >= streams.next_repeat):
-            streams.last_sent, streams.next_repeat = newest, now + REPEAT
-            session.link.publish(encode(self._delivery(session, newest)))
-
-    def _publish_picture(
-        self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
-    ) -> None:
-        status, values = done.result()
-        delivery = self._delivery(session, [Reply(stream_id, status, time_ms, values)])
-        session.link.publish_picture(stream_id, encode(delivery))
+        session.link.deliver(self._publisher.message(session, [Reply(call_id, status, time_ms, values)]))

@@ -344,7 +344,7 @@ def test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on(
 ) -> None:
     assert v.simxAddStatusbarMessage(cid, "x" * (MAX_TEXT + 1), BLOCKING) == REMOTE_ERROR
     assert v.simxSetObjectSelection(cid, [1] * (MAX_ITEMS + 1), BLOCKING) == REMOTE_ERROR
-    monkeypatch.setattr("simx_server.engine.MAX_STREAMS", 3)
+    monkeypatch.setattr("simx_server.publishing.MAX_STREAMS", 3)
     v.simxStartSimulation(cid, BLOCKING)
     for number in range(4):
         v.simxSetIntegerSignal(cid, f"s{number}", 1, BLOCKING)

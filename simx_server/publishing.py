@@ -1,0 +1,139 @@
+"""What the physics thread sends of its own: the streams, each computed once after a pass when it is due.
+
+Also what every message to a client carries in its head: the state of the simulation at that instant.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections.abc import Iterable
+from concurrent.futures import Future
+from functools import partial
+
+from simx_client.protocol.codec import encode
+from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
+
+from .clock import Pacer
+from .dispatch import Answer, Dispatch
+from .errors import CommandError
+from .sessions import ClientSession
+from .simulation import Simulation, SimulationState
+from .streams import MAX_STREAMS, PassAnswers, Stream
+
+logger = logging.getLogger(__name__)
+
+REPEAT = 0.25
+"""Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
+
+_STATE_BITS = {
+    SimulationState.STOPPED: 0b000,
+    SimulationState.RUNNING: 0b001,
+    SimulationState.PAUSED: 0b011,
+}
+_REAL_TIME_BIT = 0b100
+
+_SCENE_ID_MASK = 0xFFFF
+"""The message header has two bytes for it."""
+
+
+class Publisher:
+    """Puts replies into messages, and makes and sends those of the streams. Physics thread, but for `message`."""
+
+    def __init__(self, simulation: Simulation, dispatch: Dispatch, pacer: Pacer) -> None:
+        self._simulation = simulation
+        self._dispatch = dispatch
+        self._pacer = pacer
+
+    def message(self, session: ClientSession, replies: list[Reply]) -> bytes:
+        """Replies with their head, as they travel."""
+        state = _STATE_BITS[self._simulation.state] | (
+            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
+        )
+        delivery = Delivery(
+            session.message_id,
+            session.client_time,
+            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
+            self._simulation.scene_id & _SCENE_ID_MASK,
+            state,
+            replies,
+        )
+        return encode(delivery)
+
+    def time_ms(self) -> int:
+        """Simulated time as replies tell it."""
+        return int(self._simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
+
+    def arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
+        """A stream begins with what its call was answered, unless that was refused."""
+        try:
+            command, arguments = self._dispatch.check(call.command, call.arguments)
+        except CommandError:
+            return  # the answer has said so, and it would be the same after each pass
+        if len(session.streams.by_id) >= MAX_STREAMS:
+            session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
+            return
+        if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
+            return
+        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000)
+        if isinstance(answer, Future):
+            stream.pending = answer
+        else:
+            stream.last = Reply(call.call_id, answer.status, self.time_ms(), answer.values)
+        session.streams.arm(stream)
+
+    def publish(self, sessions: Iterable[ClientSession], *, after_pass: bool) -> None:
+        """Compute and send every stream that is due; one that fails ends those of its client."""
+        answers = PassAnswers()
+        for session in sessions:
+            if session.streams.by_id:
+                try:
+                    self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)
+                except Exception:
+                    logger.exception("the streams of client %s failed and are ended", session.name)
+                    session.streams.by_id.clear()
+
+    def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
+        now, time_ms = time.monotonic(), self.time_ms()
+        newest: list[Reply] = []
+        taken: list[Reply] = []
+        for stream in list(session.streams.by_id.values()):
+            command = stream.command
+            if stream.is_due(now, every_picture=every_picture):
+                question = stream.question()
+                answer = answers.get(question)
+                if answer is None:
+                    executed = self._dispatch.execute(session, command.name, stream.arguments)
+                    if isinstance(executed, Future):
+                        stream.pending, stream.last = executed, None
+                        executed.add_done_callback(
+                            partial(self._publish_picture, session, stream.stream_id, time_ms)
+                        )
+                        continue
+                    answer = executed
+                    answers.put(question, answer)
+                stream.last = Reply(stream.stream_id, answer.status, time_ms, answer.values)
+                if command.takes_what_it_reads:
+                    if answer.status or answer.values[0]:
+                        taken.append(stream.last)
+                    continue
+                if answer.status == STATUS_OK and command.is_hit(answer.values):
+                    session.streams.cancel(stream.stream_id)
+                    taken.append(stream.last)
+                    continue
+            if stream.last is not None and not command.takes_what_it_reads:
+                newest.append(stream.last)
+        if taken:
+            session.link.deliver(self.message(session, taken))
+        streams = session.streams
+        if newest and (newest != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = newest, now + REPEAT
+            session.link.publish(self.message(session, newest))
+
+    def _publish_picture(
+        self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        status, values = done.result()
+        message = self.message(session, [Reply(stream_id, status, time_ms, values)])
+        session.link.publish_picture(stream_id, message)
