@@ -3,34 +3,24 @@
 V-REP renders in the sensing phase; here a picture is rendered when somebody wants it, of the last complete state, so
 equal requests share one and nobody pays for a camera that is not looked at. A sensor that is handled explicitly keeps
 its picture (at first the background) until a script handles it; an image that was set stays until the next pass, or
-with external input until another one is set.
+with external input until another one is set. A sensor whose script has a vision call-back is rendered in each pass.
 The conversion to wire bytes runs on the render thread.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CommandError
-from ..scene.annotations import Annotation
-from ..scene.objects import ObjectKind, SceneObject
-from .picture import (
-    MAX_SIDE,
-    CameraView,
-    Picture,
-    depth_as_grey,
-    fovy_from_perspective_angle,
-    grey,
-    perspective_angle_from_fovy,
-)
+from ..scene.objects import ObjectKind
+from .picture import CameraView, Picture, depth_as_grey, fovy_from_perspective_angle, grey
+from .vision_settings import Verdict, VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -39,37 +29,6 @@ _A = TypeVar("_A")
 _B = TypeVar("_B")
 
 BLACK = (0.0, 0.0, 0.0)
-
-DEFAULT_SIDE = 256
-"""Pixels a side for a camera without a resolution; V-REP's own new sensors have 32."""
-
-
-@dataclass
-class VisionSettings:
-    """What V-REP calls the properties of a vision sensor."""
-
-    width: int
-    height: int
-    near: float
-    far: float
-    angle: float
-    """Perspective angle across the larger image side, radians."""
-    orthographic_size: float | None
-    """Metres across the larger image side; None for perspective."""
-    shows_depth: bool
-    """The picture is the depth in grey (MJCF output="depth")."""
-    explicit: bool
-    external: bool = False
-    """Nothing is rendered: the picture is what was set, until something else is."""
-    detect_above: float | None = None
-    detect_below: float | None = None
-    """The picture's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
-    picture: Future[Picture] | None = field(default=None)
-    """A picture that was handled explicitly; None: the scene is rendered."""
-    drawn: NDArray[np.uint8] | None = None
-    """(height, width, 3): an image that was set, in place of the picture's; the depth stays the picture's."""
-    picture_pass: int = -1
-    """The pass in which picture or image were set; they hold until the next one."""
 
 
 class VisionSensors:
@@ -81,6 +40,8 @@ class VisionSensors:
         """Boolean parameter 10: whether sensors are handled at all; off, pictures are the background."""
         self.background = BLACK
         """RGB 0..1 where nothing is seen; V-REP takes the colour of the scene's fog, black at first."""
+        self.on_picture: Callable[[int], object] = _nobody
+        """Called with a sensor's handle when it was handled or an image was set: scripts that process images."""
         self._settings: dict[int, VisionSettings] = {}
         sim.on_load.append(self._change_scene)
         sim.on_close.append(self._change_scene)
@@ -91,7 +52,7 @@ class VisionSensors:
         """The settings of a sensor, to read. Raises UnknownHandle, WrongKind."""
         item = self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
         if handle not in self._settings:
-            self._settings[handle] = _from_model(item, self._sim.model)
+            self._settings[handle] = settings_from_model(item, self._sim.model)
         return self._settings[handle]
 
     def change(self, handle: int, **values: float | int) -> None:
@@ -110,20 +71,21 @@ class VisionSensors:
             for name, value in before.items():
                 setattr(settings, name, value)
             raise
-        settings.picture = settings.drawn = None
+        settings.forget()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Give sensors the settings of those they are copies of: handle of the original to that of the copy."""
         for handle, copy in copies.items():
             if handle in self._settings:
-                self._settings[copy] = replace(self._settings[handle], picture=None)
+                self._settings[copy] = replace(self._settings[handle], picture=None, filtered=None, verdict=None)
 
     def image(self, handle: int, *, as_grey: bool) -> Future[tuple[list[int], bytes]]:
         """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
-        if settings.drawn is not None:
-            return _done((size, (grey(settings.drawn) if as_grey else settings.drawn).tobytes()))
+        shown = settings.drawn if settings.filtered is None else settings.filtered
+        if shown is not None:
+            return _done((size, (grey(shown) if as_grey else shown).tobytes()))
         if settings.shows_depth:
             picture = self._picture(handle, depth=True)
         else:
@@ -151,7 +113,8 @@ class VisionSensors:
         """Whether it detects, and [15 numbers]: least, greatest and mean of intensity, red, green, blue and depth.
 
         Colours are bytes / 255 and their means whole bytes before that, as in V-REP. What a sensor detects is set by
-        `simx:vision` annotations (`detect_above`, `detect_below`), which stand for V-REP's image filters.
+        `simx:vision` annotations (`detect_above`, `detect_below`), which stand for V-REP's image filters, or by its
+        script's vision call-back, whose packets follow the first one.
 
         Raises:
             CommandError: no pass was made yet, handling is switched off, or the sensor is handled explicitly or takes
@@ -167,12 +130,13 @@ class VisionSensors:
                 f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
                 "(unless that is switched off), or by its script when it is handled explicitly"
             )
+        verdict = settings.verdict
         shows_depth = settings.shows_depth and drawn is None
         picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True)
 
         def convert(made: Picture) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else Picture(drawn, made.depth)
-            return _judged(settings, seen, shows_depth)
+            return _judged(settings, seen, shows_depth, verdict)
 
         return then(picture, convert)
 
@@ -190,9 +154,29 @@ class VisionSensors:
         if not self.enabled:
             settings.picture = None
             return
-        settings.picture = self._request(handle, rgb=True, depth=True)
-        settings.drawn = None
-        settings.picture_pass = self._sim.pass_count
+        self._take(settings, handle, self._sim.pass_count)
+        self.on_picture(handle)
+
+    def sense(self, handle: int) -> bool:
+        """In the sensing of a pass: render a sensor for its script; the picture holds until the next sensing.
+
+        False for a sensor that is not handled by itself: explicit handling, external input, all switched off.
+        """
+        settings = self._sensor(handle)
+        if settings.explicit or settings.external or not self.enabled:
+            return False
+        self._take(settings, handle, self._sim.pass_count + 1)
+        return True
+
+    def filter_image(self, handle: int, pixels: NDArray[np.uint8]) -> None:
+        """Show another image, (height, width, 3), as long as the present picture holds."""
+        settings = self._sensor(handle)
+        settings.filtered = pixels
+        settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
+
+    def judge(self, handle: int, verdict: Verdict) -> None:
+        """Say what was found in the present picture."""
+        self._sensor(handle).verdict = verdict
 
     def set_image(self, handle: int, image: bytes, *, as_grey: bool) -> None:
         """Replace the image by bytes, rows bottom first; the depth stays what it is.
@@ -209,16 +193,22 @@ class VisionSensors:
             )
         pixels = np.frombuffer(image, np.uint8).reshape(height, width, channels)
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
-        settings.drawn = rgb
-        settings.picture_pass = self._sim.pass_count
+        settings.drawn, settings.filtered, settings.verdict = rgb, None, None
+        settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
+        self.on_picture(handle)
+
+    def _take(self, settings: VisionSettings, handle: int, until: int) -> None:
+        settings.forget()
+        settings.picture = self._request(handle, rgb=True, depth=True)
+        settings.picture_pass = until
 
     def _sensor(self, handle: int) -> VisionSettings:
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)
-        if not settings.explicit and settings.picture_pass != self._sim.pass_count:
+        if not settings.explicit and settings.picture_pass < self._sim.pass_count:
             settings.picture = None
             if not settings.external:
-                settings.drawn = None
+                settings.forget()
         return settings
 
     def _picture(self, handle: int, *, rgb: bool = False, depth: bool = False) -> Future[Picture]:
@@ -265,7 +255,7 @@ class VisionSensors:
 
     def _forget_pictures(self) -> None:
         for settings in self._settings.values():
-            settings.picture = settings.drawn = None
+            settings.forget()
 
 
 def then(future: Future[_A], convert: Callable[[_A], _B]) -> Future[_B]:
@@ -305,8 +295,13 @@ _MEAN_INTENSITY = 10
 """Which of the 15 numbers it is."""
 
 
-def _judged(settings: VisionSettings, picture: Picture, shows_depth: bool) -> tuple[bool, list[list[float]]]:
-    """Whether the sensor detects, for which every limit that is set must be kept; and the numbers."""
+def _judged(
+    settings: VisionSettings, picture: Picture, shows_depth: bool, verdict: Verdict | None = None
+) -> tuple[bool, list[list[float]]]:
+    """Whether the sensor detects, for which every limit that is set must be kept; and the packets.
+
+    What a script says goes before the limits.
+    """
     numbers = statistics(picture, shows_depth)
     intensity = numbers[_MEAN_INTENSITY]
     above, below = settings.detect_above, settings.detect_below
@@ -315,7 +310,9 @@ def _judged(settings: VisionSettings, picture: Picture, shows_depth: bool) -> tu
         and (above is None or intensity > above)
         and (below is None or intensity < below)
     )
-    return detects, [numbers]
+    if verdict is None:
+        return detects, [numbers]
+    return detects if verdict.detects is None else verdict.detects, [numbers, *verdict.packets]
 
 
 def _mean(values: np.ndarray) -> float:
@@ -332,43 +329,11 @@ def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
     return picture.rgb
 
 
+def _nobody(_handle: int) -> None:
+    """No script processes images."""
+
+
 def _done(result: _A) -> Future[_A]:
     future: Future[_A] = Future()
     future.set_result(result)
     return future
-
-
-def _from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
-    """Annotation first, then the camera's attributes, then the model's clip planes."""
-    note: Annotation = item.annotations.get("vision", {})
-    width, height = (int(side) for side in model.cam_resolution[item.id])
-    if width * height <= 1:
-        width = height = DEFAULT_SIDE
-    width, height = min(width, MAX_SIDE), min(height, MAX_SIDE)
-    fovy = float(model.cam_fovy[item.id])
-    orthographic = model.cam_projection[item.id] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
-    if "angle_deg" in note:
-        angle = math.radians(float(note["angle_deg"]))
-    else:
-        angle = perspective_angle_from_fovy(60.0 if orthographic else fovy, width, height)
-    output = int(model.cam_output[item.id])
-    wants_depth = bool(output & int(mujoco.mjtCamOutBit.mjCAMOUT_DEPTH))
-    wants_rgb = bool(output & int(mujoco.mjtCamOutBit.mjCAMOUT_RGB))
-    extent = float(model.stat.extent)
-    return VisionSettings(
-        width=width,
-        height=height,
-        near=float(note["near"]) if "near" in note else float(model.vis.map.znear) * extent,
-        far=float(note["far"]) if "far" in note else float(model.vis.map.zfar) * extent,
-        angle=angle,
-        orthographic_size=fovy * max(1.0, width / height) if orthographic else None,
-        shows_depth=wants_depth and not wants_rgb,
-        explicit=bool(note.get("explicit", False)),
-        external=bool(note.get("external", False)),
-        detect_above=_limit(note, "detect_above"),
-        detect_below=_limit(note, "detect_below"),
-    )
-
-
-def _limit(note: Annotation, key: str) -> float | None:
-    return float(note[key]) if key in note else None
