@@ -86,6 +86,9 @@ def serve(settings: Settings) -> int:
         except CommandError as error:
             logger.error("%s", error)
             return EXIT_FAILURE
+        loaded = simulation if _may_be_copied(simulation) else None
+        if loaded is None:
+            simulation.close()
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
         gc.freeze()  # or the first collection of each server writes to every object, and nothing stays shared
@@ -93,7 +96,7 @@ def serve(settings: Settings) -> int:
         fleet = Fleet(signals)
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
-            fleet.fork(simulation, settings.member(number), number)
+            fleet.fork(loaded, settings.member(number), number)
         return fleet.supervise()
 
 
@@ -115,8 +118,8 @@ class Fleet:
         self._is_ending = False
         self._is_interrupted = False
 
-    def fork(self, simulation: Simulation, settings: Settings, number: int) -> None:
-        """Start one server of a simulation that is loaded. Returns in the parent only."""
+    def fork(self, simulation: Simulation | None, settings: Settings, number: int) -> None:
+        """Start one server of a simulation that is loaded, or that it loads itself. Returns in the parent only."""
         reader, writer = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
@@ -219,7 +222,7 @@ def _say_ready(members: list[Member]) -> None:
 
 
 def _become_server(
-    simulation: Simulation, settings: Settings, lifeline: tuple[int, int], writer: int
+    simulation: Simulation | None, settings: Settings, lifeline: tuple[int, int], writer: int
 ) -> NoReturn:
     """The life of a child: it must never return into what its parent was doing."""
     exit_code = EXIT_FAILURE
@@ -229,6 +232,7 @@ def _become_server(
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
         threading.Thread(target=_end_with, args=(lifeline[0],), name="simx-lifeline", daemon=True).start()
+        simulation = simulation or build_simulation(settings, ExitStack())
         exit_code = run_server(simulation, settings, partial(_tell_parent, writer), is_one_of_many=True)
         simulation.rendering.close()
     except BaseException:
@@ -236,6 +240,11 @@ def _become_server(
     finally:
         logging.shutdown()
         os._exit(exit_code)
+
+
+def _may_be_copied(simulation: Simulation) -> bool:
+    """Whether nothing of it lives in another process: scripts that run while it is stopped may do so."""
+    return all(script.interpreter is None for script in simulation.scripts.all())
 
 
 def _end_with(lifeline: int) -> None:

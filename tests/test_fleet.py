@@ -22,6 +22,20 @@ from simx_server.settings import SettingError, Settings
 
 BLOCKING = v.simx_opmode_blocking
 PATIENCE = 20.0
+COUNTING = """
+<mujoco>
+  <worldbody><body name="box"><geom size="0.1"/></body></worldbody>
+  <custom><text name="simx:script:customization:box" data="file=count.py"/></custom>
+</mujoco>
+"""
+COUNT = """
+calls = 0
+
+def count(ints, floats, strings, buffer):
+    global calls
+    calls += 1
+    return [calls], [], [], b""
+"""
 MEGABYTE = 1024  # in the kilobytes of /proc
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
@@ -132,6 +146,19 @@ def test_each_is_a_simulation_of_its_own(scene: Path, log: Path) -> None:
 
         assert is_running(first)
         assert not is_running(second)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="scripts in Python run on Linux only")
+def test_a_script_that_lives_from_the_start_is_each_servers_own(tmp_path: Path, log: Path) -> None:
+    (tmp_path / "count.py").write_text(COUNT)
+    scene = tmp_path / "scene.xml"
+    scene.write_text(COUNTING)
+    with fleet(log, scene, "--count", 2) as started:
+        for server in started.servers:
+            client = v.simxStart("127.0.0.1", server["ports"][0], True, True, 5000, 5)
+            for expected in (1, 2):
+                result = v.simxCallScriptFunction(client, "box", 6, "count", [], [], [], b"", BLOCKING)
+                assert result[:2] == (v.simx_return_ok, [expected]), log.read_text()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
