@@ -11,7 +11,7 @@ import pytest
 from handler_calls import PaintingThread, floats
 from sim_api_calls import SCENE, ScriptWorld
 
-from simx_server.scripting.api import vision as vision_api
+from simx_server.scripting import pictures
 from simx_server.sensors.gl_backend import RAYCAST, Backend
 from simx_server.sensors.render_thread import RenderThread
 
@@ -161,6 +161,6 @@ def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: Ren
 
 
 def test_a_picture_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vision_api, "PATIENCE", 0.01)
+    monkeypatch.setattr(pictures, "PATIENCE", 0.01)
     world.sim.rendering = PaintingThread()  # type: ignore[assignment]
     world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")

@@ -21,8 +21,8 @@ logger = logging.getLogger(__name__)
 
 THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
 
-NEVER_CALLED = ("sysCall_contactCallback", "sysCall_dynCallback", "sysCall_vision", "sysCall_trigger")
-"""MuJoCo asks nobody about contacts but by a call-back of the whole process; pictures are made on another thread."""
+NEVER_CALLED = ("sysCall_contactCallback", "sysCall_dynCallback")
+"""MuJoCo asks nobody about contacts but by a call-back of the whole process."""
 
 
 class Lives:

@@ -11,6 +11,7 @@ the scene to its close, whether the simulation runs or not.
 | start | `sysCall_init` | |
 | each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
 | before each physics step | `sysCall_jointCallback` of a joint in position control | the same, if there is none |
+| each picture, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
 | each pass after physics | `sysCall_sensing` | the same, after the child scripts |
 | pause; each idle pass then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
@@ -32,6 +33,7 @@ from typing import TYPE_CHECKING, Any
 from ..joints.scripted import Ask
 from .lives import Lives
 from .script import Script, ScriptKind
+from .vision_call_backs import VisionCallBacks
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -49,9 +51,11 @@ class Phases:
         self._sim = sim
         self._scripts = scripts
         self._lives = lives
+        self._vision = VisionCallBacks(sim, scripts.notify)
         sim.on_starting.append(lambda: self.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
         sim.on_start.append(self._start)
         sim.on_pass_begin.append(lambda: self._phase("sysCall_actuation"))
+        sim.on_sensing.append(self._vision.sense)
         sim.on_sensing.append(lambda: self._phase("sysCall_sensing"))
         sim.on_pause.append(lambda: self.call_all("sysCall_suspend"))
         sim.on_resume.append(lambda: self.call_all("sysCall_resume"))
@@ -113,6 +117,7 @@ class Phases:
         """Scripts have begun or ended: who is to be asked for what."""
         self._watch_idle()
         self._watch_joints()
+        self._vision.watch(self._scripts.all())
 
     def _watch_joints(self) -> None:
         """Joints whose script has a joint callback; the child script goes before the customization script."""

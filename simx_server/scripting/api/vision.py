@@ -1,17 +1,14 @@
 """Vision sensors: handling, statistics, pictures and depth.
 
 Pictures are made on the render thread, which never waits for the physics: a script that asks for one waits until this
-pass's picture is there, so that the same script always gets the same numbers. The wait has an end (`PATIENCE`) and
-does not count as processor time of the script.
+pass's picture is there, so that the same script always gets the same numbers. The wait has an end
+(`pictures.PATIENCE`) and does not count as processor time of the script.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
-from concurrent import futures
-from concurrent.futures import Future
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +18,10 @@ from simx_client.protocol import constants as c
 from ...errors import CommandError
 from ...handlers import sensors, vision
 from ...scene.objects import ObjectKind
+from ..pictures import wait_for
 from .base import ApiPart
 
-if TYPE_CHECKING:
-    from ...simulation import Simulation
-
 _T = TypeVar("_T")
-
-PATIENCE = 10.0
-"""Seconds; the first picture of a server may have to wait for a back end to be tried out."""
-
-_GLANCE = 0.01
-"""Seconds between two looks at what other clients want."""
 
 _FLAG_GREY = _FLAG_STRING = 0x400000
 """sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
@@ -65,7 +54,12 @@ class VisionFunctions(ApiPart):
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
             settings = self._sim.vision.settings(handle)
             if not settings.explicit and not settings.external:
-                self._sim.vision.change(handle)  # what is kept goes; a new picture is made when somebody asks
+                if settings.picture is None:
+                    self._sim.vision.change(handle)  # a new picture is made when somebody asks
+                elif (
+                    settings.picture_pass <= self._sim.pass_count
+                ):  # else a script has judged this pass's already
+                    self._sim.vision.handle(handle)
             elif sensor == c.sim_handle_all:
                 self._sim.vision.handle(handle)
         return (0,)
@@ -77,7 +71,7 @@ class VisionFunctions(ApiPart):
             future = sensors.read_vision_sensor(self._sim, handle)
         except CommandError:
             return (-1,)  # the handle is good, so this is the only reason
-        triggered, packets = _wait(self._sim, future)
+        triggered, packets = wait_for(self._sim, future)
         return int(triggered), *packets
 
     def resetVisionSensor(self, sensor: int) -> int:
@@ -97,7 +91,7 @@ class VisionFunctions(ApiPart):
         """
         handle = self._vision_sensor(sensor)
         _check_entity(entity)
-        triggered, packets = _wait(self._sim, self._sim.vision.check(handle))
+        triggered, packets = wait_for(self._sim, self._sim.vision.check(handle))
         return int(triggered), *packets
 
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
@@ -202,7 +196,7 @@ class VisionFunctions(ApiPart):
         """(height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
         future = vision.get_vision_sensor_image(self._sim, handle, int(grey))
-        (width, height), data = _wait(self._sim, future)
+        (width, height), data = wait_for(self._sim, future)
         pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
         if cut_off <= 0.0:
             return pixels
@@ -214,7 +208,7 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.float32]:
         """(height, width) of a region."""
         handle = self._vision_sensor(sensor)
-        (width, height), data = _wait(self._sim, vision.get_vision_sensor_depth_buffer(self._sim, handle))
+        (width, height), data = wait_for(self._sim, vision.get_vision_sensor_depth_buffer(self._sim, handle))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
         if not metres:
             return depth
@@ -249,13 +243,3 @@ def _region(
             f"the region at {x}, {y} of {across} x {up} pixels is not within a picture of {width} x {height}"
         )
     return picture[y : y + up, x : x + across]
-
-
-def _wait(sim: Simulation, future: Future[_T]) -> _T:
-    """The result; other clients are answered until it is there."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if futures.wait([future], _GLANCE).done:
-            return future.result()
-        sim.serve_others()
-    raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")
