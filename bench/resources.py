@@ -15,12 +15,18 @@ _TCP_INFO_BYTES = 120
 
 def memory_mb(process_ids: Iterable[int]) -> float:
     """Proportional set size of these processes together: what they share counts once."""
-    kilobytes = 0
-    for process_id in process_ids:
-        for line in Path(f"/proc/{process_id}/smaps_rollup").read_text().splitlines():
-            if line.startswith("Pss:"):
-                kilobytes += int(line.split()[1])
-    return kilobytes / 1024
+    return sum(_sizes(process_id)["Pss"] for process_id in process_ids) / 1024
+
+
+def private_mb(process_id: int) -> float:
+    """What no other process has: given back when this one ends. Unlike the above, other programs do not change it."""
+    sizes = _sizes(process_id)
+    return (sizes["Private_Clean"] + sizes["Private_Dirty"]) / 1024
+
+
+def _sizes(process_id: int) -> dict[str, int]:
+    lines = Path(f"/proc/{process_id}/smaps_rollup").read_text().splitlines()[1:]
+    return {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}
 
 
 def processor_seconds(process_ids: Iterable[int]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import statistics
 import subprocess
 import sys
 import time
@@ -19,7 +20,7 @@ from .crowd import crowd
 from .measure import Effort, in_turn, ratio, side_by_side
 from .processes import ROOT, NotReady
 from .report import Findings, Ratio, Row
-from .resources import bytes_to_port, core_share, memory_mb, processor_seconds
+from .resources import bytes_to_port, core_share, memory_mb, private_mb, processor_seconds
 
 MEMORY_TARGET_MB = 60
 START_TARGET_S = 0.6
@@ -39,10 +40,6 @@ class Fleet:
     process_ids: list[int]
     ports: list[int]
     started_in: float
-
-    def memory(self) -> float:
-        """MB of all, the parent too."""
-        return memory_mb([self.parent, *self.process_ids])
 
 
 def measure(effort: Effort) -> Findings:
@@ -100,14 +97,11 @@ def _servers(found: Findings, effort: Effort) -> None:
         _row(found, "a server by itself, running, has made a picture", memory_mb([server.process_id]), "MB")
     with fleet(1, "--start") as one:
         time.sleep(span / 4)
-        base = one.memory()
-        with connected(one.ports[0]) as client:
-            _picture(client)
-            base_drawn = one.memory()
+        base = memory_mb([one.parent, *one.process_ids])
     _row(found, "the first server of a fleet and its parent, running", base, "MB")
     with fleet(FLEET, "--start") as many:
         idle = core_share(many.process_ids, span) / FLEET
-        further = (many.memory() - base) / (FLEET - 1)
+        further = statistics.median(map(private_mb, many.process_ids))
         with ExitStack() as stack:
             clients = [stack.enter_context(connected(port)) for port in many.ports]
             for client in clients:
@@ -116,7 +110,8 @@ def _servers(found: Findings, effort: Effort) -> None:
             streaming = core_share(many.process_ids, span) / FLEET
             for client in clients:
                 _picture(client)
-            drawn = (many.memory() - base_drawn) / (FLEET - 1)
+        # Without its client, which shares the memory through which pictures went.
+        drawn = statistics.median(map(private_mb, many.process_ids))
     found.ratios.append(Ratio("memory of a further server, running", further, "MB", MEMORY_TARGET_MB))
     found.ratios.append(
         Ratio("memory of a further server that has made a picture", drawn, "MB", MEMORY_TARGET_MB)

@@ -62,8 +62,8 @@ TO_ROUTERS: dict[str, Any] = {
 }
 
 FRUGAL: dict[str, Any] = {
-    # Half of what Zenoh takes with a server's first picture; still eight of 640x480. What does not fit is copied.
-    "transport/shared_memory/transport_optimization/pool_size": 8 << 20,
+    # Zenoh takes all of it with the first picture, 16 MB by itself. Six of 640x480 fit in; what does not is copied.
+    "transport/shared_memory/transport_optimization/pool_size": 6 << 20,
 }
 """For one of many servers on a host."""
 
