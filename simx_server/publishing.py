@@ -104,15 +104,14 @@ class Publisher:
                 question = stream.question()
                 answer = answers.get(question)
                 if answer is None:
-                    executed = self._dispatch.execute(session, command.name, stream.arguments)
-                    if isinstance(executed, Future):
-                        stream.pending, stream.last = executed, None
-                        executed.add_done_callback(
-                            partial(self._publish_picture, session, stream.stream_id, time_ms)
-                        )
-                        continue
-                    answer = executed
+                    answer = self._dispatch.execute(session, command.name, stream.arguments)
                     answers.put(question, answer)
+                if isinstance(answer, Future):
+                    stream.pending, stream.last = answer, None
+                    answer.add_done_callback(
+                        partial(self._publish_picture, session, stream.stream_id, time_ms)
+                    )
+                    continue
                 stream.last = Reply(stream.stream_id, answer.status, time_ms, answer.values)
                 if command.takes_what_it_reads:
                     if answer.status or answer.values[0]:

@@ -78,14 +78,14 @@ class Streams:
 
 
 class PassAnswers:
-    """Answers of one pass, by question, so that equal questions are computed once."""
+    """Answers of one pass, by question, so that equal questions are computed once and equal pictures asked for once."""
 
     def __init__(self) -> None:
-        self._answers: dict[tuple[Any, ...], Answer] = {}
+        self._answers: dict[tuple[Any, ...], Answer | Future[Answer]] = {}
 
-    def get(self, question: tuple[Any, ...] | None) -> Answer | None:
+    def get(self, question: tuple[Any, ...] | None) -> Answer | Future[Answer] | None:
         return None if question is None else self._answers.get(question)
 
-    def put(self, question: tuple[Any, ...] | None, answer: Answer) -> None:
+    def put(self, question: tuple[Any, ...] | None, answer: Answer | Future[Answer]) -> None:
         if question is not None:
             self._answers[question] = answer

@@ -163,6 +163,23 @@ def test_equal_streams_of_several_clients_are_computed_once_a_pass(world, monkey
         assert v.simxGetJointPosition(cid, 3, v.simx_opmode_buffer)[0] == 0
 
 
+def test_equal_pictures_of_several_clients_are_asked_for_once_a_pass(world):
+    clients = [world.client() for _ in range(5)]
+    for cid in clients:
+        v.simxGetVisionSensorImage(cid, 3, 0, v.simx_opmode_streaming)
+    world.settle()
+    pictures = world.simulation.pictures
+    for picture in pictures:
+        picture.set_result(([1, 1], bytes(3)))
+    asked = len(pictures)
+    world.simulation.start()
+    world.settle()
+    assert len(pictures) == asked + 1
+    pictures[-1].set_result(([1, 1], bytes((1, 2, 3))))
+    for cid in clients:
+        assert v.simxGetVisionSensorImage(cid, 3, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 2, 3])
+
+
 def test_streamed_sets_of_two_clients_are_both_executed(world):
     one, two = world.client(), world.client()
     v.simxSetJointPosition(one, 1, 1.0, v.simx_opmode_streaming)

@@ -13,11 +13,11 @@ import threading
 from collections import deque
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import mujoco
-import numpy as np
 
+from simx_server.sensors.camera_places import CameraPlaces
 from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.snapshots import Snapshot, SnapshotPool
@@ -92,6 +92,7 @@ class RenderThread:
         self._waiting: deque[_Job] = deque()
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
         self._newest: dict[int, _Job] = {}  # by camera
+        self._places = CameraPlaces()
         self._to_prepare: mujoco.MjModel | None = None
         self._pool = SnapshotPool()
         self._thread: threading.Thread | None = None
@@ -125,7 +126,7 @@ class RenderThread:
             if self._closing.is_set():
                 return _failed("rendering is closed; the server is shutting down")
             camera, asked = view.camera_id, _names(rgb, depth)
-            view = _by_first_camera_in_place(data, view)
+            view = self._places.by_first(model, data, view)
             key = (id(model), view, version)
             before = self._newest.get(camera)
             known = self._pending.get(key) or self._made(key)
@@ -271,15 +272,6 @@ class RenderThread:
         except Exception:
             # After a failure of the driver closing may fail too; a new context does not depend on it.
             logger.exception("a renderer did not close cleanly")
-
-
-def _by_first_camera_in_place(data: mujoco.MjData, view: CameraView) -> CameraView:
-    """The same view, but of the first camera that is where this one is and looks the same way."""
-    places, turns = data.cam_xpos, data.cam_xmat
-    if view.camera_id >= len(places):
-        return view  # the renderer says that there is none
-    here = np.all(places == places[view.camera_id], axis=1) & np.all(turns == turns[view.camera_id], axis=1)
-    return replace(view, camera_id=int(here.argmax()))
 
 
 def _names(rgb: bool, depth: bool) -> set[str]:
