@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import weakref
 from collections.abc import Mapping
 from typing import Any
@@ -289,6 +290,43 @@ def test_what_lua_51_scripts_expect_is_there() -> None:
             ('a'):twice() end
     """)
     assert interpreter.call("f") == [1, 8.0, 3, 4, b"aa"]
+
+
+LISTS = {
+    "local t = {1, 2, 3} table.insert(t, 1, 0) table.insert(t, 9) table.insert(t, 6, 7) return t": [
+        *(0, 1, 2, 3, 9, 7)
+    ],
+    "local t = {1, 2, 3} return {table.remove(t), table.remove(t, 1), t[1], #t}": [3, 1, 2, 1],
+    "local t = {} return {#{table.remove(t)}, #{table.remove(t, 0)}, #{table.remove(t, 1)}}": [0, 0, 0],
+    "local t = many() table.insert(t, 1, 0) return {#t, t[1], t[10001], t[35001]}": [35001, 0, 10000, 35000],
+    "local t = many() return {table.remove(t, 1), #t, t[1], t[10001], t[34999]}": [1, 34999, 2, 10002, 35000],
+    "local t = table.move(many(), 1, 35000, 5) return {#t, t[4], t[5], t[10005]}": [35004, 4, 1, 10001],
+    "local t = table.move(many(), 1, 35000, 2, {0}) return {#t, t[1], t[35001]}": [35001, 0, 35000],
+    "return {string.rep('ab', 3, ','), string.rep('', 5), string.rep('', 3, '-'), string.rep(5, '2')}": [
+        *(b"ab,ab,ab", b"", b"--", b"55")
+    ],
+    "return {tonumber('0x10'), tonumber('z', 36), tonumber('7'), utf8.len('a'), ('aB'):upper()}": [
+        *(16, 35, 7, 1, b"AB")
+    ],
+}
+
+
+@pytest.mark.parametrize("body", LISTS)
+def test_the_library_does_what_it_does_in_lua(body: str) -> None:
+    many = "function many() local t = {} for i = 1, 35000 do t[i] = i end return t end"
+    assert script(f"{many} function f() {body} end").call("f") == [LISTS[body]]
+
+
+def test_an_error_of_the_library_names_the_line_of_the_script() -> None:
+    interpreter = script("function f(name, ...)\n local found = table[name](...)\n return found\nend")
+    for call, problem in (
+        (("concat", [1, []]), "invalid value (table) at index 2 in table for 'concat'"),
+        (("insert", [1], 5, 1), "bad argument #2 to 'insert' (position out of bounds)"),
+        (("remove", [1], 5), "bad argument #2 to 'remove' (position out of bounds)"),
+        (("sort", [1, b"a"]), "attempt to compare"),
+    ):
+        with pytest.raises(ScriptError, match=re.escape(f"test.lua:2: {problem}")):
+            interpreter.call("f", *call)
 
 
 def test_random_numbers_repeat_in_the_next_interpreter() -> None:

@@ -98,6 +98,17 @@ MISBEHAVIOUR = {
     "memory": "while true do pcall(function() local s = 'x' while true do s = s .. s end end) end",
     "long texts": "local s = string.rep('a', 9e6) while true do local t = s .. 'b' end",
     "tables": "while true do pcall(function() local t = {} while true do t[#t + 1] = {} end end) end",
+    "moving": "table.move({}, 1, 1e15, 2)",
+    "inserting": "table.insert(setmetatable({}, {__len = function() return 1e15 end}), 1, 2)",
+    "nothing repeated": "while true do string.rep('', 1e15) end",
+    "closing": """local made = coroutine.create(function()
+        local last <close> = setmetatable({}, {__close = function() while true do end end})
+        while true do end
+    end)
+    while true do coroutine.resume(made) coroutine.close(made) end""",
+    "comparing in C": """local function length() return 1e9 end
+    table.sort(setmetatable({}, {__len = length, __index = rawlen, __newindex = rawequal}), math.ult)""",
+    "upper case": "local s = string.rep('a', 15e6) while true do string.upper(s) end",
     "concatenation": "while true do local t = {} for i = 1, 1e6 do t[i] = i end table.concat(t, ',') end",
 }
 

@@ -10,10 +10,21 @@ from .lua_patterns import PATTERNS
 LIBRARY = (
     rb"""
 local world, where, look = ...
-local error, type, load, pairs, select, tostring = error, type, load, pairs, select, tostring
-local sort, concat, rep, unpack = table.sort, table.concat, string.rep, table.unpack
+local error, type, load, pairs, pcall, select, tostring, tonumber =
+    error, type, load, pairs, pcall, select, tostring, tonumber
+local sort, concat, rep, unpack, move, insert, remove, match, metatable =
+    table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
+    debug.getmetatable
 
-local LONG_SORT, LONG_CONCAT, LONG_CHUNK, LONG_REPEAT = 10000, 10000, 200000, 16000000
+local LONG_LIST, LONG_CHUNK, LONG_REPEAT = 10000, 200000, 16000000
+
+-- What a C function raises is told with the script's line, not with one of this text.
+local function finish(ok, ...)
+    if ok then return ... end
+    local problem = ...
+    if type(problem) == "string" and not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
+    error(problem, 0)
+end
 
 for _, library in pairs { "math", "string", "table", "utf8" } do
     world[library] = {}
@@ -51,31 +62,96 @@ world.loadstring = world.load
 
 local function before(a, b) return a < b end
 
+-- A comparison of C would hide from the hook, and with a metatable a list may be longer than it says.
 function world.table.sort(list, comes_before)
-    if comes_before == nil and type(list) == "table" and #list > LONG_SORT then comes_before = before end
-    return sort(list, comes_before)
+    if type(list) == "table" and (metatable(list) or #list > LONG_LIST) then
+        local given = comes_before
+        comes_before = type(given) == "function" and function(a, b) return given(a, b) end or given or before
+    end
+    return finish(pcall(sort, list, comes_before))
 end
 
 function world.table.concat(list, separator, first, last)
-    first, last = first or 1, last or #list
-    if last - first < LONG_CONCAT then return concat(list, separator, first, last) end
+    if type(list) ~= "table" then return finish(pcall(concat, list)) end
+    first, last = tonumber(first) or 1, tonumber(last) or #list
+    if last - first < LONG_LIST then return finish(pcall(concat, list, separator, first, last)) end
     local parts = {}
-    for start = first, last, LONG_CONCAT do
-        local stop = start + LONG_CONCAT - 1
-        parts[#parts + 1] = concat(list, separator, start, stop < last and stop or last)
+    for start = first, last, LONG_LIST do
+        local stop = start + LONG_LIST - 1
+        parts[#parts + 1] = finish(pcall(concat, list, separator, start, stop < last and stop or last))
         look()
     end
-    return concat(parts, separator)
+    return finish(pcall(concat, parts, separator))
 end
 
-function world.string.rep(text, count, separator)
-    if type(count) == "number" and type(text) == "string" and count > 0 then
-        local size = (#text + #(separator or "")) * count
-        if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
-        if size > LONG_CHUNK then look() end
+-- As long as lists are, or say that they are: piece by piece, the last one first where that one would be overwritten.
+function world.table.move(list, first, last, to, other)
+    local from, stop, goal = tonumber(first), tonumber(last), tonumber(to)
+    if not (from and stop and goal) or stop - from < LONG_LIST then
+        return finish(pcall(move, list, first, last, to, other or list))
     end
-    return rep(text, count, separator)
+    local target = other or list
+    local is_backwards = goal > from and goal <= stop and target == list
+    local count = (stop - from) // LONG_LIST
+    for i = 0, count do
+        local start = from + LONG_LIST * (is_backwards and count - i or i)
+        local piece = start + LONG_LIST - 1
+        finish(pcall(move, list, start, piece < stop and piece or stop, goal + start - from, target))
+        look()
+    end
+    return target
 end
+
+function world.table.insert(list, ...)
+    local position, value = ...
+    local place = tonumber(position)
+    if type(list) ~= "table" or select("#", ...) ~= 2 or not place then return finish(pcall(insert, list, ...)) end
+    local length = #list
+    if place < 1 or place > length + 1 then
+        error(where() .. "bad argument #2 to 'insert' (position out of bounds)", 0)
+    end
+    world.table.move(list, place, length, place + 1)
+    list[place] = value
+end
+
+function world.table.remove(list, ...)
+    local place = tonumber((...))
+    if type(list) ~= "table" or not place then return finish(pcall(remove, list, ...)) end
+    local length = #list
+    if place ~= length and (place < 1 or place > length + 1) and not (length == 0 and place == 0) then
+        error(where() .. "bad argument #2 to 'remove' (position out of bounds)", 0)
+    end
+    local value = list[place]
+    world.table.move(list, place + 1, length, place)
+    list[place > length and place or length] = nil
+    return value
+end
+
+function world.table.unpack(list, first, last)
+    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then look() end
+    return finish(pcall(unpack, list, first, last))
+end
+world.unpack = world.table.unpack
+
+function world.string.rep(text, count, separator)
+    local each, times = #tostring(text or "") + #tostring(separator or ""), tonumber(count) or 0
+    local size = each * (times + 0.0)
+    if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
+    if size > LONG_CHUNK then look() end
+    -- Nothing, however often, is nothing; C would count to the end.
+    return finish(pcall(rep, text, each == 0 and times > 1 and 1 or count, separator))
+end
+
+-- Goes through a whole text within C.
+local function with_a_look(change)
+    return function(text, ...)
+        if type(text) == "string" and #text > LONG_CHUNK then look() end
+        return finish(pcall(change, text, ...))
+    end
+end
+for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = with_a_look(world.string[name]) end
+for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
+world.tonumber = with_a_look(tonumber)
 """
     + PATTERNS
 )

@@ -2,13 +2,15 @@
 
 Once the time is over it strikes on every instruction, otherwise ``while true do pcall(busy) end`` would swallow it for
 ever. Between two strikes lie the fewer instructions the longer the last ones took, and the larger the heap is: one
-instruction may copy a string as long as the heap is large. Coroutines have a hook of their own, so they are made here.
+instruction may copy a string as long as the heap is large. Coroutines have a hook of their own, so they are made here;
+in one that its hook has ended no hook strikes any more, so what it left to be closed (``<close>``) is never run.
 """
 
 WATCH = rb"""
 local late = ...
 
-local sethook, getinfo, cocreate = debug.sethook, debug.getinfo, coroutine.create
+local sethook, getinfo, cocreate, coclose, current =
+    debug.sethook, debug.getinfo, coroutine.create, coroutine.close, coroutine.running
 local clock, heap, error, setmetatable = os.clock, collectgarbage, error, setmetatable
 local struck, watch, spared = false, nil, {}
 
@@ -38,7 +40,10 @@ local function must_stop()
     return struck
 end
 
+local ended = setmetatable({}, { __mode = "k" })
+
 local function stop()
+    ended[current()] = true
     sethook(watch, "", 1)
     error(where() .. "took too long and was stopped (an endless loop?)", 0)
 end
@@ -86,6 +91,11 @@ local function quicken(thread)
     end
 end
 
+local function close(thread)
+    if ended[thread] then return false, "took too long and was stopped" end
+    return coclose(thread)
+end
+
 local function begin()
     interval, last_strike, last_look = FIRST, clock(), clock()
 end
@@ -103,7 +113,7 @@ local function spare(...)
 end
 
 return {
-    where = where, look = look, create = create, quicken = quicken, begin = begin, arm = arm, disarm = disarm,
-    spare = spare,
+    where = where, look = look, create = create, quicken = quicken, close = close, begin = begin, arm = arm,
+    disarm = disarm, spare = spare,
 }
 """

@@ -131,7 +131,7 @@ end
 
 world.coroutine = {}
 for key, value in pairs(coroutine) do world.coroutine[key] = value end
-world.coroutine.create = watching.create
+world.coroutine.create, world.coroutine.close = watching.create, watching.close
 world.coroutine.resume = resume
 function world.coroutine.wrap(body)
     local thread = watching.create(body)
