@@ -19,6 +19,10 @@ class UnknownHandle(CommandError):
         self.handle = handle
 
 
+_SHOWN = 200
+"""Characters of a name that a message repeats."""
+
+
 class UnknownName(CommandError):
     """A name or path that fits no object. `silent`: the caller asked for no error text (`name@silentError`)."""
 
@@ -28,7 +32,8 @@ class UnknownName(CommandError):
             if nearest
             else "; no name of this scene is close"
         )
-        super().__init__(f"no object named '{text}'{advice}")
+        shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+        super().__init__(f"no object named '{shown}'{advice}")
         self.silent = silent
 
 

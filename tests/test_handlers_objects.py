@@ -34,6 +34,12 @@ def world() -> World:
     return World(SCENE)
 
 
+def test_a_name_of_any_length_is_refused_with_a_short_text(world: World) -> None:
+    with pytest.raises(UnknownName) as caught:
+        world.call("simxGetObjectHandle", "x" * 1_000_000)
+    assert len(str(caught.value)) < 300
+
+
 def test_unknown_name_lists_the_nearest_and_unknown_handle_the_valid_ones(world: World) -> None:
     with pytest.raises(UnknownName, match="did you mean 'table'"):
         world.call("simxGetObjectHandle", "tabel")

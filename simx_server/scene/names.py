@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 _INDEX = re.compile(r"^(?P<alias>.*)\[(?P<index>\d+)\]$")
 _COPY = re.compile(r"#\d*$")
 
+_LONGEST_NAME = 200
+"""Characters; for something longer nobody is told what looks like it, as that takes long to find out."""
+
 
 def alias_of(name: str) -> str:
     """The alias V-REP 4.3 gives an old name: without the copy number."""
@@ -67,6 +70,8 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
 def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
     """Up to `count` names of the scene that look like the text, upper and lower case alike, best first."""
     wanted = text.strip("/.:").rsplit("/", 1)[-1].lower()
+    if len(wanted) > _LONGEST_NAME:
+        return []
     by_lower = {item.name.lower(): item.name for item in scene.objects.values()}
     return [by_lower[name] for name in difflib.get_close_matches(wanted, by_lower, count, 0.6)]
 
