@@ -67,6 +67,12 @@ def draw(world: World, name: str, pixels: bytes = DRAWN, options: int = 0) -> No
     world.call("simxSetVisionSensorImage", world.handle(name), pixels, options)
 
 
+def test_cameras_that_nobody_reads_are_not_rendered(world: World) -> None:
+    for _ in range(10):
+        world.sim.advance()
+    assert world.painter.views == []
+
+
 def test_averages_lose_what_is_less_than_a_byte_and_intensity_what_is_less_than_a_third() -> None:
     rgb = np.array([[[10, 20, 31], [11, 20, 33]]], np.uint8)
     found = statistics(Picture(rgb, np.array([[0.25, 0.5]], np.float32)), False)
