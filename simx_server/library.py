@@ -39,6 +39,11 @@ def list_scenes() -> list[str]:
     return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
+def list_models() -> list[str]:
+    """Stems of the shipped models, sorted."""
+    return sorted({path.stem for path in shipped_models().glob("*") if path.suffix in SCENE_SUFFIXES})
+
+
 def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = False) -> Path:
     """The file meant by `text`: an existing path; a shipped scene or model by name; for a V-REP file, its twin's.
 
@@ -46,7 +51,7 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
 
     A relative path is looked for in `folder` (default: the working directory) before it may name a shipped file.
 
-    Raises CommandError when there is no such file; the text lists the shipped scenes.
+    Raises CommandError when there is no such file; the text lists the shipped ones.
     """
     given = Path(text) if folder is None else folder / text
     stem = vrep_stem(given.name)
@@ -70,9 +75,9 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
             if stem is not None:
                 logger.info("'%s' is a V-REP file, '%s' is loaded in its place", given, candidate)
             return candidate
-    names = ", ".join(list_scenes()) or "none"
+    what, listed = ("model", list_models()) if model else ("scene", list_scenes())
     advice = "convert it to MJCF or URDF" if stem is not None else "give the path of an MJCF or URDF file"
-    raise CommandError(f"no scene '{text}'; shipped scenes: {names}; {advice}")
+    raise CommandError(f"no {what} '{text}'; shipped {what}s: {', '.join(listed) or 'none'}; {advice}")
 
 
 def _with_suffixes(path: Path, suffixes: tuple[str, ...]) -> list[Path]:

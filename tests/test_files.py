@@ -312,11 +312,25 @@ def test_lent_file_under_a_hostile_name_is_refused(client, there):
 
 
 @pytest.mark.parametrize(
-    "path", ["C:\\scenes\\arm.ttt", "\\\\host\\arm.xml", "../client/cube.xml", "/etc/hostname"]
+    "path", ["C:\\scenes\\arm.xml", "\\\\host\\arm.xml", "../client/cube.xml", "/etc/hostname"]
 )
 def test_server_side_paths_outside_are_refused(client, here, path):
     assert v.simxLoadScene(client, path, 0, BLOCKING) == REMOTE_ERROR
     assert error_of(client)
+
+
+@pytest.mark.parametrize(
+    "folder", ["C:/Program Files/V-REP3/models/", "C:\\V-REP3\\models\\", "\\\\host\\models\\"]
+)
+def test_model_of_an_installed_original_is_found_by_its_name(client, folder):
+    code, base = v.simxLoadModel(client, f"{folder}RG2.ttm", 0, BLOCKING)
+    assert code == 0
+    assert v.simxGetObjectHandle(client, "RG2", BLOCKING) == (0, base)
+
+
+def test_unknown_model_lists_the_models_that_there_are(client):
+    assert v.simxLoadModel(client, "C:/V-REP3/models/Asti.ttm", 0, BLOCKING) == (REMOTE_ERROR, 0)
+    assert "no model 'Asti.ttm'; shipped models: 7_dof_manipulator, " in error_of(client)
 
 
 OUTSIDE = {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.files import MESH_SUFFIXES, twins
+from simx_client.protocol.files import MESH_SUFFIXES, twins, vrep_stem
 
 from .. import workspace
 from ..errors import CommandError
@@ -92,7 +92,7 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
 def load_model_of_server(sim: Simulation, text: str) -> int:
     """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
     sim.selection = []
-    found = _find(sim, workspace.check_name(text), model=True)
+    found = _find(sim, _checked(text), model=True)
     return _add(sim, found, found.name)
 
 
@@ -109,7 +109,7 @@ def find_scene_of_server(sim: Simulation, text: str) -> Path:
     elsewhere."""
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
-    found = _find(sim, workspace.check_name(text))
+    found = _find(sim, _checked(text))
     check_references(found, _open_folders(sim))
     return found
 
@@ -136,7 +136,7 @@ def file_to_load(
     if options & FILE_IS_ON_CLIENT and lent is None:
         raise CommandError(f"the client has not sent '{path}', which options bit 0 says is on its side")
     if lent is None:
-        found = find(workspace.check_name(path))
+        found = find(_checked(path))
         yield found, found.name
         return
     name, data = lent
@@ -155,6 +155,12 @@ def file_to_load(
                     f"workspace {sim.workspace}: bring it there, for example with simxTransferFile"
                 )
             raise SceneError(text) from problem
+
+
+def _checked(path: str) -> str:
+    """As `workspace.check_name`. Of a V-REP file on a drive, where V-REP is installed on Windows, its name alone."""
+    given = PureWindowsPath(path)
+    return workspace.check_name(given.name if given.drive and vrep_stem(given.name) is not None else path)
 
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
