@@ -77,7 +77,9 @@ class VisionSensors:
         """Give sensors the settings of those they are copies of: handle of the original to that of the copy."""
         for handle, copy in copies.items():
             if handle in self._settings:
-                self._settings[copy] = replace(self._settings[handle], picture=None, filtered=None, verdict=None)
+                self._settings[copy] = replace(
+                    self._settings[handle], picture=None, filtered=None, verdict=None
+                )
 
     def image(self, handle: int, *, as_grey: bool) -> Future[tuple[list[int], bytes]]:
         """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""

@@ -43,6 +43,7 @@ from .sensors import SensorFunctions
 from .shapes import ShapeFunctions
 from .signals import SignalFunctions
 from .sim_ik_worlds import SimIk
+from .sim_vision import SimVision
 from .simulation import SimulationFunctions
 from .simx import SimxFunctions
 from .threads import ThreadFunctions
@@ -117,6 +118,7 @@ NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
         "simIK": SimIk,
         "simOMPL": OmplFunctions,
         "simRemoteApi": RemoteApiNamespace,
+        "simVision": SimVision,
         "simx": SimxFunctions,
     }
 )
