@@ -301,8 +301,8 @@ def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -
 
 
 def test_call_back_that_never_comes_is_told() -> None:
-    world = scripted({"lua:base": "function sysCall_contactCallback(inData) end"})
+    world = scripted({"lua:base": "function sysCall_afterCreate(inData) end"})
     world.run()
     assert said(world) == [
-        "sysCall_contactCallback of the child script of 'base' (base.lua) is never called: this server cannot do that"
+        "sysCall_afterCreate of the child script of 'base' (base.lua) is never called: this server cannot do that"
     ]

@@ -15,7 +15,7 @@ from simx_server.joints.measured import Measured
 from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
-from simx_server.joints.stepping import Stepper
+from simx_server.joints.stepping import Accompany, Stepper
 from simx_server.joints.weights import Weights
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.placing import carry_followers
@@ -44,6 +44,7 @@ class Machine:
         self._average_force = False
         self._stepper: Stepper | None = None
         self._asked: Mapping[int, Ask] = {}
+        self._accompany: Accompany | None = None
         self._measured = Measured(sim)
         self._kinematic: frozenset[int] = frozenset()
         self.bind_all()
@@ -155,6 +156,12 @@ class Machine:
         for handle in freed & self._bindings.keys():
             self._apply(handle)
         self._rebuild()
+
+    def accompany(self, call: Accompany | None) -> None:
+        """From the next pass on call this before and after each physics step; None: nobody wants it."""
+        if call != self._accompany:
+            self._accompany = call
+            self._rebuild()
 
     def step(self, count: int) -> None:
         """`count` physics steps under the controllers."""
@@ -270,7 +277,7 @@ class Machine:
         return self._stepper
 
     def _make_stepper(self) -> Stepper:
-        return Stepper(self._sim.model, self._sim.data, self._entries(), self._asked)
+        return Stepper(self._sim.model, self._sim.data, self._entries(), self._asked, self._accompany)
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())

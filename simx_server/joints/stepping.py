@@ -7,7 +7,7 @@ only once.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -17,6 +17,9 @@ from simx_server.joints.kinematic import Kinematic
 from simx_server.joints.scripted import Ask, ScriptedJoints
 from simx_server.joints.servo import Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
+
+Accompany = Callable[[int, int, bool], object]
+"""Called before and after each physics step: which of the pass (from 0), of how many, whether it is over."""
 
 
 class Stepper:
@@ -28,8 +31,10 @@ class Stepper:
         data: mujoco.MjData,
         entries: Sequence[Entry],
         asked: Mapping[int, Ask] | None = None,
+        accompany: Accompany | None = None,
     ) -> None:
         """`asked`: by joint handle the scripts that control a motor."""
+        self._accompany = accompany
         self._scripted = ScriptedJoints(model, entries, asked or {})
         self._model = model
         self._data = data
@@ -74,7 +79,7 @@ class Stepper:
     @property
     def is_constant(self) -> bool:
         """True when no controller has to run between the steps of a pass."""
-        return not (self._index or self._springs or self._kinematic)
+        return not (self._index or self._springs or self._kinematic or self._accompany)
 
     @property
     def mean_force(self) -> np.ndarray:
@@ -106,9 +111,12 @@ class Stepper:
         total, now, accumulate = self._force, data.actuator_force, np.add
         total[:] = 0.0
         scripted = self._scripted if self._scripted else None
+        accompany = self._accompany
         has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
         sensed[:] = 0.0
         for index in range(count):
+            if accompany is not None:
+                accompany(index, count, False)
             if has_loops:
                 control()
             if scripted is not None:
@@ -121,6 +129,8 @@ class Stepper:
             accumulate(total, now, out=total)
             if has_cells:
                 accumulate(sensed, sensor_values, out=sensed)
+            if accompany is not None:
+                accompany(index, count, True)
         total /= count
         sensed /= count
 

@@ -21,8 +21,11 @@ logger = logging.getLogger(__name__)
 
 THREAD_FUNCTIONS = ("sysCall_thread", "sysCall_threadmain")
 
-NEVER_CALLED = ("sysCall_contactCallback", "sysCall_dynCallback")
-"""MuJoCo asks nobody about contacts but by a call-back of the whole process."""
+NEVER_CALLED = (
+    *("sysCall_beforeCopy", "sysCall_afterCopy", "sysCall_beforeDelete", "sysCall_afterDelete"),
+    *("sysCall_afterCreate", "sysCall_event", "sysCall_msg", "sysCall_userConfig", "sysCall_realTimeIdle"),
+)
+"""Call-backs of CoppeliaSim that nothing here leads to; a script that has one is told so."""
 
 
 class Lives:

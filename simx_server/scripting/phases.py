@@ -10,6 +10,8 @@ the scene to its close, whether the simulation runs or not.
 | start, before the state is saved | | `sysCall_beforeSimulation` |
 | start | `sysCall_init` | |
 | each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
+| before and after each physics step | `sysCall_dynCallback` | the same |
+| two shapes come near each other | `sysCall_contactCallback`, once in a pass | the same, if it is left to others |
 | before each physics step | `sysCall_jointCallback` of a joint in position control | the same, if there is none |
 | each picture, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
 | each pass after physics | `sysCall_sensing` | the same, after the child scripts |
@@ -32,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..joints.scripted import Ask
 from .lives import Lives
+from .physics_call_backs import PhysicsCallBacks
 from .script import Script, ScriptKind
 from .vision_call_backs import VisionCallBacks
 
@@ -52,6 +55,7 @@ class Phases:
         self._scripts = scripts
         self._lives = lives
         self._vision = VisionCallBacks(sim, scripts.notify)
+        self._physics = PhysicsCallBacks(sim, lives)
         sim.on_starting.append(lambda: self.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
         sim.on_start.append(self._start)
         sim.on_pass_begin.append(lambda: self._phase("sysCall_actuation"))
@@ -60,6 +64,7 @@ class Phases:
         sim.on_pause.append(lambda: self.call_all("sysCall_suspend"))
         sim.on_resume.append(lambda: self.call_all("sysCall_resume"))
         sim.on_stopping.append(self._stop)
+        sim.on_stop.append(self.watch)
         sim.on_stop.append(lambda: self.call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION))
 
     def handle_children(self, function: str) -> int:
@@ -78,6 +83,7 @@ class Phases:
             self._lives.begin(script)
         for script in simulated:
             self._lives.call(script, "sysCall_init")
+        self.watch()
 
     def _phase(self, function: str) -> None:
         main = self._scripts.of(-1, ScriptKind.MAIN)
@@ -117,7 +123,9 @@ class Phases:
         """Scripts have begun or ended: who is to be asked for what."""
         self._watch_idle()
         self._watch_joints()
-        self._vision.watch(self._scripts.all())
+        scripts = self._scripts.all()
+        self._vision.watch(scripts)
+        self._physics.watch(scripts)
 
     def _watch_joints(self) -> None:
         """Joints whose script has a joint callback; the child script goes before the customization script."""
