@@ -16,6 +16,7 @@ from concurrent.futures import Future
 from functools import partial
 
 from simx_client.protocol.codec import CodecError, decode_batch
+from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_client.protocol.messages import STATUS_OK, Call, Operation, Reply
 
 from .clock import Pacer
@@ -70,6 +71,7 @@ class Engine:
 
         self._is_ending = False
         simulation.on_stop.append(self._end_stepping)
+        simulation.on_script_stopped.append(self._tell_everybody)
         simulation.serve_others = self.serve_others
 
     # --- from any thread -------------------------------------------------------------------------
@@ -187,6 +189,12 @@ class Engine:
                 self._handle(self.simulation.idle)
             self._publisher.publish(self.sessions.values(), after_pass=False)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
+
+    def _tell_everybody(self, problem: str) -> None:
+        """An error of a script's own is told to every client, as nobody's call has brought it about."""
+        if self.simulation.parameters.error_report_mode & sim_api_errormessage_report:
+            for session in self.sessions.values():
+                session.errors.append(problem)
 
     def _end_stepping(self) -> None:
         """A stop request ends stepped mode of every client; it must be asked for again for each run."""

@@ -129,6 +129,8 @@ class Simulation:
         self.on_close: list[Listener] = []
         self.on_model_changed: list[Listener] = []
         """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
+        self.on_script_stopped: list[Callable[[str], object]] = []
+        """Called with the reason, when an error has ended a script."""
         self.serve_others: Listener = _nothing
         """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
         self.scene: Scene

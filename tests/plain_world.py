@@ -28,6 +28,7 @@ class PlainSimulation:
         self.scene_id = 1
         self.parameters = SimpleNamespace(error_report_mode=1)
         self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
+        self.on_script_stopped = []
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()

@@ -198,3 +198,15 @@ def test_a_long_text_is_looked_for_only_up_to_a_bound(worlds: list[RealWorld], f
     assert vrep.simxStartSimulation(client, BLOCKING) == 0
     assert call(client, "f")[0] == 8
     assert "too long to be looked for" in "".join(vrep.simxGetLastErrors(client, BLOCKING)[1])
+
+
+def test_every_client_is_told_of_an_error_of_a_script(worlds: list[RealWorld], folder: Path) -> None:
+    world = begin(worlds, folder, "function sysCall_actuation() sim.getObjectPostion(1, -1) end")
+    first, second = world.client(), world.client()
+    assert vrep.simxSynchronous(first, True) == 0
+    assert vrep.simxStartSimulation(first, BLOCKING) == 0
+    assert vrep.simxSynchronousTrigger(first) == 0
+    for client in (first, second):
+        (told,) = vrep.simxGetLastErrors(client, BLOCKING)[1]
+        assert told.startswith("child script of 'bad' (bad.lua) is stopped: bad.lua:1: sim.getObjectPostion")
+        assert vrep.simxGetLastErrors(client, BLOCKING)[1] == []

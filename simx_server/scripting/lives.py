@@ -133,7 +133,10 @@ class Lives:
         self.drop(script)
         script.problem = problem
         logger.error("the %s is stopped: %s", self.describe(script), problem)
-        self._sim.status_bar.add(f"{self.describe(script)} is stopped: {problem}")
+        text = f"{self.describe(script)} is stopped: {problem}"
+        self._sim.status_bar.add(text)
+        for tell in self._sim.on_script_stopped:
+            tell(text)
         self._changed()
 
     def drop(self, script: Script) -> None:
