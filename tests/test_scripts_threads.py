@@ -238,3 +238,19 @@ def test_threads_of_customization_scripts_go_on_while_stopped() -> None:
     world.sim.stop()
     world.sim.idle()
     assert said(world) == ["step 1", "step 2", "step 3"]
+
+
+def test_settings_of_threads_that_mean_nothing_here_are_accepted() -> None:
+    world = scripted(
+        {
+            "lua:base": """
+            function sysCall_thread()
+                print(sim.setThreadIsFree(true), sim.setThreadResumeLocation(1, 2), sim.getThreadId() > 0)
+                local before = sim.setStepping(true)
+                print(before, sim.setStepping(before))
+            end
+            """
+        }
+    )
+    world.run(2)
+    assert said(world) == ["0\t0\ttrue", "0\t1"]
