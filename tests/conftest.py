@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 import pytest
+from real_world import Open, RealWorld, World
 
 
 @pytest.fixture(autouse=True)
 def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in [name for name in os.environ if name.startswith("SIMX_")]:
         monkeypatch.delenv(variable)
+
+
+@pytest.fixture
+def world() -> Iterator[Open]:
+    """Opens scenes, each a whole server in the test's own thread, and closes them."""
+    opened: list[RealWorld] = []
+
+    def open_scene(scene: str) -> World:
+        opened.append(RealWorld(scene))
+        return opened[-1], opened[-1].client()
+
+    yield open_scene
+    for each in opened:
+        each.close()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -41,6 +42,13 @@ class RealWorld:
     def close(self) -> None:
         v.simxFinish(-1)
         self._stack.close()
+
+
+World = tuple[RealWorld, int]
+"""A world, and a client of it."""
+
+Open = Callable[[str], World]
+"""Opens a scene by its name or path."""
 
 
 def handle_of(client: int, name: str) -> int:

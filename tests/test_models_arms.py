@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from arm_stock import MODELS, SCENES
 from model_checks import check_idle, check_stock, load_model, real_time_factor
-from real_world import RealWorld, start_stepped
-
-World = tuple[RealWorld, int]
-
-
-@pytest.fixture
-def world() -> Iterator[Callable[[str], World]]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
+from real_world import Open, start_stepped
 
 
 @pytest.mark.parametrize("file", MODELS)
-def test_model_and_its_copy_are_vreps_and_stand_still(world: Callable[[str], World], file: str) -> None:
+def test_model_and_its_copy_are_vreps_and_stand_still(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
     rows = MODELS[file]
     load_model(client, file, (0.0, 0.0))
@@ -41,7 +25,7 @@ def test_model_and_its_copy_are_vreps_and_stand_still(world: Callable[[str], Wor
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_scene_stands_still_for_a_minute(
-    world: Callable[[str], World], scene: str, record_property: Callable[[str, str], None]
+    world: Open, scene: str, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world(scene)
     check_stock(opened, client, SCENES[scene])

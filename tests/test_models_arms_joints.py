@@ -3,32 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 import arm_stock
 import numpy as np
 import pytest
 from arm_stock import ARMS, SCENES
 from model_checks import REVOLUTE, Stock, load_model, position_of, rotation_of
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
-
-World = tuple[RealWorld, int]
-
-
-@pytest.fixture
-def world() -> Iterator[Callable[[str], World]]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
 
 
 def turn(axis: Sequence[float], angle: float) -> np.ndarray:
@@ -81,7 +65,7 @@ def set_joints(client: int, rows: Sequence[Stock], values: Sequence[float], seco
 
 
 @pytest.mark.parametrize("file", ARMS)
-def test_joint_targets_put_the_end_where_the_table_says(world: Callable[[str], World], file: str) -> None:
+def test_joint_targets_put_the_end_where_the_table_says(world: Open, file: str) -> None:
     _, client = world("stock_kinect")
     rows = ARMS[file]
     load_model(client, file, (0.0, 0.0))
@@ -102,7 +86,7 @@ def test_joint_targets_put_the_end_where_the_table_says(world: Callable[[str], W
         assert np.abs(rotation_of(client, end) - rotation @ zero).max() < 0.005
 
 
-def test_irb140_joints_are_set_as_those_of_kinematic_models(world: Callable[[str], World]) -> None:
+def test_irb140_joints_are_set_as_those_of_kinematic_models(world: Open) -> None:
     _, client = world("stock_kinect")
     rows = arm_stock.IRB140
     load_model(client, "ABB IRB 140.ttm", (0.0, 0.0))
@@ -118,7 +102,7 @@ def test_irb140_joints_are_set_as_those_of_kinematic_models(world: Callable[[str
     assert np.abs(rotation_of(client, end) - rotation @ start).max() < 0.005
 
 
-def test_7_dof_manipulator_follows_its_target_by_itself(world: Callable[[str], World]) -> None:
+def test_7_dof_manipulator_follows_its_target_by_itself(world: Open) -> None:
     _, client = world("stock_kinect")
     load_model(client, "7 DoF manipulator.ttm", (0.0, 0.0))
     load_model(client, "7 DoF manipulator.ttm", (1.0, 1.0))
@@ -132,7 +116,7 @@ def test_7_dof_manipulator_follows_its_target_by_itself(world: Callable[[str], W
         assert np.abs(rotation_of(client, tip) - rotation_of(client, target)).max() < 0.005
 
 
-def test_franka_agrees_with_its_makers_numbers(world: Callable[[str], World]) -> None:
+def test_franka_agrees_with_its_makers_numbers(world: Open) -> None:
     """Craig's form of the table: across and turn about the last axis's x, then along and turn about z."""
     _, client = world("stock_kinect")
     load_model(client, "FrankaEmikaPanda.ttm", (0.0, 0.0))
@@ -166,7 +150,7 @@ def test_franka_agrees_with_its_makers_numbers(world: Callable[[str], World]) ->
     ],
 )
 def test_universal_robots_agree_with_their_makers_numbers(
-    world: Callable[[str], World],
+    world: Open,
     scene: str,
     rows: Sequence[Stock],
     d: Sequence[float],
@@ -187,7 +171,7 @@ def test_universal_robots_agree_with_their_makers_numbers(
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_step_of_one_joint_settles_as_vreps_does(world: Callable[[str], World], scene: str) -> None:
+def test_a_step_of_one_joint_settles_as_vreps_does(world: Open, scene: str) -> None:
     """P = 0.1 is 20 / s: 2 % of the way is left after 0.2 s; no joint overshoots, the others hardly notice."""
     _, client = world(scene)
     rows = [row for row in SCENES[scene] if row.kind == REVOLUTE]

@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from model_checks import position_of, rotation_of
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
 
-World = tuple[RealWorld, int]
 ONESHOT = vrep.simx_opmode_oneshot
-
-
-@pytest.fixture
-def world() -> Iterator[Callable[[str], World]]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
 
 
 def bend(client: int, arm: str, values: Sequence[float]) -> None:
@@ -79,7 +64,7 @@ GOALS = (
     ],
 )
 def test_arm_follows_its_target_dummy(
-    world: Callable[[str], World],
+    world: Open,
     scene: str,
     arm: str,
     tip_name: str,
@@ -110,7 +95,7 @@ def test_arm_follows_its_target_dummy(
     record_property("figures", f"{target_name}: worst {worst[0] * 1000:.3f} mm, {worst[1]:.4f} deg")
 
 
-def test_arm_obeys_joint_targets_again_after_a_stop(world: Callable[[str], World]) -> None:
+def test_arm_obeys_joint_targets_again_after_a_stop(world: Open) -> None:
     _, client = world("ur10")
     target, elbow = handle_of(client, "UR10_target"), handle_of(client, "UR10_joint3")
     start_stepped(client)
@@ -125,7 +110,7 @@ def test_arm_obeys_joint_targets_again_after_a_stop(world: Callable[[str], World
 
 
 def test_jaco_grasps_the_cylinder_from_above_and_lifts_it(
-    world: Callable[[str], World], record_property: Callable[[str, str], None]
+    world: Open, record_property: Callable[[str, str], None]
 ) -> None:
     _, client = world("jaco")
     target, hand, cylinder = (handle_of(client, name) for name in ("Jaco_target", "JacoHand", "Cylinder"))
@@ -167,7 +152,7 @@ def test_jaco_grasps_the_cylinder_from_above_and_lifts_it(
     assert position_of(client, cylinder)[2] < 0.1
 
 
-def test_rg2_obeys_its_signal(world: Callable[[str], World]) -> None:
+def test_rg2_obeys_its_signal(world: Open) -> None:
     _, client = world("stock_kinect")
     code, _ = vrep.simxLoadModel(client, "models/components/grippers/RG2.ttm", 0, BLOCKING)
     assert code == vrep.simx_return_ok
@@ -179,7 +164,7 @@ def test_rg2_obeys_its_signal(world: Callable[[str], World]) -> None:
         assert vrep.simxGetJointPosition(client, opening, BLOCKING)[1] == pytest.approx(place, abs=1e-3)
 
 
-def test_rg2_mounted_by_a_script_rides_on_a_ur10(world: Callable[[str], World]) -> None:
+def test_rg2_mounted_by_a_script_rides_on_a_ur10(world: Open) -> None:
     """V-REP's way: load the gripper, put it onto the flange, give it the flange's force sensor as parent."""
     _, client = world("ur10")
     _, gripper = vrep.simxLoadModel(client, "RG2.ttm", 0, BLOCKING)

@@ -3,32 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 from manipulators_stock import YOUBOT
 from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
 
 ONESHOT = vrep.simx_opmode_oneshot
-World = tuple[RealWorld, int]
-Open = Callable[[str], World]
-
-
-@pytest.fixture
-def world() -> Iterator[Open]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
 
 
 def test_model_and_its_copy_are_vreps(world: Open) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -18,28 +18,12 @@ from model_checks import (
     real_time_factor,
     rotation_of,
 )
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, handle_of, start_stepped, step
 from small_stock import E_PUCK, NAO
 
 import simx_client as vrep
 
 ONESHOT = vrep.simx_opmode_oneshot
-World = tuple[RealWorld, int]
-Open = Callable[[str], World]
-
-
-@pytest.fixture
-def world() -> Iterator[Open]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
 
 
 MODELS = {"models/robots/mobile/e-puck.ttm": E_PUCK, "models/robots/mobile/NAO.ttm": NAO}

@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, handle_of, start_stepped, step
 from vehicles_stock import ACKERMANN, MANTA, QUADRICOPTER
 
 import simx_client as vrep
 
 ONESHOT = vrep.simx_opmode_oneshot
-World = tuple[RealWorld, int]
-Open = Callable[[str], World]
-
-
-@pytest.fixture
-def world() -> Iterator[Open]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
 
 
 MODELS = {

@@ -3,32 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
 from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
+from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped, step
 from wheeled_stock import BUBBLE_ROB, PIONEER, REMOTE_BUBBLE_ROB
 
 import simx_client as vrep
-
-World = tuple[RealWorld, int]
-
-
-@pytest.fixture
-def world() -> Iterator[Callable[[str], World]]:
-    """Opens a scene: the world, and a client of it."""
-    opened: list[RealWorld] = []
-
-    def open_scene(scene: str) -> World:
-        opened.append(RealWorld(scene))
-        return opened[-1], opened[-1].client()
-
-    yield open_scene
-    for each in opened:
-        each.close()
-
 
 MODELS = {
     "models/robots/mobile/pioneer p3dx.ttm": PIONEER,
@@ -43,7 +26,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("file", MODELS)
-def test_model_and_its_copy_are_vreps(world: Callable[[str], World], file: str) -> None:
+def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
     rows = MODELS[file]
     load_model(client, file, (0.0, 0.0))
@@ -54,7 +37,7 @@ def test_model_and_its_copy_are_vreps(world: Callable[[str], World], file: str) 
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_scene_stands_still_for_a_minute(
-    world: Callable[[str], World], scene: str, record_property: Callable[[str, str], None]
+    world: Open, scene: str, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world(scene)
     start_stepped(client)
@@ -76,9 +59,7 @@ COPIES = {
 
 
 @pytest.mark.parametrize("file", COPIES)
-def test_copy_drives_by_its_own_motors_and_the_first_one_stays(
-    world: Callable[[str], World], file: str
-) -> None:
+def test_copy_drives_by_its_own_motors_and_the_first_one_stays(world: Open, file: str) -> None:
     _, client = world("stock_kinect")
     first, copy = load_model(client, file, (0.0, 0.0)), load_model(client, file, (0.0, 0.8))
     left, right, radius = COPIES[file]
@@ -155,7 +136,7 @@ def place_of(client: int, base: int, ahead: float) -> tuple[float, float]:
 
 
 def test_pioneer_drives_by_its_sensors_for_a_minute_and_its_odometry_holds(
-    world: Callable[[str], World], record_property: Callable[[str, str], None]
+    world: Open, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world("pioneer_p3dx")
     robot = Drive(client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331)
@@ -198,7 +179,7 @@ def pioneer_velocities(distances: list[float]) -> tuple[float, float]:
     return 2.5 - 3.0 * lean, 2.5 + 3.0 * lean
 
 
-def test_level_sonar_does_not_take_the_floor_for_an_obstacle(world: Callable[[str], World]) -> None:
+def test_level_sonar_does_not_take_the_floor_for_an_obstacle(world: Open) -> None:
     """The cone's lower edge meets the floor 0.8 m away, within its range."""
     _, client = world("pioneer_p3dx")
     start_stepped(client)
@@ -207,7 +188,7 @@ def test_level_sonar_does_not_take_the_floor_for_an_obstacle(world: Callable[[st
     assert read_distances(client, sides, math.inf) == [math.inf] * 4
 
 
-def test_pioneer_turns_as_far_as_its_wheels_say(world: Callable[[str], World]) -> None:
+def test_pioneer_turns_as_far_as_its_wheels_say(world: Open) -> None:
     _, client = world("pioneer_p3dx")
     robot = Drive(client, "Pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor", 0.0975, 0.331)
     start_stepped(client)
@@ -239,7 +220,7 @@ def assert_nothing_touched(world: RealWorld) -> None:
     ],
 )
 def test_bubble_rob_turns_away_from_what_is_before_its_nose(
-    world: Callable[[str], World], scene: str, base: str, left: str, right: str, nose: str
+    world: Open, scene: str, base: str, left: str, right: str, nose: str
 ) -> None:
     opened, client = world(scene)
     robot = Drive(client, base, base + left, base + right, 0.04, 0.2)
