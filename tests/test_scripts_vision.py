@@ -236,3 +236,33 @@ def test_an_error_in_the_call_back_stops_the_script_and_leaves_the_picture() -> 
     world.run(2)
     assert "the sensor has no work image yet" in said(world)[-1]
     assert len(world.call("simxGetVisionSensorImage", world.handle("eye"), 0)[1]) == 96
+
+
+def test_a_python_script_judges_pictures_too() -> None:
+    world = scripted(
+        {
+            "python:eye": """
+def sysCall_vision(inData):
+    simVision.sensorImgToWorkImg(inData['handle'])
+    simVision.uniformImgToWorkImg(inData['handle'], [1, 1, 1])
+    simVision.workImgToSensorImg(inData['handle'])
+    return {'trigger': True, 'packedPackets': [sim.packFloatTable([1.5])]}
+"""
+        },
+        body=EYES,
+        custom=EYE_NOTES,
+    )
+    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    world.run(1)
+    detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
+    assert (detects, packets[1]) == (True, [1.5])
+    assert set(world.call("simxGetVisionSensorImage", world.handle("eye"), 0)[1]) == {255}
+    world.sim.stop()
+
+
+def test_scripts_of_later_versions_require_the_namespace() -> None:
+    world = eyes(
+        eye="local vision = require('simVision') function sysCall_init() print(vision == simVision) end"
+    )
+    world.run(0)
+    assert said(world) == ["true"]

@@ -51,5 +51,5 @@ def break_force_sensor(sim: Simulation, sensor: int) -> None:
 
 @handler("simxReadVisionSensor")
 def read_vision_sensor(sim: Simulation, sensor: int) -> Future[tuple[bool, list[list[float]]]]:
-    """Whether the sensor detects, and one packet of 15 statistics of the picture."""
+    """Whether the sensor detects, and packets: 15 statistics of the picture, then those of the sensor's script."""
     return sim.vision.read(sensor)
