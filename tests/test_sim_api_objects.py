@@ -191,7 +191,7 @@ def test_a_model_is_loaded_and_selected(world: ScriptWorld, tmp_path) -> None:
     assert world.sim.scene.get(ball).name == "ball"
     assert world.value("sim.getObjectSelection()") == [ball]
     assert world.value("sim.loadModel('ball.ttm')") != ball
-    world.fails("sim.loadModel('/etc/passwd.xml')", "no scene|outside")
+    world.fails("sim.loadModel('/etc/passwd.xml')", "no scene|no model|outside")
 
 
 def test_model_properties(world: ScriptWorld) -> None:

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 KINEMATIC_ARMATURE = 1e5
-"""kg m2 (kg): added to the inertia of a kinematic joint. With ten times as much the solver ends too early for the rest."""
+"""kg m2 (kg): added to the inertia of a kinematic joint. With ten times as much the solver ends too early."""
 
 
 class Weights:
