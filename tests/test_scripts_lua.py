@@ -72,9 +72,23 @@ def test_values_cross_exactly() -> None:
     assert [type(value) for value in interpreter.call("f", 2, 2.0)] == [int, float]
 
 
-def test_tables_are_one_based_lists_up_to_the_first_gap() -> None:
-    interpreter = script("function f(t) return t[1], #t, {10, 20, key = 1}, {[0] = 5} end")
-    assert interpreter.call("f", [7, 8, 9]) == [7, 3, [10, 20], {0: 5}]
+def test_tables_are_one_based_lists_or_else_dicts_that_lose_nothing() -> None:
+    interpreter = script("function f(t) return t[1], #t, {10, 20, key = 1}, {[0] = 5}, {1, nil, 3} end")
+    assert interpreter.call("f", [7, 8, 9]) == [7, 3, {1: 10, 2: 20, "key": 1}, {0: 5}, {1: 1, 3: 3}]
+    interpreter = script("function f(t) return #t, t[2], t.key, t[-1] end")
+    assert interpreter.call("f", {1: 10, 2: 20, "key": 1, -1: 5}) == [2, 20, 1, 5]
+
+
+@pytest.mark.parametrize(
+    ("key", "what"), [("0.5", "number with a fraction"), ("true", "boolean"), ("{}", "table")]
+)
+def test_tables_with_keys_that_cannot_cross_are_an_error(key: str, what: str) -> None:
+    interpreter = script(
+        f"function f() return {{[{key}] = 1}} end function g() sim.echo({{[{key}] = 1}}) end"
+    )
+    for function in ("f", "g"):
+        with pytest.raises(ScriptError, match=f"a table with a {what} as a key cannot leave"):
+            interpreter.call(function)
 
 
 def test_tables_with_names_are_dicts_both_ways() -> None:
@@ -83,7 +97,7 @@ def test_tables_with_names_are_dicts_both_ways() -> None:
     )
     given = {"a": 1, "b": {"c": [1, b"two"]}}
     assert interpreter.call("f", given) == [1, [1, b"two"], given]
-    assert interpreter.call("g") == [{"x": [1], "z": []}]
+    assert interpreter.call("g") == [{"x": {1: 1, "y": 2}, "z": []}]
     assert interpreter.call("f", {"a": None, "b": {}}) == [None, None, {"b": []}]
 
 

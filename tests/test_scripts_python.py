@@ -28,6 +28,17 @@ def test_values_cross_exactly(script: Scripts) -> None:
     assert interpreter.call("one", [1, 2]) == [[1, 2]]
     assert [type(value) for value in interpreter.call("f", 2, 2.0)] == [int, float]
     assert interpreter.call("f", float("inf"), 1 << 70) == [float("inf"), 1 << 70]
+    assert interpreter.call("f", {1: 10, 2: 20, "x": 3, "1": 4}) == [{1: 10, 2: 20, "x": 3, "1": 4}]
+
+
+def test_dicts_with_keys_that_cannot_cross_are_an_error(script: Scripts) -> None:
+    interpreter = script("def f(): return {2.0: 1}\ndef g(key): return {(key or True): 1}")
+    assert interpreter.call("f") == [{2: 1}]
+    for key, kind in ((0.5, "float"), (None, "bool"), (b"\xff", "bytes")):
+        with pytest.raises(
+            ScriptError, match=f"a dict with a {kind} as a key cannot travel; keys are str or int"
+        ):
+            interpreter.call("g", key)
 
 
 def test_text_comes_as_str_and_other_strings_as_bytes(script: Scripts) -> None:
@@ -152,7 +163,7 @@ def nasty(): raise Nasty
         ("deep", r"^test\.py:14: RecursionError: "),
         ("cyclic", r"^test\.py:18: sim\.echo: .*nested too deeply"),
         ("odd", r"^test\.py: TypeError: a set cannot leave the script$"),
-        ("keys", r"^test\.py: TypeError: a dict with a tuple as a key cannot travel$"),
+        ("keys", r"^test\.py: TypeError: a dict with a tuple as a key cannot travel; keys are str or int$"),
         ("nasty", r"^test\.py:23: Nasty$"),
     ):
         with pytest.raises(ScriptError, match=text):

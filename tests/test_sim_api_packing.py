@@ -75,11 +75,27 @@ def test_tables_of_anything_are_packed(world: ScriptWorld) -> None:
         "b": {"c": "x"},
     }
     assert world.value("sim.packTable({a = 1, b = 2}) == sim.packTable({b = 2, a = 1})") is True
+    mixed = "{1, 2, x = 3, [-1] = 4, deep = {5, y = {6}}, ['\\xff'] = 7}"
+    assert world.value(f"sim.unpackTable(sim.packTable({mixed}))") == {
+        1: 1,
+        2: 2,
+        -1: 4,
+        "x": 3,
+        "deep": {1: 5, "y": [6]},
+        "\xff": 7,
+    }
+    world.fails("sim.packTable({[0.5] = 1})", "a table with a number with a fraction as a key cannot leave")
     world.fails("sim.packTable(7)", "only a table can be packed")
     world.fails("sim.packTable({}, 9)", "the scheme is 0, 1 or 2")
     world.fails("sim.packTable({print})", "cannot")
     world.fails("sim.unpackTable('x')", "not made by packTable of this server")
     world.fails("sim.unpackTable(sim.packTable({1,2,3}):sub(1, -2))", "the packed table is damaged")
+
+
+def test_the_list_part_of_a_table_with_names_is_a_list_to_functions_that_want_one(world: ScriptWorld) -> None:
+    assert world.value("sim.unpackInt32Table(sim.packInt32Table({1, 2, name = 'x'}))") == [1, 2]
+    world.fails("sim.packInt32Table({1, nil, 3})", "must be a table without gaps")
+    world.fails("sim.packInt32Table({name = 'x'})", "must be a table, got a table with names")
 
 
 def test_buffers_change_their_kind_of_numbers(world: ScriptWorld) -> None:

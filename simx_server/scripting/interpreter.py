@@ -4,7 +4,7 @@
 thread uses it.
 
 Values cross the border as plain Python ones: None, bool, int, float, bytes (every string, whatever it holds), list,
-dict (str keys, or int where a script used such) and `Function`; nested as deeply as `MAX_DEPTH`. Results of a call
+dict (keys str or int) and `Function`; nested as deeply as `MAX_DEPTH`. Results of a call
 are a list; a function of the API returns a tuple of results. What cannot cross is a ScriptError.
 
 **Threads.** A script has at most one thread of the server's (``sysCall_thread`` or ``sysCall_threadmain``), a coroutine

@@ -1,7 +1,8 @@
 """One Lua 5.4 interpreter for one script: a sandbox with a time limit and a memory limit.
 
-What a script gets and gives is said by `interpreter.py`; this file knows no simulation. Lua's tables cross as lists
-(1-based, up to the first gap) or, when there is nothing at 1, as dicts; a Python list or dict arrives as a table.
+What a script gets and gives is said by `interpreter.py`; this file knows no simulation. A table of Lua crosses as a
+list when its keys are 1, 2 ... without a gap (or when it is empty), else as a dict; a Python list or dict arrives as a
+table.
 """
 
 from __future__ import annotations
@@ -240,16 +241,11 @@ class LuaInterpreter:
     def _from_lua(self, value: Any) -> Any:
         kind = self._lua_type(value)
         if kind == "table":
-            length = len(value)
-            if length:
-                return [self._from_lua(value[i]) for i in range(1, length + 1)]
-            named = {
-                key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key: self._from_lua(
-                    item
-                )
-                for key, item in value.items()
-            }
-            return named or []
+            items = dict(value.items())
+            try:
+                return [self._from_lua(items[i]) for i in range(1, len(items) + 1)]
+            except KeyError:  # it has a gap, or names
+                return {_key(key): self._from_lua(item) for key, item in items.items()}
         if kind == "function":
             return LuaFunction(self, value)
         if kind is not None:
@@ -269,6 +265,10 @@ class LuaInterpreter:
 
 def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
     raise AttributeError(f"scripts cannot reach {_text(name)}")
+
+
+def _key(key: bytes | int) -> str | int:
+    return key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key
 
 
 def _text(value: Any) -> str:

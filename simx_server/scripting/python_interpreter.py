@@ -252,10 +252,7 @@ class PythonInterpreter:
         if isinstance(value, list):
             return [self._from_script(item) for item in value]
         if isinstance(value, dict):
-            return {
-                key if isinstance(key, (str, int)) else str(key): self._from_script(item)
-                for key, item in value.items()
-            }
+            return {key: self._from_script(item) for key, item in value.items()}
         return value
 
 

@@ -2,9 +2,9 @@
 
 A message is a list of plain values whose first item says what it is. On the wire: the lengths of text and bytes as two
 little-endian uint32, a JSON text, then all byte strings one after the other. In the text a byte string is
-``{"b": [offset, length]}``, a dict ``{"d": [[key, value], ...]}``, so that keys keep their types, and a function of the
-script ``{"f": number}``. JSON because both directions of it are C code in every Python, and because reading it runs
-nothing: the script's side is not trusted.
+``{"b": [offset, length]}``, a dict ``{"d": [[key, value], ...]}``, so that keys (str, int) keep their types, and a
+function of the script ``{"f": number}``. JSON because both directions of it are C code in every Python, and because
+reading it runs nothing: the script's side is not trusted.
 """
 
 from __future__ import annotations
@@ -68,10 +68,13 @@ def _marked(value: Any, depth: int) -> Any:
     return value
 
 
-def _key(key: Any) -> Any:
-    if isinstance(key, (str, int, float)) or hasattr(key, "tolist"):
-        return key
-    raise TypeError(f"a dict with a {type(key).__name__} as a key cannot travel")
+def _key(key: Any) -> str | int:
+    number = key.tolist() if hasattr(key, "tolist") else key
+    if isinstance(number, float) and number.is_integer():
+        return int(number)  # as Lua has it, and to Python it is the same key
+    if isinstance(number, str) or (isinstance(number, int) and not isinstance(number, bool)):
+        return number
+    raise TypeError(f"a dict with a {type(key).__name__} as a key cannot travel; keys are str or int")
 
 
 class Unpacker:
@@ -113,4 +116,7 @@ class Unpacker:
             return self._body[start : start + length]
         if "f" in marked:
             return self._function_of(marked["f"])
-        return dict(marked["d"])
+        found = dict(marked["d"])
+        if not all(type(key) in (str, int) for key in found):
+            raise TypeError("a key that no dict has here")
+        return found

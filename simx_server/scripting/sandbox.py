@@ -25,28 +25,28 @@ local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
-local pack, unpack, concat, gmatch, match, lower =
-    table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower
+local pack, unpack, concat, gmatch, match, lower, mathtype =
+    table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower, math.type
 
 local depth, level, report = 0, 0, nil
 
 local watching = load(watch, "=sandbox", "t")(late)
 local where, look = watching.where, watching.look
 
--- A table as the border knows it: a list, or else a map with keys of text or whole numbers.
+-- A table as the border knows it: keys are text or whole numbers.
 local function plain(value, nesting)
     local kind = type(value)
     if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
     if kind ~= "table" then return value end
     if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
     local copy = {}
-    local length = rawlen(value)
-    if length > 0 then
-        for i = 1, length do copy[i] = plain(rawget(value, i), nesting + 1) end
-        return copy
-    end
     for key, item in next, value do
-        if type(key) == "string" or math.type(key) == "integer" then copy[key] = plain(item, nesting + 1) end
+        if type(key) ~= "string" and mathtype(key) ~= "integer" then
+            local what = mathtype(key) and "number with a fraction" or type(key)
+            error(where() .. "a table with a " .. what .. " as a key cannot leave the script; keys are text or whole "
+                .. "numbers", 0)
+        end
+        copy[key] = plain(item, nesting + 1)
     end
     return copy
 end

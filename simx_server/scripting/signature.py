@@ -92,7 +92,7 @@ _SCALARS: dict[Any, Callable[[Any], Any]] = {
 def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
     def convert(value: Any) -> list[Any]:
         if not isinstance(value, list):
-            raise TypeError("a table")
+            value = _list_part(value)
         items: list[Any] = []
         for index, element in enumerate(value, 1):
             try:
@@ -102,6 +102,15 @@ def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
         return items
 
     return convert
+
+
+def _list_part(value: Any) -> list[Any]:
+    """Of a table that has names too, which V-REP did not look at."""
+    if isinstance(value, dict) and (numbered := [key for key in value if isinstance(key, int)]):
+        if sorted(numbered) != list(range(1, len(numbered) + 1)):
+            raise TypeError("a table without gaps")
+        return [value[key] for key in sorted(numbered)]
+    raise TypeError("a table")
 
 
 def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:

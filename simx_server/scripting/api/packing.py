@@ -62,7 +62,7 @@ def pack_table(table: Any) -> bytes:
     if not isinstance(table, (list, dict)):
         raise CommandError("only a table can be packed")
     try:
-        return _TABLE_MARK + msgpack.packb(_sorted(table))
+        return _TABLE_MARK + msgpack.packb(_sorted(table), unicode_errors="surrogateescape")
     except (TypeError, ValueError, OverflowError) as problem:
         raise CommandError(f"the table cannot be packed: {problem}") from None
 
@@ -74,7 +74,9 @@ def unpack_table(data: bytes) -> Any:
             "this was not made by packTable of this server, whose data is the only one it reads"
         )
     try:
-        return msgpack.unpackb(data[len(_TABLE_MARK) :], strict_map_key=False)
+        return msgpack.unpackb(
+            data[len(_TABLE_MARK) :], strict_map_key=False, unicode_errors="surrogateescape"
+        )
     except ValueError as problem:
         raise CommandError(f"the packed table is damaged: {problem}") from None
 
