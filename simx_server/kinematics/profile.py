@@ -1,0 +1,168 @@
+"""How several values get from one state to another within limits of velocity, acceleration and jerk.
+
+Ruckig (MIT licence) computes the quickest such way in closed form, as V-REP's Reflexxes library did; CoppeliaSim uses it
+since 4.3. Units are the caller's: rad or m, and their rates per second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import ruckig
+
+from ..errors import CommandError
+
+MOST_VALUES = 100
+"""Of one profile. An arm has 7; the work for a profile must stay a fraction of a pass."""
+
+_ROUNDING = 1e-9
+"""Seconds by which a sum of time steps may miss the duration that it is to be."""
+
+
+class Synchronisation(IntEnum):
+    """Which of the values arrive together; the numbers are those of the flags of sim.ruckigPos."""
+
+    PHASE = 0
+    """All, on a straight line where that can be, else at the same time."""
+    TIME = 1
+    NONE = 3
+
+
+_SYNCHRONISATIONS = (
+    (Synchronisation.PHASE, ruckig.Synchronization.Phase),
+    (Synchronisation.TIME, ruckig.Synchronization.Time),
+    (Synchronisation.NONE, ruckig.Synchronization.No),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """One moment; lists of the same length."""
+
+    position: Sequence[float]
+    velocity: Sequence[float]
+    acceleration: Sequence[float]
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def flat(self) -> list[float]:
+        """Positions, velocities, accelerations, as sim.ruckigPos takes them."""
+        return [*self.position, *self.velocity, *self.acceleration]
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Magnitudes per value; `least_*`: the negative bounds where they differ. A jerk of 0 or less is no limit, as with
+    the jerk-less library that V-REP came with; infinity is none either."""
+
+    velocity: Sequence[float]
+    acceleration: Sequence[float]
+    jerk: Sequence[float]
+    least_velocity: Sequence[float] | None = None
+    least_acceleration: Sequence[float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """`position` None: only the velocity matters."""
+
+    position: Sequence[float] | None
+    velocity: Sequence[float]
+
+
+class Profile:
+    """The way from a state to a goal, and how far along it one is."""
+
+    def __init__(
+        self,
+        start: State,
+        goal: Goal,
+        limits: Limits,
+        synchronisation: Synchronisation = Synchronisation.PHASE,
+        selected: Sequence[bool] | None = None,
+    ) -> None:
+        """`selected`: the values that take part; the others stay as they are.
+
+        Raises CommandError: no such way, with what Ruckig says of the reason.
+        """
+        count = len(start)
+        if not 1 <= count <= MOST_VALUES:
+            raise CommandError(f"a motion profile has 1 to {MOST_VALUES} values, not {count}")
+        self.time = 0.0
+        self._start = start
+        self._selected = [True] * count if selected is None else [bool(each) for each in selected]
+        self._trajectory = ruckig.Trajectory(count)
+        wanted = ruckig.InputParameter(count)
+        wanted.synchronization = dict(_SYNCHRONISATIONS)[synchronisation]
+        wanted.enabled = self._selected
+        wanted.current_position = list(start.position)
+        wanted.current_velocity = list(start.velocity)
+        wanted.current_acceleration = list(start.acceleration)
+        if goal.position is None:
+            wanted.control_interface = ruckig.ControlInterface.Velocity
+        else:
+            wanted.target_position = list(goal.position)
+        wanted.target_velocity = list(goal.velocity)
+        wanted.max_velocity = list(limits.velocity)
+        wanted.max_acceleration = list(limits.acceleration)
+        wanted.max_jerk = [each if each > 0 else math.inf for each in limits.jerk]
+        if limits.least_velocity is not None:
+            wanted.min_velocity = list(limits.least_velocity)
+        if limits.least_acceleration is not None:
+            wanted.min_acceleration = list(limits.least_acceleration)
+        _check(limits)
+        try:
+            result = ruckig.Ruckig(count).calculate(wanted, self._trajectory)
+        except ruckig.RuckigError as problem:
+            # Only the first line says what is wrong; the rest repeats the numbers.
+            text = str(problem).strip().splitlines()[0].removeprefix("[ruckig] ")
+            raise CommandError(f"no motion within these limits: {text}") from None
+        if result not in (ruckig.Result.Working, ruckig.Result.Finished):
+            raise CommandError(f"no motion within these limits: {result.name}")
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the whole way."""
+        return self._trajectory.duration
+
+    @property
+    def is_over(self) -> bool:
+        return self.time >= self.duration - _ROUNDING
+
+    @property
+    def time_left(self) -> float:
+        """Until the goal; negative after it."""
+        return self.duration - self.time
+
+    def advance(self, seconds: float) -> State:
+        """Go on; the state then. After the goal its velocity is kept."""
+        self.time += seconds
+        return self.at(self.time)
+
+    def at(self, time: float) -> State:
+        """So many seconds after the start."""
+        lists = self._trajectory.at_time(time)[:3]
+        kept = (self._start.position, self._start.velocity, self._start.acceleration)
+        return State(
+            *(
+                [now if on else before for now, before, on in zip(new, old, self._selected, strict=True)]
+                for new, old in zip(lists, kept, strict=True)
+            )
+        )
+
+
+def line(length: float, velocity: float, acceleration: float) -> Profile:
+    """From 0 to a length, from rest to rest; an acceleration of 0 or less is no limit."""
+    limits = Limits([velocity], [acceleration if acceleration > 0 else math.inf], [math.inf])
+    return Profile(State([0.0], [0.0], [0.0]), Goal([length], [0.0]), limits)
+
+
+def _check(limits: Limits) -> None:
+    for what, values in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
+        for index, value in enumerate(values, 1):
+            if not value > 0:
+                raise CommandError(f"the greatest {what} must be above 0, but number {index} is {value:g}")
