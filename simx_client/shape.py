@@ -17,11 +17,12 @@ Key = tuple[Any, ...]
 class Shape:
     """The client's view of one command."""
 
-    __slots__ = ("_arguments", "_fresh", "_key_positions", "_results", "command", "is_set")
+    __slots__ = ("_arguments", "_coercions", "_fresh", "_key_positions", "_results", "command", "is_set")
 
     def __init__(self, command: Command) -> None:
         self.command = command
         self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
+        self._coercions = tuple(argument.kind.coerce for argument in command.arguments)
         self._key_positions = command.key_positions
         self._results = tuple(result.kind for result in command.results)
         self._fresh = tuple(result.kind.fresh for result in command.results)
@@ -34,7 +35,7 @@ class Shape:
             TypeError, IndexError: naming the function and the argument.
         """
         try:
-            return [coerce(value) for (_, coerce), value in zip(self._arguments, arguments, strict=True)]
+            return [coerce(value) for coerce, value in zip(self._coercions, arguments, strict=True)]
         except (TypeError, IndexError):
             for (name, coerce), value in zip(self._arguments, arguments, strict=True):
                 try:

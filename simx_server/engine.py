@@ -11,9 +11,10 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
+from typing import Any
 
 from simx_client.protocol.codec import CodecError, decode_batch
 from simx_client.protocol.constants import sim_api_errormessage_report
@@ -22,7 +23,7 @@ from simx_client.protocol.messages import STATUS_OK, Call, Operation, Reply
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .handlers.registry import Handler
-from .inbox import Arrival, Event, Inbox
+from .inbox import Arrival, Event, Inbox, Read
 from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
@@ -83,6 +84,15 @@ class Engine:
     def submit(self, client: str, payload: bytes) -> None:
         """A batch of calls has arrived. Safe to use from Zenoh's threads: it only enqueues."""
         self._inbox.put(Arrival(client, payload))
+
+    def inlet(self, kind: type, read: Read) -> Callable[[Any], None]:
+        """As ``submit``, for what is to be read on the physics thread; to be called before that runs.
+
+        Args:
+            kind: the class of what the function that is returned is given.
+        """
+        self._inbox.read_by(kind, read)
+        return self._inbox.put
 
     def end(self) -> None:
         """Let ``run`` return."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import queue
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from simx_client.protocol.codec import CodecError, decode_batch
 from simx_client.protocol.commands import ANSWERED
@@ -24,6 +24,9 @@ class Arrival(NamedTuple):
     client: str
     payload: bytes
 
+
+Read = Callable[[Any], Arrival]
+"""Makes a batch of what a gateway was handed."""
 
 WAITS_FOR_SCRIPTS = frozenset(
     {
@@ -63,15 +66,25 @@ class Inbox:
     """Events and batches. Anyone may `put`; the rest is the physics thread's."""
 
     def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[Event | Arrival] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self.put: Callable[[Any], None] = self._queue.put
+        """The queue's own, without a detour through Python: a thread of Zenoh's needs the interpreter's lock for
+        no longer than that, and the physics thread wakes up meanwhile."""
+
+        self._readers: dict[type, Read] = {}
         self._held: deque[Event | Arrival] = deque()
         """What had to wait for a script's end; it comes before all that is in the queue."""
 
     def __len__(self) -> int:
         return len(self._held) + self._queue.qsize()
 
-    def put(self, event: Event | Arrival) -> None:
-        self._queue.put(event)
+    def read_by(self, kind: type, read: Read) -> None:
+        """Things of this kind may be `put` as they came, and are read when it is their turn."""
+        self._readers[kind] = read
+
+    def _read(self, item: Any) -> Event | Arrival:
+        read = self._readers.get(item.__class__)
+        return item if read is None else read(item)
 
     def hold(self, event: Event | Arrival) -> None:
         """Keep something until no script runs."""
@@ -82,7 +95,7 @@ class Inbox:
         if self._held:
             return self._held.popleft()
         try:
-            return self._queue.get(timeout=seconds)
+            return self._read(self._queue.get(timeout=seconds))
         except queue.Empty:
             return None
 
@@ -92,7 +105,7 @@ class Inbox:
             if self._held:
                 yield self._held.popleft()
             elif not self._queue.empty():
-                yield self._queue.get_nowait()
+                yield self._read(self._queue.get_nowait())
 
     def meanwhile(self, executing: str) -> Iterator[Event | Arrival]:
         """What is there now and may be dealt with while a script runs; the rest is held.
@@ -101,7 +114,7 @@ class Inbox:
             executing: the client whose batch runs the script; its other batches come after that one.
         """
         for _ in range(self._queue.qsize()):
-            event = self._queue.get_nowait()
+            event = self._read(self._queue.get_nowait())
             if isinstance(event, Arrival) and self._must_wait(event, executing):
                 self._held.append(event)
             else:

@@ -13,14 +13,17 @@ import sys
 import tempfile
 import time
 import traceback
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
+from simx_server.inbox import Arrival, Read
 from simx_server.server import build_simulation
 from simx_server.settings import Settings
 
@@ -83,13 +86,16 @@ class Soak:
         self.engine = Engine(self.simulation, HANDLERS, pacer)
         self.simulation.parameters.pace = pacer
         self.batches = 0
-        submit = self.engine.submit
+        inlet = self.engine.inlet
 
-        def counted(client: str, payload: bytes) -> None:
-            self.batches += 1
-            submit(client, payload)
+        def counting(kind: type, read: Read) -> Callable[[Any], None]:
+            def counted(item: Any) -> Arrival:
+                self.batches += 1
+                return read(item)
 
-        self.engine.submit = counted
+            return inlet(kind, counted)
+
+        self.engine.inlet = counting
         self.gateway = ZenohGateway(self.engine, ports=[0])
         stack.callback(self.gateway.close)
         self.file = self.workspace / "to transfer"

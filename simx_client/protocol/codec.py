@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+from collections.abc import Callable
 from typing import Any, cast
 
 import msgpack
@@ -14,6 +16,9 @@ MAX_MESSAGE = 256 << 20
 
 _BEYOND_FLOAT32 = (2.0 - 2.0**-24) * 2.0**127
 """The least number that rounds to more than the greatest float32."""
+
+_BUFFER = 64 << 10
+"""Bytes that each thread keeps for packing."""
 
 
 class CodecError(ValueError):
@@ -35,8 +40,29 @@ def encode(message: Batch | Delivery | Greeting | Welcome | Status) -> bytes:
         return _pack(_in_range(message))
 
 
+class _Packer(threading.local):
+    """One for each thread: making one, with its buffer, takes longer than packing a call."""
+
+    pack: Callable[[Any], bytes]
+
+    def __init__(self) -> None:
+        self.renew()
+
+    def renew(self) -> None:
+        """Let go of the buffer, which has the size of the largest message so far."""
+        self.pack = msgpack.Packer(
+            use_single_float=True, unicode_errors="surrogateescape", default=_plain, buf_size=_BUFFER
+        ).pack
+
+
+_PACKER = _Packer()
+
+
 def _pack(message: Any) -> bytes:
-    return msgpack.packb(message, use_single_float=True, unicode_errors="surrogateescape", default=_plain)
+    packed = _PACKER.pack(message)
+    if len(packed) > _BUFFER:
+        _PACKER.renew()
+    return packed
 
 
 def _in_range(value: Any) -> Any:
@@ -73,6 +99,9 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
 }
 """What each message is made of, in field order; one comparison checks them all, as every call passes here."""
 
+_as = cast(Callable[[type[Any], list[Any]], Any], tuple.__new__)
+"""Makes a named tuple of a list; ``_make`` does the same by two calls in Python."""
+
 _BATCH, _CALL, _DELIVERY, _REPLY = (_FIELD_TYPES[kind] for kind in (Batch, Call, Delivery, Reply))
 
 
@@ -98,8 +127,9 @@ def decode_batch(payload: bytes) -> Batch:
     for item in value[2]:
         if item.__class__ is not list or tuple(map(type, item)) != _CALL:
             raise _wrong(Call, item)
-        calls.append(Call._make(item))
-    return Batch(value[0], value[1], calls)
+        calls.append(_as(Call, item))
+    value[2] = calls
+    return _as(Batch, value)
 
 
 def decode_delivery(payload: bytes) -> Delivery:
@@ -111,9 +141,9 @@ def decode_delivery(payload: bytes) -> Delivery:
     for item in value[5]:
         if item.__class__ is not list or tuple(map(type, item)) != _REPLY:
             raise _wrong(Reply, item)
-        replies.append(Reply._make(item))
+        replies.append(_as(Reply, item))
     value[5] = replies
-    return Delivery._make(value)
+    return _as(Delivery, value)
 
 
 def decode_greeting(payload: bytes) -> Greeting:

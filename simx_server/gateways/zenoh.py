@@ -18,6 +18,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Status, We
 
 from .. import __version__
 from ..engine import Engine
+from ..inbox import Arrival
 from ..load import LoadMeter
 from ..simulation import SimulationState
 
@@ -115,7 +116,8 @@ class ZenohGateway:
         self._status = session.declare_queryable(
             keys.status(realm), direct(self._on_status, indirect=False), complete=True
         )
-        self._calls = session.declare_subscriber(keys.call(realm), direct(self._on_call, indirect=False))
+        inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
+        self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
             keys.client(realm), direct(self._on_client, indirect=False)
         )
@@ -128,10 +130,6 @@ class ZenohGateway:
 
     def _on_status(self, query: Any) -> None:
         self._engine.post(partial(self._tell_status, query))
-
-    def _on_call(self, sample: Any) -> None:
-        client = str(sample.key_expr).rpartition("/")[2]
-        self._engine.submit(client, sample.payload.to_bytes())
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
@@ -235,6 +233,10 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
+
+
+def _read_call(sample: Any) -> Arrival:
+    return Arrival(str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes())
 
 
 def _and_connect(options: dict[str, Any]) -> str:
