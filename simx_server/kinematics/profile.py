@@ -1,7 +1,7 @@
 """How several values get from one state to another within limits of velocity, acceleration and jerk.
 
-Ruckig (MIT licence) computes the quickest such way in closed form, as V-REP's Reflexxes library did; CoppeliaSim uses it
-since 4.3. Units are the caller's: rad or m, and their rates per second.
+Ruckig (MIT licence) computes the quickest such way in closed form, as V-REP's Reflexxes library did; CoppeliaSim has
+used it since 4.3. Units are the caller's: rad or m, and their rates per second.
 """
 
 from __future__ import annotations
