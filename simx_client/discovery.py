@@ -16,6 +16,7 @@ from .errors import ConnectionFailed
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_status
 from .protocol.messages import Status
+from .session import open_session
 
 logger = logging.getLogger(__name__)
 
@@ -98,17 +99,17 @@ def _look(zenoh: Any, endpoint: str, timeout: float) -> list[Found]:
 @contextmanager
 def _session(zenoh: Any, endpoint: str, timeout: float) -> Generator[Any]:
     options = {
-        **link.CLIENT,
         "mode": "client",
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": 0,
-        "transport/unicast/open_timeout": int(timeout * 1000),
         "transport/shared_memory/enabled": False,
     }
     try:
-        session = zenoh.open(link.configure(zenoh.Config(), options))
+        session = open_session(
+            zenoh, options, {**link.CLIENT, "transport/unicast/open_timeout": int(timeout * 1000)}
+        )
     except zenoh.ZError:
-        raise ConnectionFailed(f"nothing at {endpoint} speaks Zenoh") from None
+        raise ConnectionFailed(f"nothing at {endpoint} speaks Zenoh and lets this client in") from None
     try:
         yield session
     finally:

@@ -11,7 +11,6 @@ import os
 import socket
 import sys
 import time
-import uuid
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -21,6 +20,7 @@ from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
+from .session import client_name, host_and_port, open_session, why_closed
 
 GREETING_TIMEOUT = 1.0
 """Seconds to wait for the answer to one greeting."""
@@ -104,7 +104,7 @@ class ZenohTransport:
         self._place = place
         at_port = place.host_and_port[1] if place.host_and_port else 0
         self._asked_port = at_port if asked_port is None else asked_port
-        self.client = uuid.uuid4().hex
+        self.client = client_name()
         self._pictures: dict[str, Any] = {}
         """The newest of each stream, by key."""
 
@@ -113,7 +113,6 @@ class ZenohTransport:
         self._realm: str | None = None
         self._closed = False
         options: dict[str, Any] = {
-            **link.CLIENT,
             "mode": "client",
             "connect/endpoints": list(place.endpoints),
             "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,
@@ -122,7 +121,7 @@ class ZenohTransport:
         if next(_sessions_before) >= SHARED_MEMORY_SESSIONS:
             options["transport/shared_memory/enabled"] = False
         try:
-            self._session = zenoh.open(link.configure(zenoh.Config(), options))
+            self._session = open_session(zenoh, options, link.CLIENT)
         except zenoh.ZError:
             raise ConnectionFailed(_diagnose(place)) from None
         self._alarm = Alarm(self._wake)
@@ -194,7 +193,7 @@ class ZenohTransport:
 
     def _silence(self) -> str:
         """Why nobody answered, as far as it can be found out, and what to do."""
-        wanted = self._place.realm
+        wanted = self._place.realm or self._realm
         if wanted is None:
             return (
                 f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
@@ -204,7 +203,8 @@ class ZenohTransport:
         realms = sorted({keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None})
         if wanted in realms:
             return (
-                f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded"
+                f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded, or its "
+                "access rules do not let this user in so (who may only read: SIMX_ROLE=viewer)"
             )
         near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
         there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
@@ -297,20 +297,22 @@ def _listed(names: Sequence[str]) -> str:
 def _diagnose(place: Place) -> str:
     """Look at a place where no connection could be made, and say what is there and what to do."""
     if place.host_and_port is None:
+        refusals = [f"; {each} {refusal}" for each in place.endpoints if (refusal := _refusal_at(each))]
         return (
-            f"no Zenoh router could be reached at {', '.join(place.endpoints)}; check SIMX_CONNECT, "
-            "and that the router runs"
+            f"nothing that lets this client in was found at {', '.join(place.endpoints)}{''.join(refusals)}; "
+            "check SIMX_CONNECT, and that the router or server runs"
         )
     address, port = place.host_and_port
     what_to_do = (
         f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
     )
     try:
-        with socket.create_connection((address, port), timeout=0.5):
-            return (
-                f"something listens at {address}:{port} but does not speak Zenoh, so it is not a simx-server "
-                f"(a CoppeliaSim, perhaps); {what_to_do}"
-            )
+        if refusal := why_closed(address, port):
+            return f"{address}:{port} {refusal}"
+        return (
+            f"something listens at {address}:{port} but does not speak Zenoh, so it is not a simx-server "
+            f"(a CoppeliaSim, perhaps); {what_to_do}"
+        )
     except ConnectionRefusedError:
         return f"nothing listens at {address}:{port}; {what_to_do}"
     except socket.gaierror:
@@ -319,3 +321,12 @@ def _diagnose(place: Place) -> str:
         return f"{address}:{port} does not answer; check the address and the firewall, or {what_to_do}"
     except (OSError, OverflowError) as error:
         return f"{address}:{port} cannot be reached ({error}); {what_to_do}"
+
+
+def _refusal_at(endpoint: str) -> str | None:
+    """Why an endpoint where something listens may have refused; None when nothing does."""
+    found = host_and_port(endpoint)
+    try:
+        return why_closed(*found, is_secret=endpoint.startswith("tls/")) if found else None
+    except (OSError, OverflowError):
+        return None

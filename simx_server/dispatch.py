@@ -37,6 +37,10 @@ class Dispatch:
         """Execute a command; a Future when its result comes later. Never raises."""
         try:
             command, checked = self.check(name, arguments)
+            if client.may_only_read and not command.only_reads:
+                raise CommandError(
+                    f"{command.name} changes something, and {client.name} is a viewer, who may only read"
+                )
             handler = self._handlers.get(command.name)
             if handler is None:
                 raise CommandError(

@@ -219,7 +219,8 @@ class Engine:
         session = ClientSession(client, name, port, link)
         self.sessions[client] = session
         logger.info("client %s joined by port %d", name, port)
-        if port == self._starting_port and self.simulation.state is SimulationState.STOPPED:
+        is_stopped = self.simulation.state is SimulationState.STOPPED
+        if port == self._starting_port and is_stopped and not session.may_only_read:
             if self._is_serving:
                 self._inbox.hold(partial(self._start_for, port))
             else:

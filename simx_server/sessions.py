@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from simx_client.protocol.keys import VIEWER
 from simx_client.protocol.messages import Call, Reply
 
 from .errors import CommandError
@@ -70,6 +71,10 @@ class ClientSession:
 
     _triggers: list[Future[None]] = field(default_factory=list)
     _logged: set[str] = field(default_factory=set)
+
+    @property
+    def may_only_read(self) -> bool:
+        return self.client.startswith(VIEWER)
 
     def is_news(self, failure: str) -> bool:
         """Whether to log a failure: each once, for scripts poll and stream what is not there yet, or any more."""

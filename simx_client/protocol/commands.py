@@ -48,6 +48,11 @@ def _values(words: str) -> tuple[Value, ...]:
     return tuple(Value(name, KINDS[kind]) for name, kind in (word.split(":") for word in words.split()))
 
 
+_READING = ("simxGet", "simxRead", "simxCheck", "simxJointGet")
+_READING_AND_CHANGING = ("simxGetAndClearStringSignal", "simxReadStringStream", "simxGetUIEventButton")
+"""What these give to one client is gone for all others."""
+
+
 @dataclass(frozen=True, slots=True)
 class Command:
     """One entry of the table."""
@@ -84,6 +89,11 @@ class Command:
 
     may_be_here: bool = False
     """Bit 0 of its second argument says that the file named by the first lies on the client's side."""
+
+    @property
+    def only_reads(self) -> bool:
+        """Whether it changes nothing that another client could notice, so that viewers may call it."""
+        return self.name.startswith(_READING) and self.name not in _READING_AND_CHANGING
 
     def is_hit(self, values: Sequence[Any]) -> bool:
         """Whether a success with these results ends a stream of this command."""

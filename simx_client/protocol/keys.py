@@ -17,6 +17,9 @@ import re
 ROOT = "simx"
 ANY_HELLO = f"{ROOT}/*/hello"
 ANY_ALIVE = f"{ROOT}/*/alive"
+VIEWER = "viewer-"
+"""Clients whose name begins so may only read. The name is part of every key, so access rules of Zenoh can hold a user
+to it, although the commands themselves are in payloads, which such rules do not see."""
 _CHUNK = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 

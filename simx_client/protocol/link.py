@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 WORKERS = 8
@@ -80,8 +83,33 @@ def import_zenoh(runtime: str = RUNTIME) -> Any:
     return zenoh
 
 
-def configure(config: Any, options: dict[str, Any]) -> Any:
+def configure(config: Any, options: Mapping[str, Any]) -> Any:
     """Write options (key path to plain value) into a Zenoh configuration."""
     for path, value in options.items():
         config.insert_json5(path, json.dumps(value))
     return config
+
+
+def configured_by(zenoh: Any, file: Path, defaults: Mapping[str, Any]) -> Any:
+    """The user's own Zenoh configuration; `defaults` take the place of what it leaves as Zenoh has it.
+
+    Raises:
+        zenoh.ZError: the file cannot be read.
+    """
+    config, untouched = zenoh.Config.from_file(str(file)), zenoh.Config()
+    return configure(
+        config,
+        {
+            path: value
+            for path, value in defaults.items()
+            if config.get_json(path) == untouched.get_json(path)
+        },
+    )
+
+
+def reason(error: Exception) -> str:
+    """What Zenoh said, in one line: without the places in its own source, and without a copy of the file."""
+    text = re.sub(r"\s+at \S+\.rs:\d+\.?", "", str(error)).strip()
+    place = re.match(r"--> (\d+):(\d+)", text)
+    last = text.splitlines()[-1].strip(" =") if text else type(error).__name__
+    return f"line {place[1]}, column {place[2]}: {last}" if place else last

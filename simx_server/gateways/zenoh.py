@@ -21,6 +21,7 @@ from ..engine import Engine
 from ..inbox import Arrival
 from ..load import LoadMeter
 from ..simulation import SimulationState
+from .exposure import exposure
 
 logger = logging.getLogger(__name__)
 
@@ -90,19 +91,21 @@ class ZenohGateway:
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
+        defaults = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting}
         if config_file is None:
-            config = zenoh.Config()
-            options = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting, **options}
+            config = link.configure(zenoh.Config(), defaults)
         else:
             try:
-                config = zenoh.Config.from_file(str(config_file))
+                config = link.configured_by(zenoh, config_file, defaults)
             except zenoh.ZError as error:
-                raise GatewayError(f"{config_file} is no Zenoh configuration: {_reason(error)}") from None
+                raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
+        if warning := exposure(self.endpoints, config):
+            logger.warning("%s", warning)
         try:
             return zenoh.open(link.configure(config, options))
         except zenoh.ZError as error:
             raise GatewayError(
-                f"cannot listen on {', '.join(self.endpoints)}{_and_connect(more)}: {_reason(error)}; "
+                f"cannot listen on {', '.join(self.endpoints)}{_and_connect(more)}: {link.reason(error)}; "
                 "an endpoint is PROTOCOL/ADDRESS, as in tcp/0.0.0.0:7447"
             ) from None
 
@@ -242,14 +245,6 @@ def _read_call(sample: Any) -> Arrival:
 def _and_connect(options: dict[str, Any]) -> str:
     routers = options.get("connect/endpoints")
     return f" and connect to {', '.join(routers)}" if routers else ""
-
-
-def _reason(error: Exception) -> str:
-    """What Zenoh said, in one line: without the places in its own source, and without a copy of the file."""
-    text = re.sub(r"\s+at \S+\.rs:\d+\.?", "", str(error)).strip()
-    place = re.match(r"--> (\d+):(\d+)", text)
-    last = text.splitlines()[-1].strip(" =") if text else type(error).__name__
-    return f"line {place[1]}, column {place[2]}: {last}" if place else last
 
 
 def _version_refusal(greeting: Greeting) -> str:

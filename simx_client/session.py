@@ -1,0 +1,121 @@
+"""Opening Zenoh sessions of a client: with the user's own configuration, and a reason when none can be had.
+
+``SIMX_CONFIG`` names a Zenoh configuration file, where certificates, user and password are. Where a session goes is
+said by the script and by ``SIMX_CONNECT``, never by the file. With ``SIMX_ROLE=viewer`` a client may only read.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .errors import ConnectionFailed
+from .protocol import keys, link
+
+CONFIG_VARIABLE = "SIMX_CONFIG"
+ROLE_VARIABLE = "SIMX_ROLE"
+
+_KNOCK = bytes([0x01, 0x09, 0xF2]) + os.urandom(16)
+"""What opens a Zenoh session: an INIT message of protocol version 9, of a client with an identifier of 16 bytes."""
+
+_INIT, _CLOSE = 0x01, 0x03
+"""Kinds of Zenoh's answers to it, in the lower five bits: it would go on, or it ends here."""
+
+_KNOCK_TIMEOUT = 0.5
+"""Seconds."""
+
+
+def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
+    """A session with these options. A value of `defaults` gives way to the one in the user's file.
+
+    Raises:
+        zenoh.ZError: none could be opened.
+        ConnectionFailed: the file of ``SIMX_CONFIG`` cannot be used.
+    """
+    file = config_file()
+    if file is None:
+        return zenoh.open(link.configure(zenoh.Config(), {**defaults, **options}))
+    try:
+        config = link.configured_by(zenoh, file, defaults)
+    except zenoh.ZError as error:
+        raise ConnectionFailed(
+            f"{CONFIG_VARIABLE}: {file} is no Zenoh configuration: {link.reason(error)}"
+        ) from None
+    # A file made for a server would have every client listen.
+    return zenoh.open(link.configure(config, {**options, "listen/endpoints": []}))
+
+
+def config_file() -> Path | None:
+    """The file that ``SIMX_CONFIG`` names, if it is set. Raises ConnectionFailed when there is no such file."""
+    text = os.environ.get(CONFIG_VARIABLE, "").strip()
+    if not text:
+        return None
+    path = Path(text).expanduser()
+    if not path.is_file():
+        raise ConnectionFailed(
+            f"{CONFIG_VARIABLE}: {text!r} is no existing file; it is to name one of Zenoh settings"
+        )
+    return path
+
+
+def client_name() -> str:
+    """A new client's segment of the keys, by which a server knows its role. Raises ConnectionFailed for no role."""
+    role = os.environ.get(ROLE_VARIABLE, "").strip()
+    if role not in ("", "viewer"):
+        raise ConnectionFailed(
+            f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
+        )
+    return (keys.VIEWER if role else "") + uuid.uuid4().hex
+
+
+def why_closed(address: str, port: int, is_secret: bool = False) -> str | None:
+    """Who listens at a port where no session could be opened, and why it may have refused.
+
+    Args:
+        is_secret: TLS was spoken.
+
+    Returns:
+        Half a sentence; None when something listens that does not speak Zenoh.
+
+    Raises:
+        OSError: nothing can be reached.
+    """
+    with socket.create_connection((address, port), timeout=_KNOCK_TIMEOUT) as knocking:
+        if is_secret:
+            return f"refused TLS or the login; {_what_to_check()}"
+        knocking.sendall(len(_KNOCK).to_bytes(2, "little") + _KNOCK)
+        try:
+            answer = knocking.recv(16)
+        except OSError:
+            return None
+    if answer[:2] == b"\x15\x03":  # an alert of TLS
+        return (
+            f"is asked in plain text but wants TLS: SIMX_CONNECT=tls/{address}:{port}, and {_what_to_check()}"
+        )
+    kind = answer[2] & 0x1F if len(answer) > 2 else None
+    if kind == _CLOSE:
+        return f"speaks Zenoh but refused the login; {_what_to_check()}"
+    # Without credentials it would let us in: it has just started, or what it was shown was wrong.
+    return (
+        f"speaks Zenoh but let this client not in; try again, or {_what_to_check()}"
+        if kind == _INIT
+        else None
+    )
+
+
+def _what_to_check() -> str:
+    file = os.environ.get(CONFIG_VARIABLE, "").strip()
+    if not file:
+        return f"{CONFIG_VARIABLE} is not set: it names the Zenoh configuration with user, password and certificates"
+    return f"check user, password and certificates in {file} ({CONFIG_VARIABLE})"
+
+
+def host_and_port(endpoint: str) -> tuple[str, int] | None:
+    """Of a Zenoh endpoint over TCP; None for others."""
+    match = re.match(r"(?:tcp|tls)/\[?([^\]?#]+?)\]?:(\d+)(?:[?#]|$)", endpoint)
+    return (match[1], int(match[2])) if match else None

@@ -1,0 +1,58 @@
+"""Whether strangers get in: endpoints beyond this machine without anything that asks who comes."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import re
+from collections.abc import Sequence
+from typing import Any
+
+_ENCRYPTED = ("tls", "quic")
+_NETWORK = (*_ENCRYPTED, "tcp", "udp", "ws")
+"""Protocols of Zenoh by which others may come; the rest are sockets, pipes and cables of this machine."""
+
+
+def exposure(endpoints: Sequence[str], config: Any) -> str | None:
+    """A sentence that warns of endpoints where anybody gets in, and says what to do; None when there are none.
+
+    Args:
+        endpoints: those that will be listened on, ``PROTOCOL/ADDRESS``.
+        config: a Zenoh configuration.
+    """
+    if _has_login(config):
+        return None
+    has_certificates = json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
+    open_ones = [
+        endpoint
+        for endpoint in endpoints
+        if _is_beyond_loopback(endpoint) and not (has_certificates and endpoint.startswith(_ENCRYPTED))
+    ]
+    if not open_ones:
+        return None
+    return (
+        f"whoever reaches {', '.join(open_ones)} can do everything a client can, unasked: nothing there wants a "
+        "password or a certificate; give --config FILE with a login or mutual TLS (recipes: docs/security.md), "
+        "or leave --listen away"
+    )
+
+
+def _has_login(config: Any) -> bool:
+    """Users and passwords, or known public keys, are asked for on every endpoint."""
+    return any(
+        json.loads(config.get_json(path)) is not None
+        for path in ("transport/auth/usrpwd/dictionary_file", "transport/auth/pubkey/known_keys_file")
+    )
+
+
+def _is_beyond_loopback(endpoint: str) -> bool:
+    protocol, _, address = endpoint.partition("/")
+    if protocol not in _NETWORK:
+        return False
+    host = re.split(r"[?#]", address)[0].rpartition(":")[0].strip("[]")
+    if host == "localhost":
+        return False
+    try:
+        return not ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return True  # a host name, or an interface
