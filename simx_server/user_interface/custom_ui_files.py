@@ -68,9 +68,10 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     names = [stem + suffix for suffix in SUFFIXES] if is_vrep else [text]
     for folder in folders:
         for name in names:
-            path = (folder / name).resolve()
-            if not os.path.isfile(path):  # where Path.is_file raises, for a name too long, this is False
+            path = folder / name
+            if not os.path.isfile(path):  # False also for a NUL, a name too long and a circle of links
                 continue
+            path = path.resolve()
             if not any(path.is_relative_to(each) for each in folders):
                 raise UIFileError(
                     f"{text!r} lies outside the server's workspace {sim.workspace}; move it there"
