@@ -163,12 +163,14 @@ if inverse then
     end
 end
 
--- The old names: simGetObjectPosition, sim_handle_self
+-- The old names: simGetObjectPosition, sim_handle_self; of V-REP's motion library simRMLPos, simrml_no_sync
 setmetatable(world, {
     __index = function(_, name)
         if type(name) ~= "string" then return nil end
-        local constant = match(name, "^sim_(.+)$")
+        local constant = match(name, "^sim_(.+)$") or match(name, "^sim(rml_.+)$")
         if constant then return rawget(world.sim, constant) end
+        local motion = match(name, "^simRML(.+)$")
+        if motion then return rawget(world.sim, "rml" .. motion) end
         local first, rest = match(name, "^sim(%u)(.*)$")
         if first then return rawget(world.sim, lower(first) .. rest) end
         return nil

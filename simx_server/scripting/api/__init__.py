@@ -28,14 +28,18 @@ from .joints import JointFunctions
 from .main_scripts import MainScriptFunctions
 from .matrices import MatrixFunctions
 from .messages import MessageFunctions
+from .motion import MotionFunctions
+from .moves import MoveFunctions
 from .object_names import ObjectNameFunctions
 from .object_parameters import ObjectParameterFunctions
 from .objects import ObjectFunctions
+from .old_moves import OldMoveFunctions
 from .ompl import OmplFunctions
 from .ompl_flat import FlatOmplFunctions
 from .packing import PackingFunctions
 from .parameters import ParameterFunctions
 from .poses import PoseFunctions
+from .profiles import ProfileFunctions
 from .remote_api import RemoteApiFunctions, RemoteApiNamespace
 from .scripts import ScriptFunctions
 from .selection import SelectionFunctions
@@ -108,6 +112,10 @@ class SimApi(
     GraphFunctions,
     IkFunctions,
     FlatOmplFunctions,
+    ProfileFunctions,
+    MotionFunctions,
+    MoveFunctions,
+    OldMoveFunctions,
 ):
     """What one script may do to the simulation."""
 

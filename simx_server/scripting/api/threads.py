@@ -87,6 +87,10 @@ class ThreadFunctions(ApiPart):
         """In V-REP a thread could run beside the simulation; here none does, so nothing changes."""
         return 0
 
+    def getThreadExistRequest(self) -> bool:
+        """Whether the thread is to end: true once the run is ending."""
+        return self._sim.is_stopping
+
     def getThreadId(self) -> int:
         """A number of the script's own, whether it is called in its thread or not."""
         return self._script.handle
