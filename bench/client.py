@@ -19,9 +19,9 @@ class CallFailed(Exception):
 
 
 @contextmanager
-def connected(port: int) -> Iterator[int]:
+def connected(port: int, address: str = "127.0.0.1") -> Iterator[int]:
     """A client of the server on this port; closed when the block is left."""
-    client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
+    client = vrep.simxStart(address, port, True, True, 5000, 5)
     if client == -1:
         raise CallFailed(f"no connection to the server on port {port}; its log says why")
     try:

@@ -81,6 +81,12 @@ def ratio(numerator: Rounds, denominator: Rounds) -> float:
     return statistics.median([above / below for above, below in pairs])
 
 
+def ratio_p99(numerator: Rounds, denominator: Rounds) -> float:
+    """As `ratio`, of the rounds' 99th percentiles."""
+    pairs = zip(numerator.values, denominator.values, strict=True)
+    return statistics.median([percentile(above, 99) / percentile(below, 99) for above, below in pairs])
+
+
 def difference(minuend: Rounds, subtrahend: Rounds) -> Rounds:
     """What the first takes more, round by round."""
     pairs = zip(minuend.medians, subtrahend.medians, strict=True)

@@ -21,6 +21,12 @@ from .report import Findings, Ratio, Row
 TRIGGER = "simxSynchronousTrigger"
 LOOP = "trigger, 6 streamed reads, 6 oneshot targets"
 STEPS = "the same mj_step calls in process"
+TARGET = 1.4
+"""The loop may cost so many bare queries beyond the pass itself."""
+
+SHARE_OF_RATE = 0.6
+"""Of the rate of the same physics in process, the loop must keep so much."""
+
 PASS = "a pass of the server's simulation in process"
 QUERY = "bare Zenoh query"
 
@@ -29,12 +35,20 @@ def measure(effort: Effort) -> Findings:
     """The tutorial's scene, as it is after the start."""
     taken = repeated(effort.sets, partial(_one_set, effort))
     found = Findings("Stepped mode")
+    beyond = difference(taken[LOOP], taken[PASS])
     found.ratios = [
         Ratio("stepped pass / the same mj_step calls", ratio(taken[TRIGGER], taken[STEPS])),
         Ratio("stepped pass / a pass in process", ratio(taken[TRIGGER], taken[PASS])),
         Ratio("control loop / stepped pass alone", ratio(taken[LOOP], taken[TRIGGER])),
+        Ratio(
+            "control loop / the same mj_step calls",
+            ratio(taken[LOOP], taken[STEPS]),
+            target=1 / SHARE_OF_RATE,
+        ),
+        Ratio("control loop beyond the pass / bare Zenoh query", ratio(beyond, taken[QUERY]), target=TARGET),
     ]
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
+    found.rows.append(Row.of("control loop beyond the pass itself", beyond, "us"))
     found.rows.append(Row.of("trigger beyond the pass itself", difference(taken[TRIGGER], taken[PASS]), "us"))
     found.rows += [
         Row(f"passes per second, {what}", 1 / taken[what].median, None, "1/s")

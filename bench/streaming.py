@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import random
 import statistics
+import tempfile
 import time
 from contextlib import ExitStack, closing
 from functools import partial
+from pathlib import Path
 
 import simx_client as vrep
 
 from . import baselines, processes
 from .blocking import message_sizes
-from .client import JOINTS, check, handle_of, running, simulator
+from .client import JOINTS, check, connected, handle_of, running, simulator
 from .measure import Effort, Rounds, in_turn, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row
+from .resources import core_share
 
 READ = "streamed value, buffer read"
 SET = "simxSetJointTargetPosition, oneshot"
@@ -22,6 +25,16 @@ DICTIONARY = "a look-up in a dict and a tuple"
 PUT = "bare Zenoh put"
 AGE = "age of a value when read"
 COUNTS = "values and passes per second"
+
+CLIENTS, VALUES, PASS_S = 8, 100, 0.001
+"""Who listens, to how many joints each, and how often they are told."""
+
+SHARE = f"cores of a server that streams {VALUES} values to {CLIENTS} clients each {PASS_S * 1000:g} ms"
+SHARE_ALONE = "cores of the same server, nobody listening"
+TARGET_SHARE = 0.5
+
+_JOINT = """<body pos="{place} 0 0"><joint name="joint{place}" axis="0 1 0"/>
+<geom type="capsule" size=".05 .1" pos="0 0 -.1" contype="0" conaffinity="0"/></body>"""
 
 _SERVER_TIME_MASK = 0x7FFF_FFFF
 _ROUNDING_MS = 0.5
@@ -39,6 +52,9 @@ def measure(effort: Effort) -> Findings:
     found.ratios.append(Ratio(f"oneshot set / {PUT}", ratio(calls[SET], calls[PUT])))
     for speed in ("1", "max"):
         _tell_values(found, speed, repeated((effort.sets + 1) // 2, partial(_values, effort, speed)))
+    cores = repeated((effort.sets + 1) // 2, partial(_cores, effort))
+    found.ratios.append(Ratio(SHARE, cores[SHARE].median, "cores", TARGET_SHARE))
+    found.rows += [Row(what, taken.median, None, "cores") for what, taken in cores.items()]
     found.notes.append(
         "The age is from the server's stamp, made when the values of a pass leave, to the return of the read. "
         "In real time values are new every 50 ms, so 25 ms on average is as fresh as they can be."
@@ -142,3 +158,29 @@ def _time_of_value(client: int, handle: int) -> int:
     """Simulation time in ms of the newest value."""
     vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_buffer)
     return vrep.simxGetLastCmdTime(client)
+
+
+def _cores(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    """What a server computes for many listeners, as a share of one core; physics included."""
+    scene = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "pendulums.xml"
+    bodies = "".join(_JOINT.format(place=place) for place in range(VALUES))
+    scene.write_text(
+        f'<mujoco><option timestep="{PASS_S}"/><worldbody>{bodies}</worldbody></mujoco>', encoding="utf-8"
+    )
+    with processes.server(str(scene), "--time-step", str(PASS_S)) as server, ExitStack() as clients:
+        # One client per address and process; every loopback address is this host.
+        ids = [
+            clients.enter_context(connected(server.port, f"127.0.0.{place}"))
+            for place in range(1, CLIENTS + 1)
+        ]
+        handles = [handle_of(ids[0], f"joint{place}") for place in range(VALUES)]
+        with running(ids[0]):
+            alone = core_share([server.process_id], effort.seconds(2.0))
+            for client in ids:
+                for handle in handles:
+                    vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
+                check(vrep.simxGetPingTime(client))
+            return {
+                SHARE: Rounds(((core_share([server.process_id], effort.seconds(2.0)),),)),
+                SHARE_ALONE: Rounds(((alone,),)),
+            }

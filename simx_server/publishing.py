@@ -11,8 +11,9 @@ import time
 from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import partial
+from weakref import WeakValueDictionary
 
-from simx_client.protocol.codec import encode
+from simx_client.protocol.codec import encode, encode_delivery, pack_answer, pack_reply_head
 from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 
 from .clock import Pacer
@@ -20,7 +21,7 @@ from .dispatch import Answer, Dispatch
 from .errors import CommandError
 from .sessions import ClientSession
 from .simulation import Simulation, SimulationState
-from .streams import MAX_STREAMS, PassAnswers, Stream
+from .streams import MAX_STREAMS, PassAnswers, Question, Shared, Stream
 
 logger = logging.getLogger(__name__)
 
@@ -45,13 +46,18 @@ class Publisher:
         self._simulation = simulation
         self._dispatch = dispatch
         self._pacer = pacer
+        self._round = 0
+        self._shared: WeakValueDictionary[Question, Shared] = WeakValueDictionary()
 
     def message(self, session: ClientSession, replies: list[Reply]) -> bytes:
         """Replies with their head, as they travel."""
+        return encode(self._delivery(session, replies))
+
+    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
         state = _STATE_BITS[self._simulation.state] | (
             _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
         )
-        delivery = Delivery(
+        return Delivery(
             session.message_id,
             session.client_time,
             int(time.monotonic() * 1000) & 0x7FFF_FFFF,
@@ -59,7 +65,6 @@ class Publisher:
             state,
             replies,
         )
-        return encode(delivery)
 
     def time_ms(self) -> int:
         """Simulated time as replies tell it."""
@@ -76,29 +81,44 @@ class Publisher:
             return
         if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
             return
-        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000)
+        head = pack_reply_head(call.call_id)
+        stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000, head)
         if isinstance(answer, Future):
             stream.pending = answer
         else:
-            stream.last = Reply(call.call_id, answer.status, self.time_ms(), answer.values)
+            stream.last = pack_answer(answer.status, self.time_ms(), answer.values)
+            question = stream.question()
+            if question is not None and not stream.delay:
+                stream.shared = self._shared.get(question) or Shared(question)
+                self._shared[question] = stream.shared
         session.streams.arm(stream)
 
     def publish(self, sessions: Iterable[ClientSession], *, after_pass: bool) -> None:
         """Compute and send every stream that is due; one that fails ends those of its client."""
         answers = PassAnswers()
+        self._round += 1
         for session in sessions:
             if session.streams.by_id:
                 try:
                     self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
-                    session.streams.by_id.clear()
+                    session.streams.clear()
 
     def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
         now, time_ms = time.monotonic(), self.time_ms()
-        newest: list[Reply] = []
+        streams = session.streams
+        newest: list[bytes] = []
+        """Heads and answers by turns."""
         taken: list[Reply] = []
-        for stream in list(session.streams.by_id.values()):
+        for stream in list(streams.shared.values()):
+            shared = stream.shared
+            assert shared is not None
+            if shared.round != self._round and not self._answer(session, stream, answers, time_ms):
+                streams.separate(stream)
+            else:
+                newest += (stream.head, shared.packed)
+        for stream in list(streams.single.values()):
             command = stream.command
             if stream.is_due(now, every_picture=every_picture):
                 question = stream.question()
@@ -112,23 +132,35 @@ class Publisher:
                         partial(self._publish_picture, session, stream.stream_id, time_ms)
                     )
                     continue
-                stream.last = Reply(stream.stream_id, answer.status, time_ms, answer.values)
                 if command.takes_what_it_reads:
                     if answer.status or answer.values[0]:
-                        taken.append(stream.last)
+                        taken.append(Reply(stream.stream_id, answer.status, time_ms, answer.values))
                     continue
                 if answer.status == STATUS_OK and command.is_hit(answer.values):
-                    session.streams.cancel(stream.stream_id)
-                    taken.append(stream.last)
+                    streams.cancel(stream.stream_id)
+                    taken.append(Reply(stream.stream_id, answer.status, time_ms, answer.values))
                     continue
+                stream.last = pack_answer(answer.status, time_ms, answer.values)
             if stream.last is not None and not command.takes_what_it_reads:
-                newest.append(stream.last)
+                newest += (stream.head, stream.last)
         if taken:
             session.link.deliver(self.message(session, taken))
-        streams = session.streams
-        if newest and (newest != streams.last_sent or now >= streams.next_repeat):
-            streams.last_sent, streams.next_repeat = newest, now + REPEAT
-            session.link.publish(self.message(session, newest))
+        if newest and ((values := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = values, now + REPEAT
+            session.link.publish(encode_delivery(self._delivery(session, []), values, len(newest) // 2))
+
+    def _answer(self, session: ClientSession, stream: Stream, answers: PassAnswers, time_ms: int) -> bool:
+        """Answer a question that streams share, for all of them; False if the answer only comes later."""
+        shared = stream.shared
+        assert shared is not None
+        answer = answers.get(shared.question)
+        if answer is None:
+            answer = self._dispatch.execute(session, stream.command.name, stream.arguments)
+            answers.put(shared.question, answer)
+        if isinstance(answer, Future):
+            return False
+        shared.round, shared.packed = self._round, pack_answer(answer.status, time_ms, answer.values)
+        return True
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

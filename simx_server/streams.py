@@ -1,8 +1,9 @@
 """Streams: calls that are executed again after each pass, until cancelled.
 
-Each distinct question is computed once per pass, however many clients ask it. All small values of one
-client leave together in one message, so they belong to one instant; a value that is not due this time is
-repeated from before. Pictures travel by themselves when they are rendered.
+Each distinct question is computed once per pass, however many clients ask it, and its answer packed once, to be put
+behind the id that it has for each client. All small values of one client leave together in one message, so they belong
+to one instant; a value that is not due this time is repeated from before. Pictures travel by themselves when they are
+rendered.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import Command
-from simx_client.protocol.messages import Reply
 
 if TYPE_CHECKING:
     from .dispatch import Answer
@@ -21,8 +21,22 @@ if TYPE_CHECKING:
 MAX_STREAMS = 4096
 """Streams one client may have at a time."""
 
+Question = tuple[Any, ...]
+"""Command and arguments."""
 
-@dataclass
+
+@dataclass(slots=True, weakref_slot=True, eq=False)
+class Shared:
+    """A question that any number of streams ask after each pass, and its answer."""
+
+    question: Question
+    round: int = -1
+    """When it was answered last."""
+
+    packed: bytes = b""
+
+
+@dataclass(eq=False)
 class Stream:
     """One armed stream of one client."""
 
@@ -32,12 +46,20 @@ class Stream:
     delay: float
     """Least wall time between two executions, seconds."""
 
+    head: bytes
+    """What its answers begin with, packed."""
+
+    shared: Shared | None = None
+    """If it is due each time and small, and others may ask the same."""
+
     next_due: float = 0.0
-    last: Reply | None = None
+    last: bytes | None = None
+    """The newest answer, packed."""
+
     pending: Future[Any] | None = None
     """A picture that is being rendered: until it is done, no other is asked for."""
 
-    def question(self) -> tuple[Any, ...] | None:
+    def question(self) -> Question | None:
         """What makes two streams the same question; None when the answer is one client's own."""
         if self.command.takes_what_it_reads or self.command.stream_ends_with_hit or not self.command.key:
             return None
@@ -59,22 +81,42 @@ class Streams:
     """The streams of one client, in the order they were armed."""
 
     by_id: dict[int, Stream] = field(default_factory=dict)
-    last_sent: list[Reply] | None = None
+    shared: dict[int, Stream] = field(default_factory=dict)
+    """Those of them that share their answers."""
+
+    single: dict[int, Stream] = field(default_factory=dict)
+    """The others."""
+
+    last_sent: bytes | None = None
     next_repeat: float = 0.0
 
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""
         stream.next_due = time.monotonic() + stream.delay
+        self.cancel(stream.stream_id)
         self.by_id[stream.stream_id] = stream
+        (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
+
+    def separate(self, stream: Stream) -> None:
+        """Its answers turn out to be such as come later."""
+        stream.shared = None
+        del self.shared[stream.stream_id]
+        self.single[stream.stream_id] = stream
 
     def pictures_on_the_way(self) -> list[Future[Any]]:
         """Those asked for and not rendered yet."""
-        pending = (stream.pending for stream in self.by_id.values())
+        pending = (stream.pending for stream in self.single.values())
         return [picture for picture in pending if picture is not None and not picture.done()]
 
     def cancel(self, stream_id: int) -> None:
         """End a stream; unknown ids are harmless."""
-        self.by_id.pop(stream_id, None)
+        for streams in (self.by_id, self.shared, self.single):
+            streams.pop(stream_id, None)
+
+    def clear(self) -> None:
+        """End all."""
+        for streams in (self.by_id, self.shared, self.single):
+            streams.clear()
 
 
 class PassAnswers:

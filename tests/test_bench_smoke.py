@@ -118,10 +118,11 @@ def test_blocking_reads_are_measured_beside_their_baselines() -> None:
     found = blocking.measure(TINY)
     assert {row.what for row in found.rows} == {
         f"{what}, {state}"
-        for what in (blocking.READ, blocking.QUERY, blocking.PUBLICATIONS, blocking.TCP)
+        for what in (blocking.READ, blocking.BURST, blocking.QUERY, blocking.PUBLICATIONS, blocking.TCP)
         for state in (blocking.STOPPED, blocking.RUNNING)
     }
-    assert [ratio.target for ratio in found.ratios[:2]] == [blocking.TARGET, None]
+    bounds = [blocking.TARGET, None, None, blocking.TARGET_P99, blocking.TARGET_BURST]
+    assert [ratio.target for ratio in found.ratios] == 2 * bounds
 
 
 def test_streams_are_measured_at_both_speeds() -> None:
@@ -129,10 +130,14 @@ def test_streams_are_measured_at_both_speeds() -> None:
     told = {row.what for row in found.rows}
     assert {streaming.READ, streaming.SET, streaming.PUT} <= told
     assert {f"{streaming.AGE}, speed {speed}" for speed in ("1", "max")} <= told
+    assert {streaming.SHARE, streaming.SHARE_ALONE} <= told
+    assert found.ratios[-1].target == streaming.TARGET_SHARE
 
 
 def test_steps_are_measured_beside_the_same_physics() -> None:
-    told = {row.what for row in stepping.measure(TINY).rows}
+    found = stepping.measure(TINY)
+    told = {row.what for row in found.rows}
+    assert {stepping.TARGET, 1 / stepping.SHARE_OF_RATE} <= {ratio.target for ratio in found.ratios}
     assert {stepping.TRIGGER, stepping.LOOP, stepping.STEPS, stepping.PASS} <= told
 
 

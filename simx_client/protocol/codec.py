@@ -17,6 +17,9 @@ MAX_MESSAGE = 256 << 20
 _BEYOND_FLOAT32 = (2.0 - 2.0**-24) * 2.0**127
 """The least number that rounds to more than the greatest float32."""
 
+_REPLY_HEAD = bytes((0x90 | len(Reply._fields),))
+"""msgpack's word for a list of so many items."""
+
 _BUFFER = 64 << 10
 """Bytes that each thread keeps for packing."""
 
@@ -32,7 +35,7 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"cannot send a {type(value).__name__}")
 
 
-def encode(message: Batch | Delivery | Greeting | Welcome | Status) -> bytes:
+def encode(message: Batch | Delivery | Greeting | Welcome | Status | tuple[int, int, list[Any]]) -> bytes:
     """Pack a message: lists in field order, float32 numbers; beyond their range infinity, as in C."""
     try:
         return _pack(message)
@@ -63,6 +66,30 @@ def _pack(message: Any) -> bytes:
     if len(packed) > _BUFFER:
         _PACKER.renew()
     return packed
+
+
+def pack_answer(status: int, time_ms: int, values: list[Any]) -> bytes:
+    """A reply without its id, to be packed once for all who get it."""
+    return encode((status, time_ms, values))[1:]
+
+
+def pack_reply_head(call_id: int) -> bytes:
+    """What makes a reply of an answer packed before, put in front of it."""
+    return _REPLY_HEAD + _pack(call_id)
+
+
+def encode_delivery(empty: Delivery, replies: bytes, count: int) -> bytes:
+    """Pack a delivery.
+
+    Args:
+        empty: without replies.
+        replies: packed, one behind the other.
+        count: of replies.
+    """
+    begin = _pack(empty)[:-1]
+    if count < 16:
+        return begin + bytes((0x90 | count,)) + replies
+    return begin + b"\xdd" + count.to_bytes(4, "big") + replies
 
 
 def _in_range(value: Any) -> Any:
