@@ -245,6 +245,26 @@ def test_viewer_reads_and_changes_nothing_and_cannot_come_as_another(guard: Guar
     assert "SIMX_ROLE=viewer" in caplog.text
 
 
+@needs_openssl
+def test_certificate_makes_a_viewer_as_a_user_does(guard: Guard, recipes: Path) -> None:
+    name = "roles-server.json5"
+    for old, new in (
+        ("auth: {", "// auth: {"),
+        (
+            "listen_private_key",
+            f'enable_mtls: true, root_ca_certificate: "{recipes}/ca.pem", listen_private_key',
+        ),
+        ('usernames: ["student"]', 'cert_common_names: ["alice"]'),
+    ):
+        name = changed(recipes, name, old, new)
+    place = guard(name)
+    alice = place.come("mtls-client.json5", role="viewer")
+    assert hinge(alice)
+    assert v.simxStartSimulation(alice, BLOCKING) == REMOTE_ERROR
+    assert place.come("mtls-client.json5") == -1
+    assert place.come(None, endpoint="") == -1
+
+
 def _name_of(client: int) -> str:
     connection: Any = CLIENTS.get(client)
     return connection._transport.client
