@@ -126,7 +126,7 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
 }
 """What each message is made of, in field order; one comparison checks them all, as every call passes here."""
 
-_as = cast(Callable[[type[Any], list[Any]], Any], tuple.__new__)
+_as = cast(Callable[[type[Any], list[Any]], Any], tuple.__new__)  # pyright: ignore[reportUnknownMemberType]
 """Makes a named tuple of a list; ``_make`` does the same by two calls in Python."""
 
 _BATCH, _CALL, _DELIVERY, _REPLY = (_FIELD_TYPES[kind] for kind in (Batch, Call, Delivery, Reply))

@@ -3,6 +3,17 @@
 from collections.abc import Callable
 from typing import Any
 
+class Packer:
+    def __init__(
+        self,
+        *,
+        default: Callable[[Any], Any] | None = None,
+        use_single_float: bool = False,
+        unicode_errors: str | None = None,
+        buf_size: int = 262144,
+    ) -> None: ...
+    def pack(self, o: Any) -> bytes: ...
+
 def packb(
     o: Any,
     *,
