@@ -100,12 +100,11 @@ def why_closed(address: str, port: int, is_secret: bool = False) -> str | None:
     kind = answer[2] & 0x1F if len(answer) > 2 else None
     if kind == _CLOSE:
         return f"speaks Zenoh but refused the login; {_what_to_check()}"
-    # Without credentials it would let us in: it has just started, or what it was shown was wrong.
-    return (
-        f"speaks Zenoh but let this client not in; try again, or {_what_to_check()}"
-        if kind == _INIT
-        else None
-    )
+    if (
+        kind == _INIT
+    ):  # it would let in who has no login, so the one it was shown is in the way, or it has just started
+        return f"speaks Zenoh, wants no login and did not let this client in; try again, or without {CONFIG_VARIABLE}"
+    return None
 
 
 def _what_to_check() -> str:

@@ -6,7 +6,6 @@ import re
 import shutil
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,7 +22,6 @@ from simx_client.protocol import keys, link
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call
-from simx_server.gateways.exposure import exposure
 
 REMOTE_ERROR = v.simx_return_remote_error_flag
 TIMEOUT = 5000
@@ -209,6 +207,14 @@ def test_wrong_password_is_refused_in_time_and_said(guard: Guard, recipes: Path,
     assert v.simxGetConnectionId(inside) == 1
 
 
+@needs_openssl
+def test_login_that_nobody_wants_is_said(recipes: Path, monkeypatch, caplog) -> None:
+    with server(recipes / "pendulum.xml") as process:
+        monkeypatch.setenv("SIMX_CONFIG", str(recipes / "password-client.json5"))
+        assert v.simxStart("127.0.0.1", process.port, True, True, TIMEOUT, 5) == -1
+    assert "wants no login" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("content", "text"), [(None, "is no existing file"), ("{ mode: ", "is no Zenoh configuration: line 1")]
 )
@@ -326,72 +332,3 @@ def test_viewer_is_refused_every_command_that_changes_something(tmp_path, monkey
         v.simxFinish(client)
         monkeypatch.setenv("SIMX_ROLE", "king")
         assert v.simxStart("127.0.0.1", process.port, True, True, TIMEOUT, 5) == -1
-
-
-# --- the warning ----------------------------------------------------------------------------------
-
-
-LOGIN = {"transport/auth/usrpwd": {"dictionary_file": "users.txt"}}
-MUTUAL = {"transport/link/tls/enable_mtls": True}
-
-
-@pytest.mark.parametrize(
-    ("endpoint", "options", "is_open"),
-    [
-        ("tcp/127.0.0.1:7447", {}, False),
-        ("tcp/127.1.2.3:7447", {}, False),
-        ("tcp/[::1]:7447", {}, False),
-        ("tls/localhost:7447", {}, False),
-        ("unixsock-stream//tmp/simx", {}, False),
-        ("tcp/0.0.0.0:7447", {}, True),
-        ("tcp/[::]:7447#iface=eth0", {}, True),
-        ("udp/192.168.1.5:7447", {}, True),
-        ("ws/lab-pc:7447", {}, True),
-        ("tls/0.0.0.0:7447", {}, True),
-        ("tls/0.0.0.0:7447", MUTUAL, False),
-        ("quic/0.0.0.0:7447", MUTUAL, False),
-        ("tcp/0.0.0.0:7447", MUTUAL, True),
-        ("tcp/0.0.0.0:7447", LOGIN, False),
-    ],
-)
-def test_open_door_is_known_as_one(endpoint: str, options: dict[str, Any], is_open: bool) -> None:
-    config = link.configure(link.import_zenoh().Config(), options)
-    warning = exposure(["tcp/127.0.0.1:19997", endpoint], config)
-    assert (warning is not None) == is_open
-    if warning is not None:
-        assert endpoint in warning
-        assert "19997" not in warning
-        assert "--config" in warning
-
-
-@pytest.mark.parametrize("flags", [[], ["--config", "nobody.json5"]])
-def test_server_that_is_open_to_all_warns_and_serves(tmp_path, flags: list[str]) -> None:
-    (tmp_path / "pendulum.xml").write_text(PENDULUM)
-    (tmp_path / "nobody.json5").write_text("{}")
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "simx_server", "pendulum.xml", "--port", "0", "--duration", "0.1"),
-            *("--listen", "tcp/0.0.0.0:0", *flags),
-        ],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=30,
-    )
-    assert done.returncode == 0
-    assert done.stdout.startswith("ready ")
-    (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]
-    assert "tcp/0.0.0.0:0" in line
-    assert "docs/security.md" in line
-
-
-def test_file_of_the_user_keeps_what_simx_has_chosen_and_it_does_not_say(tmp_path) -> None:
-    zenoh = link.import_zenoh()
-    (tmp_path / "a.json5").write_text("{ transport: { unicast: { open_timeout: 700 } } }")
-    config = link.configured_by(zenoh, tmp_path / "a.json5", link.COMMON)
-    assert config.get_json("transport/unicast/open_timeout") == "700"
-    assert config.get_json("transport/link/tx/lease") == str(link.LEASE_MS)
-    assert config.get_json("scouting/multicast/enabled") == "false"
-    (tmp_path / "b.json5").write_text("{ scouting: { multicast: { enabled: true } } }")
-    config = link.configured_by(zenoh, tmp_path / "b.json5", link.COMMON)
-    assert config.get_json("scouting/multicast/enabled") == "true"

@@ -1,0 +1,79 @@
+"""An open door is warned of, and a configuration of the user's own opens none by what it leaves out."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from processes import PENDULUM
+
+from simx_client.protocol import link
+from simx_server.gateways.exposure import exposure
+
+LOGIN = {"transport/auth/usrpwd": {"dictionary_file": "users.txt"}}
+MUTUAL = {"transport/link/tls/enable_mtls": True}
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "options", "is_open"),
+    [
+        ("tcp/127.0.0.1:7447", {}, False),
+        ("tcp/127.1.2.3:7447", {}, False),
+        ("tcp/[::1]:7447", {}, False),
+        ("tls/localhost:7447", {}, False),
+        ("unixsock-stream//tmp/simx", {}, False),
+        ("tcp/0.0.0.0:7447", {}, True),
+        ("tcp/[::]:7447#iface=eth0", {}, True),
+        ("udp/192.168.1.5:7447", {}, True),
+        ("ws/lab-pc:7447", {}, True),
+        ("tls/0.0.0.0:7447", {}, True),
+        ("tls/0.0.0.0:7447", MUTUAL, False),
+        ("quic/0.0.0.0:7447", MUTUAL, False),
+        ("tcp/0.0.0.0:7447", MUTUAL, True),
+        ("tcp/0.0.0.0:7447", LOGIN, False),
+    ],
+)
+def test_open_door_is_known_as_one(endpoint: str, options: dict[str, Any], is_open: bool) -> None:
+    config = link.configure(link.import_zenoh().Config(), options)
+    warning = exposure(["tcp/127.0.0.1:19997", endpoint], config)
+    assert (warning is not None) == is_open
+    if warning is not None:
+        assert endpoint in warning
+        assert "19997" not in warning
+        assert "--config" in warning
+
+
+@pytest.mark.parametrize("flags", [[], ["--config", "nobody.json5"]])
+def test_server_that_is_open_to_all_warns_and_serves(tmp_path: Path, flags: list[str]) -> None:
+    (tmp_path / "pendulum.xml").write_text(PENDULUM)
+    (tmp_path / "nobody.json5").write_text("{}")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "simx_server", "pendulum.xml", "--port", "0", "--duration", "0.1"),
+            *("--listen", "tcp/0.0.0.0:0", *flags),
+        ],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=30,
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("ready ")
+    (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]
+    assert "tcp/0.0.0.0:0" in line
+    assert "docs/security.md" in line
+
+
+def test_file_of_the_user_keeps_what_simx_has_chosen_and_it_does_not_say(tmp_path: Path) -> None:
+    zenoh = link.import_zenoh()
+    (tmp_path / "a.json5").write_text("{ transport: { unicast: { open_timeout: 700 } } }")
+    config = link.configured_by(zenoh, tmp_path / "a.json5", link.COMMON)
+    assert config.get_json("transport/unicast/open_timeout") == "700"
+    assert config.get_json("transport/link/tx/lease") == str(link.LEASE_MS)
+    assert config.get_json("scouting/multicast/enabled") == "false"
+    (tmp_path / "b.json5").write_text("{ scouting: { multicast: { enabled: true } } }")
+    config = link.configured_by(zenoh, tmp_path / "b.json5", link.COMMON)
+    assert config.get_json("scouting/multicast/enabled") == "true"
