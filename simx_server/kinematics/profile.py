@@ -143,6 +143,11 @@ class Profile:
         self.time += seconds
         return self.at(self.time)
 
+    def goal(self) -> State:
+        """Where it ends; without acceleration, also where that breaks off there for want of a limit of jerk."""
+        end = self.at(self.duration)
+        return State(end.position, end.velocity, [0.0] * len(end))
+
     def at(self, time: float) -> State:
         """So many seconds after the start."""
         lists = self._trajectory.at_time(time)[:3]

@@ -88,7 +88,7 @@ class LuaInterpreter:
         }
         load = self._runtime.globals()[b"load"]
         guard = load(GUARD, b"=sandbox", b"t")
-        self._face = guard(
+        face = guard(
             self._late,
             self._invoke,
             self._proceed,
@@ -99,6 +99,8 @@ class LuaInterpreter:
             WATCH,
             LIBRARY,
         )
+        # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
+        self._face = dict(face.items())
 
     def close(self) -> None:
         """Free the Lua state; when the script runs, at the end of that call.

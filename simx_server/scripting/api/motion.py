@@ -46,7 +46,8 @@ class MotionFunctions(Moving):
         now = [joints.get_joint_position(self._sim, each) for each in own]
         ways = numbers(direction, count, "directions", [0.0] * count)
         wanted = [
-            self._target(*each) for each in zip(own, now, numbers(goal, count, "a goal"), ways, strict=True)
+            self._joint_goal(*each)
+            for each in zip(own, now, numbers(goal, count, "a goal"), ways, strict=True)
         ]
         motion = Motion(
             Profile(
@@ -95,7 +96,7 @@ class MotionFunctions(Moving):
         _, *rates = lists(motion.state)
         return ARRIVED, reached[:3], reached[3:], *rates, motion.unused
 
-    def _target(self, handle: int, now: float, goal: float, direction: float) -> float:
+    def _joint_goal(self, handle: int, now: float, goal: float, direction: float) -> float:
         if not self._is_cyclic(handle):
             return goal
         if direction == 0:

@@ -47,7 +47,7 @@ class Motion:
         profile = self.profile
         profile.time += self._seconds or time_step
         self.unused = max(0.0, -profile.time_left)
-        self.state = profile.at(min(profile.time, profile.duration))
+        self.state = profile.goal() if profile.is_over else profile.at(profile.time)
         if self._put(self.state):
             return ABORTED
         return ARRIVED if profile.is_over else ON_ITS_WAY
