@@ -148,6 +148,7 @@ def test_the_later_names_and_bounds_downwards(world: ScriptWorld) -> None:
             "sim.rmlPos(1, 0.1, -1, {0, 0, 0}, {1, 1, 1}, {1}, {1, 3})",
             "target velocity 3.0* of DoF 0 exceeds",
         ),
+        ("sim.rmlPos(1, 0.1, -1, {0, 1e300, 0}, {1, 1, 1}, {1}, {1, 0})", "too far apart|too long"),
         ("sim.rmlPos(0, 0.1, -1, {}, {}, {}, {})", "at least 1 value"),
         ("sim.rmlPos(1, 0.1, -1, {0, 0, 0}, {1, 1, 1}, {}, {1, 0})", "the selection must say"),
         ("sim.rmlStep(9, 0.1)", "no motion profile 9"),

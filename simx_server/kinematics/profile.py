@@ -120,7 +120,13 @@ class Profile:
         except ruckig.RuckigError as problem:
             # Only the first line says what is wrong; the rest repeats the numbers.
             text = str(problem).strip().splitlines()[0].removeprefix("[ruckig] ")
+            if "error in step" in text or "conflict in step" in text:
+                text = "the numbers are too far apart; look for one that is by far too large or too small"
             raise CommandError(f"no motion within these limits: {text}") from None
+        except ValueError:  # Ruckig's code -101 has no name in Python
+            raise CommandError(
+                "no motion within these limits: it would take too long; raise the limits"
+            ) from None
         if result not in (ruckig.Result.Working, ruckig.Result.Finished):
             raise CommandError(f"no motion within these limits: {result.name}")
 
