@@ -18,6 +18,9 @@ from simx_client.protocol.codec import (
     decode_greeting,
     decode_welcome,
     encode,
+    encode_delivery,
+    pack_answer,
+    pack_reply_head,
 )
 from simx_client.protocol.messages import Batch, Call, Delivery, Greeting, Reply, Welcome
 
@@ -134,3 +137,22 @@ def test_numbers_beyond_single_precision_become_infinity():
 def test_the_least_number_that_overflows_does_not_fail(value):
     reply = decode_delivery(encode(Delivery(0, 0, 0, 0, 0, [Reply(1, 0, 0, [value])]))).replies[0]
     assert reply.values == [math.copysign(math.inf, value)]
+
+
+@pytest.mark.parametrize("count", [1, 15, 16, 70_000])
+def test_answers_packed_one_by_one_make_the_same_delivery(count: int) -> None:
+    replies = [Reply(1 + number, 0, 50, [0.5, "text", [1e300]]) for number in range(count)]
+    whole = Delivery(7, 8, 9, 1, 5, replies)
+    packed = [pack_reply_head(each.call_id) + pack_answer(*each[1:]) for each in replies]
+    assert decode_delivery(encode_delivery(whole._replace(replies=[]), b"".join(packed), count)) == (
+        decode_delivery(encode(whole))
+    )
+
+
+def test_a_message_after_a_large_one_and_after_one_that_cannot_be_packed_is_whole() -> None:
+    expected = encode(Batch(1, 2, []))
+    encode(Batch(1, 2, [Call(1, 0, 0, "simxSetStringSignal", [bytes(1 << 20)])]))
+    assert encode(Batch(1, 2, [])) == expected
+    with pytest.raises(TypeError):
+        encode(Batch(1, 2, [Call(1, 0, 0, "simxSetStringSignal", [object()])]))
+    assert encode(Batch(1, 2, [])) == expected
