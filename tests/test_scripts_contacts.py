@@ -61,6 +61,59 @@ def test_a_script_lets_one_shape_fall_through_the_floor(worlds: list[World]) -> 
     assert max(counts) == 2  # two pairs, each once in a pass of 25 steps
 
 
+EDITS = """
+local function try(name, action)
+    local ok, problem = pcall(action)
+    if not told[name] then told[name] = true print(name, ok, problem) end
+end
+local self, solid = sim.getObjectHandle(sim.handle_self), sim.getObjectHandle('solid')
+local eye = sim.getObjectHandle('eye')
+told = {}
+function tryAll()
+    try('create', function() sim.createDummy(0.1) end)
+    try('remove', function() sim.removeObject(solid) end)
+    try('parent', function() sim.setObjectParent(solid, self, true) end)
+    try('load', function() sim.loadModel('pioneer p3dx.ttm') end)
+    try('pose', function() sim.getObjectPosition(solid, -1) end)
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("call_back", "in_step"),
+    [("sysCall_contactCallback", True), ("sysCall_dynCallback", False)],
+)
+def test_the_scene_is_not_edited_while_physics_is_under_way(
+    worlds: list[World], call_back: str, in_step: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    body = BODY.replace(
+        '<body name="host" pos="0 1 5">',
+        '<body name="host" pos="0 1 5"><camera name="eye" resolution="8 4"/>',
+    )
+    pictures = """
+    try('picture', function() sim.handleVisionSensor(eye) end)
+    try('read', function() sim.readVisionSensor(eye) end)
+    """
+    tries = f"tryAll() {pictures if in_step else ''}"
+    text = f"{EDITS} function {call_back}() {tries} return {{ignoreContact = true}} end"
+    world = scripted({"lua:host": text}, body=body)
+    world.sim.model.opt.gravity[2] = -9.81
+    worlds.append(world)
+    count = len(world.sim.scene.objects)
+    world.run(12)
+    lines = {line.split("\t")[0]: line for line in said(world)}
+    for name in ("create", "remove", "parent", "load"):
+        assert "false" in lines[name], lines
+        assert f"within {call_back}, while physics is under way" in lines[name]
+        assert "cannot be made, loaded, removed or put elsewhere" in lines[name]
+    for name in ("picture", "read") if in_step else ():
+        assert f" within {call_back}" in lines[name]
+    assert "true" in lines["pose"]
+    assert len(world.sim.scene.objects) == count
+    assert height(world, "solid") == pytest.approx(0.1, abs=0.01)
+    assert "Traceback" not in caplog.text
+
+
 def test_nobody_is_asked_but_while_a_script_with_the_call_back_runs(worlds: list[World]) -> None:
     world = falling(worlds, host=GHOST)
     assert mujoco.get_mjcb_contactfilter() is None

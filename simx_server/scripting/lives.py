@@ -146,7 +146,8 @@ class Lives:
         self._sim.signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:
-        self._sim.serve_others()
+        if not self._sim.is_in_step:  # what they ask for may need a copy of the state
+            self._sim.serve_others()
 
 
 def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:

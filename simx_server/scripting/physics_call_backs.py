@@ -4,6 +4,9 @@ Two shapes that come near each other are asked about once in a pass, of all scri
 order: the first that does not leave the pair to others (``ignoreContact``) says whether they collide
 (``collisionResponse``). Friction and the like stay the scene's; geoms that are no object are not asked about. Both
 call-backs also have the names of CoppeliaSim 4.5.
+
+Neither may edit the scene, for the steps of a pass work on one model; while contacts are asked about, within a step,
+the state cannot even be copied: no pictures, and other clients wait.
 """
 
 from __future__ import annotations
@@ -62,7 +65,8 @@ class PhysicsCallBacks:
     def _ask(self, one: int, other: int) -> bool:
         known = {"handle1": one, "handle2": other, "engine": _MUJOCO}
         for script, function in self._contact:
-            answer = _table(self._lives.call(script, function, known))
+            with self._sim.calling(function, in_step=True):
+                answer = _table(self._lives.call(script, function, known))
             if answer is not None and not answer.get("ignoreContact"):
                 return bool(answer.get("collisionResponse", True))
         return True
@@ -77,7 +81,8 @@ class PhysicsCallBacks:
             "afterStep": is_after,
         }
         for script, function in self._step:
-            self._lives.call(script, function, known)
+            with self._sim.calling(function):
+                self._lives.call(script, function, known)
 
 
 def _having(scripts: list[Script], functions: tuple[str, ...]) -> list[tuple[Script, str]]:
