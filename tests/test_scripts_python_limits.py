@@ -7,13 +7,14 @@ import select
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from python_echo import EchoApi, Scripts, script
 
-from simx_server.scripting import python_interpreter
-from simx_server.scripting.interpreter import ScriptError
+from simx_server.scripting import python_interpreter, python_process
+from simx_server.scripting.interpreter import TIME_LIMIT, ScriptError
 from simx_server.scripting.python_interpreter import PythonInterpreter
 
 __all__ = ["script"]
@@ -40,6 +41,19 @@ def test_endless_script_is_stopped_with_its_process(script: Scripts, body: str, 
     with pytest.raises(ScriptError, match="took too long"):
         interpreter.call("endless")
     assert interpreter.has("endless")
+
+
+def test_the_wall_ends_a_script_that_shares_its_time_with_the_server(
+    script: Scripts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert TIME_LIMIT * python_process.WALL_FACTOR < 5  # seconds a blocking client waits
+    interpreter = script("def endless():\n while True: sim.echo(1)", time_limit=5.0)
+    api, real = script.api, time.monotonic
+    monkeypatch.setattr(python_process.time, "monotonic", lambda: real() + api.served)
+    before = api.served
+    with pytest.raises(ScriptError, match="took too long and was stopped"):
+        interpreter.call("endless")
+    assert api.served - before <= 5.0 * python_process.WALL_FACTOR + 1
 
 
 def test_memory_is_limited(script: Scripts) -> None:

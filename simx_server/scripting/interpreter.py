@@ -18,7 +18,7 @@ the next resumption, then returns its results), unless `Switching.level` is abov
 
 **Others are served.** While a call into a script runs longer than `PATIENCE`, the interpreter calls `Api.serve_others`
 every few milliseconds, from the physics thread and from a place where the script holds no lock. Time spent there does
-not count against the script.
+not count against the script's processor time; a Python script, whose process runs beside, also has an end by the wall.
 """
 
 from __future__ import annotations

@@ -192,9 +192,11 @@ class PythonInterpreter:
 
     def _invoke(self, name: str, arguments: list[Any]) -> list[Any] | None:
         """The answer to a call of the API; None when the thread is to wait for it."""
-
+        began, spent = time.monotonic(), self._api.switching.spent
         try:
             results = self._api.invoke(name, [self._from_script(value) for value in arguments])
+            if self._api.switching.spent > spent:
+                self._process.grant(time.monotonic() - began)
             if isinstance(results, Generator):
                 if not self._in_thread:
                     raise CommandError(NOT_IN_A_THREAD)

@@ -3,9 +3,10 @@
 Nothing that comes from it is believed: what is not a message ends the process with an error, and so does its own end.
 
 **Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not
-shorten, and four times that by the wall clock, for what waits instead of computing. Python cannot be interrupted for
-certain (``except:`` swallows an exception, native code sees none), so a late process is killed; just before, it is
-asked by a signal where it is.
+shorten, and twice that by the wall clock, for what waits instead of computing, or lets the server compute: so a
+blocking client, which waits 5 s, is told the reason. Of the wall's time only what functions of the server with limits
+of their own take is given back. Python cannot be interrupted for certain (``except:`` swallows an exception, native
+code sees none), so a late process is killed; just before, it is asked by a signal where it is.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from typing import Any
 from .interpreter import PATIENCE, ScriptError
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
-WALL_FACTOR = 4
-"""Wall seconds per processor second of the time limit."""
+WALL_FACTOR = 2
+"""Wall seconds per processor second of the time limit, the time of the server's functions and other clients in it."""
 
 _CHUNK = 1 << 16
 
@@ -109,6 +110,11 @@ class PythonProcess:
         self._processor_end = self._processor_time() + self._time_limit
         self._next_service = now + PATIENCE
 
+    def grant(self, seconds: float) -> None:
+        """Put off the end: the server has worked for the script with a limit of its own."""
+        self._wall_end += seconds
+        self._look_at += seconds
+
     def send(self, *message: Any) -> None:
         """Raises TypeError or ValueError for what cannot travel, before anything is sent; ScriptError."""
         rest = memoryview(self._packer.pack(list(message)))
@@ -172,12 +178,9 @@ class PythonProcess:
             self._be_patient()
 
     def _be_patient(self) -> None:
-        """The request has been running for a while: serve others, at no cost to the script, and look at the time."""
-        before = time.monotonic()
+        """The request has been running for a while: serve others and look at the time."""
         self._serve_others()
         now = time.monotonic()
-        self._wall_end += now - before
-        self._look_at += now - before
         self._next_service = now + PATIENCE
         if now < self._look_at:
             return
