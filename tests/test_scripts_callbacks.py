@@ -300,6 +300,25 @@ def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -
     assert world.call("simxGetJointPosition", world.handle("hinge")) == pytest.approx(0.5, abs=1e-3)
 
 
+def test_joint_callback_of_a_plain_position_actuator_is_told_that_it_never_comes() -> None:
+    source = {"lua:hinge": "function sysCall_jointCallback(inData) print('asked') return {velocity = 1} end"}
+    world = scripted(source, custom="</custom><actuator><position joint='hinge' kp='5'/></actuator><custom>")
+    world.run(2)
+    (line,) = said(world)
+    assert "sysCall_jointCallback of the child script of 'hinge'" in line
+    assert "is not called" in line
+    assert "control=position" in line
+    world.sim.stop()
+    world.run(2)
+    assert said(world) == []
+    note = '<text name="simx:joint:hinge" data="control=position"/>'
+    world = scripted(
+        source, custom=f"{note}</custom><actuator><position joint='hinge' kp='5'/></actuator><custom>"
+    )
+    world.run(1)
+    assert set(said(world)) == {"asked"}
+
+
 def test_call_back_that_never_comes_is_told() -> None:
     world = scripted({"lua:base": "function sysCall_afterCreate(inData) end"})
     world.run()

@@ -157,6 +157,11 @@ class Machine:
             self._apply(handle)
         self._rebuild()
 
+    def is_spring(self, handle: int) -> bool:
+        """Whether a joint is driven by a spring and damper, as by a plain position actuator: nobody is asked then."""
+        binding = self._bindings.get(handle)
+        return binding is not None and rule_of(binding, self._states[handle]) == Rule.SPRING
+
     def accompany(self, call: Accompany | None) -> None:
         """From the next pass on call this before and after each physics step; None: nobody wants it."""
         if call != self._accompany:

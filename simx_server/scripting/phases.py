@@ -30,6 +30,7 @@ again); an error in a function that a client calls is the client's alone.
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Any
 
 from ..joints.scripted import Ask
@@ -41,6 +42,8 @@ from .vision_call_backs import VisionCallBacks
 if TYPE_CHECKING:
     from ..simulation import Simulation
     from .scripts import Scripts
+
+logger = logging.getLogger(__name__)
 
 _JOINT_CALLBACK = "sysCall_jointCallback"
 
@@ -54,6 +57,8 @@ class Phases:
         self._sim = sim
         self._scripts = scripts
         self._lives = lives
+        self._told: set[Script] = set()
+        """Scripts that were told once that nobody asks them."""
         self._vision = VisionCallBacks(sim, scripts.notify)
         self._physics = PhysicsCallBacks(sim, lives)
         sim.on_starting.append(lambda: self.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
@@ -134,11 +139,25 @@ class Phases:
             is_first = script.kind == ScriptKind.CHILD or script.owner not in asked
             if is_first and script.has(_JOINT_CALLBACK):
                 asked[script.owner] = self._asking(script)
+                self._tell_of_spring(script)
         self._sim.joints.ask(asked)
+
+    def _tell_of_spring(self, script: Script) -> None:
+        if script in self._told or not self._sim.joints.is_spring(script.owner):
+            return
+        self._told.add(script)
+        name = self._sim.scene.get(script.owner).name
+        text = (
+            f"{_JOINT_CALLBACK} of the {self._lives.describe(script)} is not called: a spring and damper drives the "
+            f"joint, as every plain position actuator does; annotate it with control=position (simx:joint:{name})"
+        )
+        logger.warning("%s", text)
+        self._sim.status_bar.add(text)
 
     def _asking(self, script: Script) -> Ask:
         def ask(known: dict[str, Any]) -> dict[str, Any] | None:
-            results = self._lives.call(script, _JOINT_CALLBACK, known)
+            with self._sim.calling(_JOINT_CALLBACK):
+                results = self._lives.call(script, _JOINT_CALLBACK, known)
             return results[0] if results and isinstance(results[0], dict) else None
 
         return ask
