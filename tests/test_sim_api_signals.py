@@ -53,3 +53,22 @@ def test_signals_are_listed(world: ScriptWorld) -> None:
     assert world.value("sim.getSignalName(2, 0)") is None
     assert world.value("sim.getSignalName(0, 2)") is None
     world.fails("sim.getSignalName(0, 9)", "a kind of signal is 0")
+
+
+def test_what_sets_or_clears_gives_1_as_in_vrep_3(world: ScriptWorld) -> None:
+    for call in (
+        "sim.setIntegerSignal('i', 1)",
+        "sim.setFloatSignal('f', 1)",
+        "sim.setStringSignal('s', 'x')",
+        "sim.clearIntegerSignal('i')",
+        "sim.clearFloatSignal('f')",
+        "sim.clearStringSignal('s')",
+        "sim.setObjectPosition(sim.getObject('/wall'), -1, {0, 0, 1})",
+        "sim.setObjectOrientation(sim.getObject('/wall'), -1, {0, 0, 0})",
+        "sim.setObjectQuaternion(sim.getObject('/wall'), -1, {0, 0, 0, 1})",
+        "sim.setObjectMatrix(sim.getObject('/wall'), -1, sim.buildIdentityMatrix())",
+        "sim.setObjectParent(sim.getObject('/ray'), sim.getObject('/robot'), true)",
+        "sim.setBoolParameter(sim.boolparam_browser_visible, false)",
+        "sim.setObjectInt32Param(sim.getObject('/wall'), sim.shapeintparam_respondable, 1)",
+    ):
+        assert world.lua(f"return {call}") == [1], call

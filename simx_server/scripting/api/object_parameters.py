@@ -45,8 +45,9 @@ class ObjectParameterFunctions(ApiPart):
             return None
         return parameters.get_object_int_parameter(self._sim, own, parameter)
 
-    def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> None:
+    def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> int:
         parameters.set_object_int_parameter(self._sim, self._self(handle), parameter, value)
+        return 1
 
     def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
         own = self._self(handle)
@@ -54,16 +55,17 @@ class ObjectParameterFunctions(ApiPart):
             return None
         return parameters.get_object_float_parameter(self._sim, own, parameter)
 
-    def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> None:
+    def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
         parameters.set_object_float_parameter(self._sim, self._self(handle), parameter, value)
+        return 1
 
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
         """An integer parameter that is a switch."""
         value = self.getObjectInt32Param(handle, parameter)
         return None if value is None else value != 0
 
-    def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> None:
-        self.setObjectInt32Param(handle, parameter, int(value))
+    def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> int:
+        return self.setObjectInt32Param(handle, parameter, int(value))
 
     def getObjectStringParam(self, handle: int, parameter: int) -> str:
         """Not here: no object has a string parameter."""
@@ -115,7 +117,7 @@ class ObjectParameterFunctions(ApiPart):
         seen = self._sim.object_settings.is_drawn(own) and not properties.is_unseen(item)
         return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
-    def setObjectSpecialProperty(self, handle: int, bits: int) -> None:
+    def setObjectSpecialProperty(self, handle: int, bits: int) -> int:
         """Taken back by the stop.
 
         Partly: the five kinds of detection are one here, on when any of them is; a shape that the scene file hides from
@@ -128,15 +130,17 @@ class ObjectParameterFunctions(ApiPart):
         renaming.annotate(self._sim, own, "shape", dict(said))
         properties.apply(self._sim)
         self._sim.changed()
+        return 1
 
     def getObjectProperty(self, handle: int) -> int:
         """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
         kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 
-    def setObjectProperty(self, handle: int, bits: int) -> None:
+    def setObjectProperty(self, handle: int, bits: int) -> int:
         """Partly: the bits are kept, but nothing here acts on them."""
         self._sim.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
+        return 1
 
     def getObjectSizeValues(self, handle: int) -> list[float]:
         """Metres along the axes of the object's own frame."""

@@ -118,9 +118,10 @@ class ObjectFunctions(ApiPart):
         """-1 at the top of the tree."""
         return self._sim.scene.get(self._self(handle)).parent
 
-    def setObjectParent(self, handle: int, parent: int, keep_in_place: bool = True) -> None:
+    def setObjectParent(self, handle: int, parent: int, keep_in_place: bool = True) -> int:
         """-1: to the top of the tree."""
         objects.set_object_parent(self._sim, self._self(handle), self._self(parent), keep_in_place)
+        return 1
 
     def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
         """RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""

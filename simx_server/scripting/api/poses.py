@@ -42,9 +42,10 @@ class PoseFunctions(ApiPart):
 
     def setObjectPosition(
         self, handle: int, relative_to: int | list[float], position: list[float] | int = -1
-    ) -> None:
+    ) -> int:
         value, reference = _ordered(relative_to, position, "a position")
         handlers.set_object_position(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
 
     def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
         """Euler angles."""
@@ -52,9 +53,10 @@ class PoseFunctions(ApiPart):
 
     def setObjectOrientation(
         self, handle: int, relative_to: int | list[float], euler: list[float] | int = -1
-    ) -> None:
+    ) -> int:
         value, reference = _ordered(relative_to, euler, "Euler angles")
         handlers.set_object_orientation(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
 
     def getObjectQuaternion(self, handle: int, relative_to: int = -1) -> list[float]:
         quat = handlers.get_object_quaternion(self._sim, self._plain(handle), self._self(relative_to))
@@ -62,34 +64,35 @@ class PoseFunctions(ApiPart):
 
     def setObjectQuaternion(
         self, handle: int, relative_to: int | list[float], quaternion: list[float] | int = -1
-    ) -> None:
+    ) -> int:
         value, reference = _ordered(relative_to, quaternion, "a quaternion")
         if _is_w_first(handle):
             value = _w_last(value)
         handlers.set_object_quaternion(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
 
     def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
         """x, y, z, then the quaternion."""
         numbers = as_numbers(self._pose(handle, relative_to))
         return [*numbers[:3], *_w_first(numbers[3:])] if _is_w_first(handle) else numbers
 
-    def setObjectPose(
-        self, handle: int, relative_to: int | list[float], pose: list[float] | int = -1
-    ) -> None:
+    def setObjectPose(self, handle: int, relative_to: int | list[float], pose: list[float] | int = -1) -> int:
         value, reference = _ordered(relative_to, pose, "a pose")
         if _is_w_first(handle):
             value = [*value[:3], *_w_last(value[3:])]
         handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), as_pose(value))
+        return 1
 
     def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
         return frames.matrix12(self._pose(handle, relative_to))
 
     def setObjectMatrix(
         self, handle: int, relative_to: int | list[float], matrix: list[float] | int = -1
-    ) -> None:
+    ) -> int:
         value, reference = _ordered(relative_to, matrix, "a matrix")
         pose = frames.pose_from_matrix12(value)
         handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), pose)
+        return 1
 
     def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
         """Linear m/s and angular rad/s over the last pass, world axes; Euler rates, with sim.handleflag_axis added

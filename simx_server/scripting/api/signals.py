@@ -1,4 +1,7 @@
-"""Signals: nil when there is none; they go with the script that set them."""
+"""Signals: nil when there is none; they go with the script that set them.
+
+What sets or clears one gives 1, as in V-REP 3.
+"""
 
 from __future__ import annotations
 
@@ -9,68 +12,74 @@ from .base import ApiPart
 class SignalFunctions(ApiPart):
     """Integer, float and string signals. Clients see the same ones."""
 
-    def setIntegerSignal(self, name: str, value: int) -> None:
+    def setIntegerSignal(self, name: str, value: int) -> int:
         if name:
             self._sim.signals.set_integer(name, value, self._signal_owner)
+        return 1
 
     def getIntegerSignal(self, name: str) -> int | None:
         return self._sim.signals.get_integer(name)
 
-    def clearIntegerSignal(self, name: str | None = None) -> None:
+    def clearIntegerSignal(self, name: str | None = None) -> int:
         """Nil or '' clears all of this type; the same for all types."""
         self._sim.signals.clear_integer(name or "")
+        return 1
 
-    def setInt32Signal(self, name: str, value: int) -> None:
-        self.setIntegerSignal(name, value)
+    def setInt32Signal(self, name: str, value: int) -> int:
+        return self.setIntegerSignal(name, value)
 
     def getInt32Signal(self, name: str) -> int | None:
         return self.getIntegerSignal(name)
 
-    def clearInt32Signal(self, name: str | None = None) -> None:
-        self.clearIntegerSignal(name)
+    def clearInt32Signal(self, name: str | None = None) -> int:
+        return self.clearIntegerSignal(name)
 
-    def setFloatSignal(self, name: str, value: float) -> None:
+    def setFloatSignal(self, name: str, value: float) -> int:
         if name:
             self._sim.signals.set_float(name, value, self._signal_owner)
+        return 1
 
     def getFloatSignal(self, name: str) -> float | None:
         return self._sim.signals.get_float(name)
 
-    def clearFloatSignal(self, name: str | None = None) -> None:
+    def clearFloatSignal(self, name: str | None = None) -> int:
         self._sim.signals.clear_float(name or "")
+        return 1
 
-    def setStringSignal(self, name: str, value: bytes) -> None:
+    def setStringSignal(self, name: str, value: bytes) -> int:
         if name:
             self._sim.signals.set_string(name, value, self._signal_owner)
+        return 1
 
     def getStringSignal(self, name: str) -> bytes | None:
         return self._sim.signals.get_string(name)
 
-    def clearStringSignal(self, name: str | None = None) -> None:
+    def clearStringSignal(self, name: str | None = None) -> int:
         self._sim.signals.clear_string(name or "")
+        return 1
 
     # One kind of float here: doubles share the name space of the floats, at full precision.
 
-    def setDoubleSignal(self, name: str, value: float) -> None:
+    def setDoubleSignal(self, name: str, value: float) -> int:
         """Partly: a float signal of this name is the same signal."""
-        self.setFloatSignal(name, value)
+        return self.setFloatSignal(name, value)
 
     def getDoubleSignal(self, name: str) -> float | None:
         """Partly: a float signal of this name is the same signal."""
         return self.getFloatSignal(name)
 
-    def clearDoubleSignal(self, name: str | None = None) -> None:
+    def clearDoubleSignal(self, name: str | None = None) -> int:
         """Partly: a float signal of this name is the same signal."""
-        self.clearFloatSignal(name)
+        return self.clearFloatSignal(name)
 
-    def setBufferSignal(self, name: str, value: bytes) -> None:
-        self.setStringSignal(name, value)
+    def setBufferSignal(self, name: str, value: bytes) -> int:
+        return self.setStringSignal(name, value)
 
     def getBufferSignal(self, name: str) -> bytes | None:
         return self.getStringSignal(name)
 
-    def clearBufferSignal(self, name: str | None = None) -> None:
-        self.clearStringSignal(name)
+    def clearBufferSignal(self, name: str | None = None) -> int:
+        return self.clearStringSignal(name)
 
     def getSignalName(self, index: int, kind: int) -> str | None:
         """The name of the signal at this index, from 0; nil after the last. Kind: 0 integer, 1 float, 2 string.
