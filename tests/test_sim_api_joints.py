@@ -89,7 +89,8 @@ def test_an_interval_is_a_minimum_and_a_range(world: ScriptWorld) -> None:
 
 
 def test_the_mode_can_be_changed_with_hybrid_operation(world: ScriptWorld) -> None:
-    assert world.lua(HINGE + "return sim.getJointMode(j)") == [5, False]
+    assert world.lua(HINGE + "return sim.getJointMode(j)") == [5, 0]
+    assert world.value("math.type(select(2, sim.getJointMode(sim.getObject('/hinge'))))") == "integer"
     assert world.lua(HINGE + "return sim.setJointMode(j, sim.jointmode_passive, 1), sim.getJointMode(j)") == [
         1,
         0,

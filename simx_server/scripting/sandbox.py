@@ -159,7 +159,7 @@ if inverse then
     function world.sim.invertMatrix(matrix)
         local found = inverse(matrix)
         for i = 1, #found do rawset(matrix, i, found[i]) end
-        return matrix
+        return 1
     end
 end
 

@@ -95,10 +95,10 @@ class JointFunctions(ApiPart):
         self._sim.joints.set_interval(self._self(joint), cyclic, interval[0], interval[1])
         return 1
 
-    def getJointMode(self, joint: int) -> tuple[int, bool]:
-        """A sim.jointmode_* and whether a motor drives it outside force mode (CoppeliaSim 4: options)."""
+    def getJointMode(self, joint: int) -> tuple[int, int]:
+        """A sim.jointmode_* and the options: bit 0 when a motor drives it outside force mode."""
         handle = self._self(joint)
-        return int(self._sim.joints.mode(handle)), self._sim.joints.is_hybrid(handle)
+        return int(self._sim.joints.mode(handle)), _HYBRID if self._sim.joints.is_hybrid(handle) else 0
 
     def setJointMode(self, joint: int, mode: int, options: int = 0) -> int:
         """`mode`: a sim.jointmode_*; bit 0 of `options`: hybrid operation."""

@@ -101,7 +101,8 @@ class MatrixFunctions(ApiPart):
         return as_numbers(poses.compose(as_pose(first), as_pose(second)))
 
     def invertMatrix(self, matrix: list[float]) -> list[float]:
-        """The inverse; a Lua table that is passed is overwritten with it, as in V-REP."""
+        """A Lua table that is passed is overwritten with its inverse, and the result is 1, as in V-REP; Python gets the
+        inverse."""
         return self.getMatrixInverse(matrix)
 
     def getMatrixInverse(self, matrix: list[float]) -> list[float]:
