@@ -13,7 +13,7 @@ from .errors import CommandError
 MAX_SIGNALS = 10_000
 """Signals of one kind."""
 
-MAX_STRING_BYTES = 512 << 20
+MAX_STRING_BYTES = 64 << 20
 """Bytes of all string signals together."""
 
 
