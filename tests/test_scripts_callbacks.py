@@ -319,6 +319,35 @@ def test_joint_callback_of_a_plain_position_actuator_is_told_that_it_never_comes
     assert set(said(world)) == {"asked"}
 
 
+def test_a_script_that_is_switched_off_is_not_called_until_it_is_on_again() -> None:
+    counting = """
+    count = 0
+    function sysCall_init() print('init') end
+    function sysCall_actuation() count = count + 1 print(count) end
+    function sysCall_thread() while true do print('thread') sim.switchThread() end end
+    """
+    switching = """
+    function switch(ints)
+        local other = sim.getScriptAssociatedWithObject(sim.getObjectHandle('left'))
+        return {sim.setScriptAttribute(other, sim.childscriptattribute_enabled, ints[1] == 1)}, {}, {}, ''
+    end
+    """
+    world = scripted({"lua:left": counting, "lua:base": switching})
+    world.run(1)
+    assert said(world) == ["init", "thread", "1"]
+    assert call(world, "switch", [0], [], [], b"")[0] == [1]
+    world.sim.advance()
+    assert said(world) == []
+    call(world, "switch", [1], [], [], b"")
+    world.sim.advance()
+    assert said(world) == ["thread", "2"]
+    call(world, "switch", [0], [], [], b"")
+    world.sim.stop()
+    said(world)
+    world.run(1)
+    assert said(world) == ["init", "thread", "1"]
+
+
 def test_call_back_that_never_comes_is_told() -> None:
     world = scripted({"lua:base": "function sysCall_afterCreate(inData) end"})
     world.run()

@@ -132,7 +132,11 @@ def test_attributes_are_read_and_keep_what_they_are(world: ScriptWorld) -> None:
     read += "sim.getScriptAttribute({0}, sim.scriptattribute_scripthandle)"
     assert world.lua(read.format(other)) == [True, 1, 1, other]
     assert world.value(f"sim.setScriptAttribute({other}, sim.scriptattribute_enabled, true)") == 1
-    world.fails(f"sim.setScriptAttribute({other}, 4, false)", "scripts_inactive")
+    assert world.value(f"sim.setScriptAttribute({other}, 4, false)") == 1
+    assert world.value(f"sim.getScriptAttribute({other}, 4)") is False
+    assert world.value(f"sim.setScriptAttribute({other}, 4, true)") == 1
+    assert world.value(f"sim.getScriptAttribute({other}, 4)") is True
+    world.fails(f"sim.setScriptAttribute({other}, 1, 2)", "only 4 .enabled. can")
     world.fails(f"sim.getScriptAttribute({other}, 99)", "attribute 99 of scripts is not known")
 
 

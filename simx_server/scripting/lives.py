@@ -93,12 +93,14 @@ class Lives:
 
     def call(self, script: Script, function: str, *arguments: Any) -> list[Any] | None:
         """Call a function if the script has it and may run; None if not. An error ends the script."""
+        if not (script.enabled or function == "sysCall_init"):
+            return None
         if not self._may_run(script) or not script.has(function):
             return None
         return self._attempt(script, lambda interpreter: interpreter.call(function, *arguments))
 
     def resume(self, script: Script) -> None:
-        if script.has_thread and self._may_run(script):
+        if script.has_thread and script.enabled and self._may_run(script):
             script.has_thread = bool(self._attempt(script, lambda interpreter: interpreter.resume()))
 
     def _may_run(self, script: Script) -> bool:
@@ -143,6 +145,7 @@ class Lives:
         """Forget a script's state, and the signals it set."""
         script.close()
         script.problem = ""
+        script.enabled = True
         self._sim.signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:

@@ -63,6 +63,9 @@ class Script:
     interpreter: Interpreter | None = None
     """None while it does not live: a child script while the simulation is stopped, any after an error."""
 
+    enabled: bool = True
+    """Switched off by a script it is not called, but for its init, until switched on or dropped."""
+
     has_thread: bool = False
     """Its thread is alive."""
 

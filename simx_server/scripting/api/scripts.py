@@ -135,12 +135,13 @@ class ScriptFunctions(ApiPart):
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CUSTOMIZATION)
 
     def getScriptAttribute(self, script: int, attribute: int) -> int | bool:
-        """Whether it is alive (sim.scriptattribute_enabled), its execution order, type or handle.
+        """Whether it is alive and switched on (sim.scriptattribute_enabled), its execution order, type or handle.
 
         Partly: other attributes are not known.
         """
         found = self._get(script)
-        known = {_ENABLED: found.interpreter is not None, _ORDER: _NORMAL_ORDER, _TYPE: int(found.kind)}
+        is_on = found.interpreter is not None and found.enabled
+        known = {_ENABLED: is_on, _ORDER: _NORMAL_ORDER, _TYPE: int(found.kind)}
         known[_HANDLE] = found.handle
         if attribute not in known:
             raise CommandError(
@@ -149,12 +150,22 @@ class ScriptFunctions(ApiPart):
         return known[attribute]
 
     def setScriptAttribute(self, script: int, attribute: int, value: int | bool) -> int:
-        """Partly: an attribute can be set to what it is only; scripts are not switched off one by one."""
-        if self.getScriptAttribute(script, attribute) != value:
+        """sim.childscriptattribute_enabled: a script that is switched off is not called until it is on again, or its
+        run has ended. Its init is called and it can be called by others all the same.
+
+        Partly: other attributes can be set to what they are only, and nothing of a script that does not live.
+        """
+        if self.getScriptAttribute(script, attribute) == value:
+            return 1
+        found = self._get(script)
+        if attribute != _ENABLED:
+            raise CommandError(f"attribute {attribute} of a script cannot be changed; only 4 (enabled) can")
+        if found.interpreter is None:
             raise CommandError(
-                f"attribute {attribute} of a script cannot be changed; to keep the scripts of a model from running "
-                "give its base sim.modelproperty_scripts_inactive"
+                f"the {self._sim.scripts.describe(found)} does not live, so it cannot be switched on or off; do it "
+                "while the simulation runs, or give its model sim.modelproperty_scripts_inactive"
             )
+        found.enabled = bool(value)
         return 1
 
     def getScriptSimulationParameter(
