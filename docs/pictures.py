@@ -15,6 +15,7 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 import cv2
 import mujoco
 
+from simx_server.handlers.poses import set_object_position
 from simx_server.library import list_scenes
 from simx_server.server import build_simulation
 from simx_server.settings import Settings
@@ -29,19 +30,22 @@ VIEWS: dict[str, tuple[tuple[float, float, float], float, float, float]] = {
     "ackermann_line": ((0.0, -4.0, 0.0), 13.0, -60.0, -30.0),
     "bubblerob": ((0.0, 0.0, 0.1), 1.1, 140.0, -25.0),
     "cart_pole": ((0.0, 0.0, 0.8), 3.0, 110.0, -12.0),
-    "e_puck": ((0.0, 0.15, 0.02), 1.0, -90.0, -60.0),
-    "inverted_pendulum": ((0.0, 0.0, 0.8), 2.6, 120.0, -12.0),
+    "e_puck": ((0.0, 0.0, 0.02), 0.36, -60.0, -35.0),
+    "inverted_pendulum": ((0.0, 0.0, 0.92), 3.3, 120.0, -12.0),
     "lbr_iiwa_7_r800": ((0.0, 0.0, 0.6), 2.8, 140.0, -20.0),
     "line_tracer": ((0.0, 0.0, 0.0), 1.5, 90.0, -50.0),
     "nao": ((0.0, 0.0, 0.28), 1.1, 150.0, -12.0),
     "pioneer_p3dx": ((0.0, 0.0, 0.15), 1.6, 140.0, -25.0),
-    "quadricopter": ((0.0, 0.0, 0.5), 1.1, 130.0, -20.0),
+    "quadricopter": ((0.0, 0.1, 0.5), 1.1, 130.0, -25.0),
     "two_link_arm": ((0.4, 0.0, 0.1), 1.8, 100.0, -45.0),
     "ur10": ((0.0, 0.0, 0.6), 3.0, 140.0, -20.0),
     "ur3": ((0.0, 0.0, 0.35), 1.7, 140.0, -20.0),
     "youbot": ((0.0, 0.0, 0.2), 1.4, -60.0, -20.0),
 }
 """Point looked at (m), distance (m), azimuth and elevation (degrees) of MuJoCo's free camera."""
+
+ASIDE = {"quadricopter": ("Quadricopter_target", (-0.1, 0.45, 0.62))}
+"""What would hide something, and where it is put at the last moment (m)."""
 
 OTHERS = ((-0.2, 0.0, 0.4), 2.2, 140.0, -20.0)
 """For scenes without an entry: a table-top arm."""
@@ -54,6 +58,10 @@ def draw(scene: str) -> Path:
         simulation.start()
         while simulation.time < SECONDS:
             simulation.advance()
+        if scene in ASIDE:
+            name, place = ASIDE[scene]
+            set_object_position(simulation, simulation.scene.resolve(name), -1, list(place))
+            simulation.refresh()
         camera = mujoco.MjvCamera()
         camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = VIEWS.get(scene, OTHERS)
         model = simulation.model
