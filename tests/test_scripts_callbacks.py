@@ -13,6 +13,7 @@ import simx_client as vrep
 from simx_server.errors import CommandError
 from simx_server.scene.annotations import SceneError
 from simx_server.scene.loader import load_text
+from simx_server.scripting.interpreter import ScriptError
 
 pytest.importorskip("lupa")
 
@@ -346,6 +347,29 @@ def test_a_script_that_is_switched_off_is_not_called_until_it_is_on_again() -> N
     said(world)
     world.run(1)
     assert said(world) == ["init", "thread", "1"]
+
+
+def test_an_error_through_calls_of_scripts_names_the_outermost_and_what_went_wrong() -> None:
+    text = """
+    function f(n)
+        if n == 0 then error('boom') end
+        sim.callScriptFunction('f@' .. (n % 2 == 0 and 'left' or 'base'), 1, n - 1)
+    end
+    function go() f(4) return {}, {}, {}, '' end
+    """
+    world = scripted({"lua:base": text, "lua:left": text})
+    world.run(0)
+    with pytest.raises(ScriptError) as failed:
+        call(world, "go")
+    assert str(failed.value) == "base.lua:4: sim.callScriptFunction: base.lua:3: boom"
+
+
+def test_the_namespace_of_a_missing_plugin_is_told_of_when_it_is_used() -> None:
+    world = scripted({"lua:base": "print(simUI == nil) function go() simUI.create('') end"})
+    world.run(0)
+    assert said(world) == ["true"]
+    with pytest.raises(ScriptError, match="no plug-in simUI; namespaces that scripts find are sim, simIK"):
+        call(world, "go")
 
 
 def test_call_back_that_never_comes_is_told() -> None:

@@ -159,6 +159,18 @@ class Interpreter(Protocol):
         ...
 
 
+def refusal(function: str, problem: CommandError) -> str:
+    """Why a function of the API failed; of calls that pass the same error on only the outermost one is named."""
+    return f"{function}: {str(problem).rpartition(f': {function}: ')[2]}"
+
+
+def no_such_plugin(name: str, api: Api) -> str:
+    """What a script is told that looks for the functions of a plug-in of V-REP's."""
+    return (
+        f"this server has no plug-in {name}; namespaces that scripts find are {', '.join(api.namespaces())}"
+    )
+
+
 def flat_name(name: str, *, is_function: bool) -> str:
     """The old name of something of ``sim``: ``getObjectPosition`` is ``simGetObjectPosition``, ``handle_self``
     is ``sim_handle_self``."""

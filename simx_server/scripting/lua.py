@@ -25,6 +25,8 @@ from .interpreter import (
     Api,
     ScriptError,
     Waiting,
+    no_such_plugin,
+    refusal,
 )
 from .lua_library import LIBRARY
 from .lua_watch import WATCH
@@ -34,6 +36,7 @@ logger = logging.getLogger(__name__)
 
 INSTALL = "Lua scripts need the package lupa, which is not installed: pip install lupa"
 
+_PLUGIN = re.compile(r"attempt to index a nil value \(global '(sim[A-Z]\w*)'\)$")
 _OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
 
 
@@ -220,7 +223,7 @@ class LuaInterpreter:
         try:
             return act()
         except CommandError as problem:
-            return False, f"{function}: {problem}".encode("utf-8", "surrogateescape")
+            return False, refusal(function, problem).encode("utf-8", "surrogateescape")
         except Exception:
             logger.exception("%s failed inside script %s", function, self.name)
             return False, f"{function}: failed inside the server; its log says why".encode()
@@ -262,6 +265,9 @@ class LuaInterpreter:
                 self._api.invoke(f"sim.{missing[1].lower()}{missing[2]}", [])
             except CommandError as advice:
                 problem = f"{problem[: missing.start()]}sim{missing[1]}{missing[2]}: {advice}"
+        plugin = _PLUGIN.search(problem)
+        if plugin:
+            problem = f"{problem}: {no_such_plugin(plugin[1], self._api)}"
         return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
 
 

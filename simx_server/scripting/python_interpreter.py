@@ -24,7 +24,15 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CommandError
-from .interpreter import NOT_IN_A_THREAD, TIME_LIMIT, Api, ScriptError, Waiting
+from .interpreter import (
+    NOT_IN_A_THREAD,
+    TIME_LIMIT,
+    Api,
+    ScriptError,
+    Waiting,
+    no_such_plugin,
+    refusal,
+)
 from .python_process import PythonProcess
 from .python_wire import Packer, Unpacker
 
@@ -32,6 +40,8 @@ logger = logging.getLogger(__name__)
 
 _GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
 """Functions whose results are bytes even when these could be text."""
+
+_PLUGIN = re.compile(r": (?:NameError: name|ModuleNotFoundError: No module named) '(sim[A-Z]\w*)'[^\n]*$")
 
 _LONGEST_TEXT = 1 << 16
 """Characters of one line that a script prints, and of an error."""
@@ -182,9 +192,13 @@ class PythonInterpreter:
                     return [self._from_script(value) for value in results]
                 case "failed", [str(text), names]:
                     self._learn(names)
-                    raise ScriptError(_clean(text))
+                    raise ScriptError(self._explain(_clean(text)))
                 case _:
                     raise self._process.kill(f"{self.name}: its process sent an unknown message")
+
+    def _explain(self, text: str) -> str:
+        plugin = _PLUGIN.search(text)
+        return f"{text}: {no_such_plugin(plugin[1], self._api)}" if plugin else text
 
     def _learn(self, names: Any) -> None:
         if isinstance(names, list):
@@ -225,7 +239,7 @@ class PythonInterpreter:
 
     def _refusal(self, name: str, problem: Exception) -> list[Any]:
         if isinstance(problem, CommandError):
-            return ["refused", f"{name}: {problem}"]
+            return ["refused", refusal(name, problem)]
         logger.error("%s failed inside script %s", name, self.name, exc_info=problem)
         return ["refused", f"{name}: failed inside the server; its log says why"]
 
