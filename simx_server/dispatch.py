@@ -74,6 +74,8 @@ class Dispatch:
         return command, checked
 
     def _failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
+        if isinstance(error, CommandError) and error.silent:
+            return Answer(STATUS_REMOTE_ERROR, [])
         if isinstance(error, CommandError):
             text = f"{name}: {error}" if not str(error).startswith(name) else str(error)
             if client.is_news(text):
@@ -83,7 +85,7 @@ class Dispatch:
             if client.is_news(text):
                 logger.error("%s of %s failed", name, client.name, exc_info=error)
         mode = self._simulation.parameters.error_report_mode
-        if mode & c.sim_api_errormessage_report and not getattr(error, "silent", False):
+        if mode & c.sim_api_errormessage_report:
             client.errors.append(text)
         if mode & c.sim_api_errormessage_output:
             self._simulation.status_bar.add(text)

@@ -8,6 +8,9 @@ from collections.abc import Collection, Sequence
 class CommandError(Exception):
     """A command that cannot be carried out; its text says what was wrong, what is valid and what to do."""
 
+    silent = False
+    """Nobody needs the text: the caller asked for none, or need only wait. The return code is 8 all the same."""
+
 
 class UnknownHandle(CommandError):
     """A handle that names no object of the loaded scene."""
@@ -17,6 +20,14 @@ class UnknownHandle(CommandError):
             f"no object with handle {handle}; handles of this scene are {describe_handles(valid)}"
         )
         self.handle = handle
+
+
+class NotHandledYet(CommandError):
+    """A sensor without a result. `is_coming`: the first pass of a run, which handles it, is about to be made."""
+
+    def __init__(self, text: str, *, is_coming: bool) -> None:
+        super().__init__(text)
+        self.silent = is_coming
 
 
 _SHOWN = 200

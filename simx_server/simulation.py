@@ -185,6 +185,11 @@ class Simulation:
         """Started, paused or not."""
         return self.state != SimulationState.STOPPED
 
+    @property
+    def is_before_first_pass(self) -> bool:
+        """Started, and nothing has been computed yet."""
+        return self.is_running and self.pass_count == 0
+
     def load(self, path: str | Path) -> None:
         """Replace the scene by that of a file. A bad file raises SceneError and leaves the old scene.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..errors import CommandError
+from ..errors import CommandError, NotHandledYet
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -47,9 +47,10 @@ def read_collision(sim: Simulation, collision_object: int) -> bool:
     """Raises CommandError when it was not handled in the last pass, as before the first one and when switched off."""
     found = sim.meters.collisions.read(collision_object)
     if found is None:
-        raise CommandError(
+        raise NotHandledYet(
             f"collision object {collision_object} has not been handled yet; it is in each pass of a running "
-            "simulation, or by its script when it is handled explicitly"
+            "simulation, or by its script when it is handled explicitly",
+            is_coming=sim.is_before_first_pass,
         )
     return found
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import CommandError
+from ..errors import CommandError, NotHandledYet
 from ..scene.annotations import Annotation
 from ..scene.collection import ALL
 from ..scene.objects import ObjectKind, SceneObject
@@ -80,9 +80,10 @@ class ProximitySensors:
         if handle not in self._results:
             instant = self._instant
             if instant is None or handle not in instant.scene.objects or handle in self._reset:
-                raise CommandError(
+                raise NotHandledYet(
                     f"proximity sensor '{item.name}' has not been handled yet; it is in each pass of a running "
-                    "simulation"
+                    "simulation",
+                    is_coming=self.enabled and self._sim.is_before_first_pass,
                 )
             together = self._alike(instant, handle)
             self._results.update(zip(together, self._detect(instant, together), strict=True))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import CommandError
+from ..errors import CommandError, NotHandledYet
 from ..scene.objects import ObjectKind
 from .picture import CameraView, Picture, depth_as_grey, fovy_from_perspective_angle, grey
 from .vision_settings import Verdict, VisionSettings, settings_from_model
@@ -128,9 +128,10 @@ class VisionSensors:
         handled = settings.picture is not None or (by_itself and self._sim.pass_count > 0)
         if drawn is None and not handled:
             name = self._sim.scene.get(handle).name
-            raise CommandError(
+            raise NotHandledYet(
                 f"vision sensor '{name}' has not been handled yet; it is in each pass of a running simulation, "
-                "(unless that is switched off), or by its script when it is handled explicitly"
+                "(unless that is switched off), or by its script when it is handled explicitly",
+                is_coming=by_itself and self._sim.is_before_first_pass,
             )
         verdict = settings.verdict
         shows_depth = settings.shows_depth and drawn is None

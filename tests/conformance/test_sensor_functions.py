@@ -32,6 +32,20 @@ def test_a_proximity_sensor_gives_point_object_and_normal_in_its_frame(
 
 
 @of("simxReadProximitySensor")
+def test_between_start_and_the_first_pass_8_has_no_text_as_waiting_is_all_there_is_to_do(
+    cid: int, simx: Any, handle: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    ahead = handle("ahead")
+    assert simx(cid, ahead, BLOCKING) == NOT_THERE
+    assert len(v.simxGetLastErrors(cid, BLOCKING)[1]) == 1, "stopped: somebody should start it"
+    start_stepped(cid)
+    caplog.clear()
+    assert simx(cid, ahead, BLOCKING) == NOT_THERE
+    assert v.simxGetLastErrors(cid, BLOCKING) == (OK, [])
+    assert "handled" not in caplog.text
+
+
+@of("simxReadProximitySensor")
 def test_a_proximity_sensor_that_was_never_handled_is_8(cid: int, simx: Any, handle: Any) -> None:
     ahead = handle("ahead")
     assert simx(cid, ahead, BLOCKING) == NOT_THERE, "stopped"
