@@ -248,3 +248,8 @@ def test_engine_agrees_on_where_things_are() -> None:
     mujoco.mj_forward(model, data)
     assert at(sim, "tip") == pytest.approx(data.site("tip").xpos)
     assert at(sim, "eye") == pytest.approx(data.camera("eye").xpos)
+
+
+def test_an_infinite_angle_is_told_as_what_it_means() -> None:
+    with pytest.raises(CommandError, match="physics has diverged; stop the simulation"):
+        poses.about((0, 0, 1), math.inf)

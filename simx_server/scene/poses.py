@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from simx_server.errors import CommandError
+
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """w, x, y, z: MuJoCo's order, used inside only."""
@@ -73,7 +75,9 @@ def inverse(pose: Pose) -> Pose:
 
 
 def about(axis: Sequence[float], angle: float) -> Quaternion:
-    """Rotation about a unit axis."""
+    """Rotation about a unit axis. Raises CommandError for an angle that is infinite, as after physics has diverged."""
+    if math.isinf(angle):
+        raise CommandError("a joint's value is infinite: physics has diverged; stop the simulation")
     s = math.sin(angle / 2)
     return (math.cos(angle / 2), axis[0] * s, axis[1] * s, axis[2] * s)
 
