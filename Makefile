@@ -43,7 +43,7 @@ demo: $(READY) ## drive the tutorial's robot: by keys in a window, or by itself 
 	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
 
 test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
-	@$(BIN)/python -m pytest $(TESTS)
+	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile $(TESTS)
 
 soak: $(READY) ## random calls from three clients for SECONDS (60): the server must stay up and not grow
 	@$(BIN)/python tests/soak.py $(SECONDS)

@@ -201,7 +201,10 @@ class Modes:
             key, shape = asked
             stream = self._streams.get(key)
             is_over = stream is None or stream.call_id != reply.call_id
-            if is_over and reply.call_id not in self._ended.values():
+            if is_over and reply.call_id in self._ended.values():
+                if not reply.status and not reply.values[0]:
+                    continue  # an ended stream still hands over what it took, but it took nothing
+            elif is_over:
                 del self._asked[reply.call_id]
             self._store(shape, key, reply)
 

@@ -71,6 +71,8 @@ class Model:
     """Executed, echoed (None) or taken by a stream; every one arrives."""
     newest: dict[int, tuple[Question, Result]] = field(default_factory=dict)
     """The values of all streams after the last pass; only the last such message is there."""
+    replaced: set[int] = field(default_factory=set)
+    """Streams that something else took the place of: what they took of a string stream is not lost."""
     is_paused: bool = False
     last_number: int = 0
 
@@ -135,6 +137,7 @@ class Model:
         self.server.streams.clear()
         for store in (self.inbox, self.streams, self.outbox, self.on_the_way, self.replies, self.newest):
             store.clear()
+        self.replaced.clear()
 
     def _number(self) -> int:
         self.last_number += 1
@@ -155,6 +158,7 @@ class Model:
     def _forget_stream(self, key: Key) -> None:
         armed = self.streams.pop(key, None)
         if armed is not None:
+            self.replaced.add(armed[0])
             self.outbox = [s for s in self.outbox if s.question.key != key or s.question.every_call_counts]
             self.outbox.append(Sent("end", armed[1], 0, ends=armed[0]))
 
@@ -178,6 +182,8 @@ class Model:
             if key not in self.streams:
                 self.inbox.pop(key, None)
         elif sent.kind == "once" or self.streams.get(key, (0,))[0] == sent.number:
+            self._store(sent.question, result, sent.number)
+        elif sent.question.takes and sent.number in self.replaced and result[1]:
             self._store(sent.question, result, sent.number)
 
     def _store(self, question: Question, result: Result, number: int) -> None:

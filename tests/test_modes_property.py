@@ -171,6 +171,17 @@ class Strings(BothSides):
         self.both(v.simxGetAndClearStringSignal, (name,), mode, get_and_clear(name))
 
 
+def test_a_stream_that_took_nothing_leaves_nothing_when_it_is_replaced() -> None:
+    sides = Strings()
+    sides.read(mode="streaming", name="a")
+    sides.pass_is_made()
+    sides.pause()
+    sides.read(mode="oneshot", name="a")
+    sides.resume()
+    sides.read(mode="buffer", name="a")
+    sides.teardown()
+
+
 _SETTINGS = settings(
     max_examples=60,
     stateful_step_count=150,
