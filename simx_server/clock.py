@@ -27,6 +27,8 @@ class Pacer:
         self._now = now
         self._due = now()
         self._has_warned = False
+        self.lost = 0.0
+        """Seconds of wall time that were given up so far."""
 
     def restart(self) -> None:
         """The next pass is due now: the simulation was started or resumed."""
@@ -46,6 +48,7 @@ class Pacer:
         lag = now - self._due
         if lag > MAX_LAG:
             self._due = now
+            self.lost += lag
             if not self._has_warned:
                 self._has_warned = True
                 logger.warning(

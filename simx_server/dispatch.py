@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
 from .errors import CommandError
 from .handlers.registry import Handler
+from .metrics import Metrics
 from .sessions import ClientSession
 from .simulation import Simulation
 
@@ -29,12 +31,19 @@ class Answer(NamedTuple):
 class Dispatch:
     """Runs commands on a simulation. Physics thread only; pictures finish on the render thread."""
 
-    def __init__(self, simulation: Simulation, handlers: Mapping[str, Handler]) -> None:
+    def __init__(self, simulation: Simulation, handlers: Mapping[str, Handler], metrics: Metrics) -> None:
         self._simulation = simulation
         self._handlers = handlers
+        self._metrics = metrics
 
     def execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         """Execute a command; a Future when its result comes later. Never raises."""
+        began = time.perf_counter()
+        answer = self._execute(client, name, arguments)
+        self._metrics.executed(name, time.perf_counter() - began)
+        return answer
+
+    def _execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         try:
             command, checked = self.check(name, arguments)
             if client.may_only_read and not command.only_reads:
@@ -75,6 +84,7 @@ class Dispatch:
 
     def _failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         if isinstance(error, CommandError) and error.silent:
+            self._metrics.failed(name, "")
             return Answer(STATUS_REMOTE_ERROR, [])
         if isinstance(error, CommandError):
             text = f"{name}: {error}" if not str(error).startswith(name) else str(error)
@@ -84,6 +94,7 @@ class Dispatch:
             text = f"{name}: internal error, see the server's log: {type(error).__name__}: {error}"
             if client.is_news(text):
                 logger.error("%s of %s failed", name, client.name, exc_info=error)
+        self._metrics.failed(name, text, is_internal=not isinstance(error, CommandError))
         mode = self._simulation.parameters.error_report_mode
         if mode & c.sim_api_errormessage_report:
             client.errors.append(text)

@@ -24,6 +24,7 @@ from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox, Read
+from .metrics import Metrics
 from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
@@ -56,7 +57,8 @@ class Engine:
         """
         self.simulation = simulation
         self.sessions: dict[str, ClientSession] = {}
-        self._dispatch = Dispatch(simulation, handlers)
+        self.metrics = Metrics(lost=lambda: pacer.lost)
+        self._dispatch = Dispatch(simulation, handlers, self.metrics)
         self._publisher = Publisher(simulation, self._dispatch, pacer)
         self._pacer = pacer
         self._starting_port = starting_port
@@ -105,6 +107,7 @@ class Engine:
         while not self._is_ending and (deadline is None or time.monotonic() < deadline):
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
+            self.metrics.tick()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
@@ -184,7 +187,9 @@ class Engine:
         """One pass when the simulation advances; in any case the streams."""
         if self._is_advancing():
             try:
+                began = time.perf_counter()
                 self.simulation.advance()
+                self.metrics.passed(self.simulation.time_step, time.perf_counter() - began)
             except Exception:
                 logger.exception("the pass failed, so the simulation is stopped")
                 self.simulation.stop()
@@ -235,6 +240,7 @@ class Engine:
         """A client has gone: its streams and its stepped mode go with it."""
         session = self.sessions.pop(client, None)
         if session is not None:
+            self.metrics.left(client)
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)
@@ -255,6 +261,7 @@ class Engine:
         if (before := session.interrupted) is not None:  # this batch may be what lets its pass come
             session.interrupted = None
             self._execute(session, before.rest, before.replies)
+        self.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
 

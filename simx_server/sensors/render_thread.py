@@ -10,6 +10,7 @@ The renderer, and with it every OpenGL call, lives and dies on this thread.
 import functools
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
@@ -17,6 +18,7 @@ from dataclasses import dataclass, field
 
 import mujoco
 
+from simx_server.metrics import PictureTimes
 from simx_server.sensors.camera_places import CameraPlaces
 from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
@@ -83,6 +85,7 @@ class RenderThread:
     ) -> None:
         self.ready = threading.Event()
         """Set once the back end is chosen."""
+        self.times = PictureTimes()
         self._closing = threading.Event()
         self._choose = choose or functools.partial(choose_backend, give_up=self._closing)
         self._make = make
@@ -105,6 +108,11 @@ class RenderThread:
     def backend(self) -> Backend | None:
         """The back end taken; None until the first picture was wanted."""
         return self._backend
+
+    @property
+    def waiting(self) -> int:
+        """Pictures that were asked for and are not begun."""
+        return len(self._waiting)
 
     def request(
         self,
@@ -215,13 +223,18 @@ class RenderThread:
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
-            picture = self._renderer_for(job.model).render(snapshot.data, job.view, job.rgb, job.depth)
+            renderer = self._renderer_for(job.model)
+            began = time.perf_counter()
+            picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth)
+            self.times.made(_camera_name(job), time.perf_counter() - began)
         # Whatever a driver or a renderer does wrong is the asker's to hear, and no reason to end the thread.
         except Exception as error:
             self._drop_renderer()
             with self._wake:
                 self._forget(job)
-            job.future.set_exception(_explained(job, self._backend, error))
+            explained = _explained(job, self._backend, error)
+            self.times.not_made(str(explained))
+            job.future.set_exception(explained)
             return
         with self._wake:
             self._forget(job)
@@ -276,6 +289,11 @@ class RenderThread:
 
 def _names(rgb: bool, depth: bool) -> set[str]:
     return {name for name, is_asked in (("rgb", rgb), ("depth", depth)) if is_asked}
+
+
+def _camera_name(job: _Job) -> str:
+    camera = job.view.camera_id
+    return mujoco.mj_id2name(job.model, mujoco.mjtObj.mjOBJ_CAMERA, camera) or f"camera {camera}"
 
 
 def _failed(reason: str) -> "Future[Picture]":
