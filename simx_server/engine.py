@@ -57,7 +57,7 @@ class Engine:
         """
         self.simulation = simulation
         self.sessions: dict[str, ClientSession] = {}
-        self.metrics = Metrics(lost=lambda: pacer.lost)
+        self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(simulation, handlers, self.metrics)
         self._publisher = Publisher(simulation, self._dispatch, pacer)
         self._pacer = pacer

@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 from simx_client.protocol.commands import ANSWERED
 
+from .clock import Pacer
+
 INTERVAL = 1.0
 """Seconds between two samples."""
 
@@ -101,6 +103,7 @@ class Sample(NamedTuple):
     client_calls: dict[str, int]
     warnings: int
     errors: int
+    pictures_failed: int
     lost: float
 
 
@@ -131,14 +134,15 @@ class LogCount(logging.Handler):
         super().__init__(logging.WARNING)
         self.warnings = 0
         self.errors = 0
-        self.last = ""
+        self.last_warning = ""
+        self.last_error = ""
 
     def emit(self, record: logging.LogRecord) -> None:
+        text = record.getMessage()[:MAX_TEXT]
         if record.levelno >= logging.ERROR:
-            self.errors += 1
+            self.errors, self.last_error = self.errors + 1, text
         else:
-            self.warnings += 1
-        self.last = record.getMessage()[:MAX_TEXT]
+            self.warnings, self.last_warning = self.warnings + 1, text
 
 
 class Metrics:
@@ -146,18 +150,18 @@ class Metrics:
 
     def __init__(
         self,
+        pacer: Pacer,
         now: Callable[[], float] = time.monotonic,
         processor: Callable[[], float] = time.process_time,
-        lost: Callable[[], float] = float,
     ) -> None:
         """Begin at zero.
 
         Args:
             now: the wall clock, seconds.
             processor: seconds of processor time of the process.
-            lost: seconds that the simulation has fallen behind its pace and given up.
         """
-        self._now, self._processor, self._lost = now, processor, lost
+        self.pacer = pacer
+        self._now, self._processor = now, processor
         self.began = now()
         self.passes = 0
         self.simulated = 0.0
@@ -176,6 +180,8 @@ class Metrics:
         """For `failed` alone, which the render thread uses too."""
 
         self.pictures = PictureTimes()
+        """Those of the simulation's render thread, when it has one."""
+
         self.log = LogCount()
         self._samples: deque[Sample] = deque([self.sample()], maxlen=SAMPLES)
         self._next_sample = self.began + INTERVAL
@@ -251,7 +257,8 @@ class Metrics:
             dict(self.client_calls),
             self.log.warnings,
             self.log.errors,
-            self._lost(),
+            self.pictures.failed,
+            self.pacer.lost,
         )
 
 

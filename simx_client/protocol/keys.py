@@ -3,6 +3,8 @@
 simx/<realm>/hello            queryable: greeting in, welcome out
 simx/<realm>/alive            liveliness token of the server
 simx/<realm>/status           queryable: what the server does and how loaded it is
+simx/<realm>/health           queryable, JSON: whether it works
+simx/<realm>/metrics          queryable, JSON: all that it counts
 simx/<realm>/client/<client>  liveliness token of a client
 simx/<realm>/call/<client>    batches of calls, client to server
 simx/<realm>/reply/<client>   deliveries, every one arrives
@@ -44,6 +46,14 @@ def alive(realm: str) -> str:
 
 def status(realm: str) -> str:
     return f"{ROOT}/{realm}/status"
+
+
+def health(realm: str) -> str:
+    return f"{ROOT}/{realm}/health"
+
+
+def metrics(realm: str) -> str:
+    return f"{ROOT}/{realm}/metrics"
 
 
 def realm_of(key: str) -> str:

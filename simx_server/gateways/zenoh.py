@@ -15,10 +15,12 @@ from typing import Any
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import CodecError, decode_greeting, encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Status, Welcome
+from simx_client.protocol.reports import Health, Metrics, encode_report
 
-from .. import __version__
+from .. import __version__, report
 from ..engine import Engine
 from ..inbox import Arrival
+from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
 from .exposure import exposure
@@ -113,12 +115,15 @@ class ZenohGateway:
         session, realm = self._session, self.realm
         direct = self._zenoh.handlers.Callback
         # complete=True: a client's question may stop at this server.
-        self._hello = session.declare_queryable(
-            keys.hello(realm), direct(self._on_hello, indirect=False), complete=True
-        )
-        self._status = session.declare_queryable(
-            keys.status(realm), direct(self._on_status, indirect=False), complete=True
-        )
+        self._queryables = [
+            session.declare_queryable(key, direct(self._answering(answer), indirect=False), complete=True)
+            for key, answer in (
+                (keys.hello(realm), self._welcome),
+                (keys.status(realm), self._tell_status),
+                (keys.health(realm), self._tell_health),
+                (keys.metrics(realm), self._tell_metrics),
+            )
+        ]
         inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
         self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
@@ -128,11 +133,9 @@ class ZenohGateway:
 
     # --- Zenoh's threads -------------------------------------------------------------------------
 
-    def _on_hello(self, query: Any) -> None:
-        self._engine.post(partial(self._welcome, query))
-
-    def _on_status(self, query: Any) -> None:
-        self._engine.post(partial(self._tell_status, query))
+    def _answering(self, answer: Callable[[Any], None]) -> Callable[[Any], None]:
+        """What Zenoh is to call with a query that the physics thread will answer."""
+        return lambda query: self._engine.post(partial(answer, query))
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
@@ -170,6 +173,11 @@ class ZenohGateway:
         if client not in self._present:
             return None
         if client not in self._engine.sessions:
+            try:
+                wanted = len(self._engine.sessions) + 1
+                self._engine.simulation.limits.check("clients", wanted, "let others leave first")
+            except LimitReached as problem:
+                return str(problem)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return ""
@@ -193,6 +201,16 @@ class ZenohGateway:
         )
         with query:
             query.reply(keys.status(self.realm), encode(status))
+
+    def _tell_health(self, query: Any) -> None:
+        self._report(query, keys.health(self.realm), report.health(self._engine, self.realm))
+
+    def _tell_metrics(self, query: Any) -> None:
+        self._report(query, keys.metrics(self.realm), report.metrics(self._engine, self.realm, self.ports))
+
+    def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
+        with query:
+            query.reply(key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
 
     def close(self) -> None:
         """Leave the network. Clients notice at once."""
