@@ -178,7 +178,7 @@ class Connection:
             return False
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
-            self._modes.reset()
+            self._modes.lose(arms_again=self._may_reconnect)
             self._takers.clear()
             self._header = None
             logger.warning(
@@ -199,7 +199,7 @@ class Connection:
                 logger.debug("no greeting yet: %s", error)
                 return False
             self._count_connection()
-            logger.warning("connected to %s again; streams must be asked for again", self.where)
+            logger.warning("connected to %s again; its streams are armed again", self.where)
         return True
 
     # --- calls -----------------------------------------------------------------------------------

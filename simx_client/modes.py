@@ -12,7 +12,8 @@ remove        forget the value; 0 if there was one
 split         as oneshot and streaming: pieces were a matter of the original's transport
 ============  =====================================================================================
 
-A key (function and identifying arguments) has at most one inbox entry and one stream.
+A key (function and identifying arguments) has at most one inbox entry and one stream. Streams outlive the loss of a
+connection that may be taken up again: the server that comes back is asked for them. In the original they did not.
 """
 
 from __future__ import annotations
@@ -238,8 +239,13 @@ class Modes:
         self.last_command_time_ms = reply.time_ms
         return shape.failure(reply.status) if reply.status else shape.success(reply.values)
 
-    def reset(self) -> None:
-        """A connection was lost: everything on the way or stored is gone; counters stay."""
+    def lose(self, *, arms_again: bool) -> None:
+        """The connection was lost: everything on the way or stored is gone; counters stay.
+
+        Args:
+            arms_again: queue the streams anew, in their order, for a server that comes back.
+        """
+        streams = [(self._asked[stream.call_id], stream) for stream in self._streams.values()]
         self.inbox.clear()
         self._streams.clear()
         self._asked.clear()
@@ -247,6 +253,9 @@ class Modes:
         self._ended.clear()
         self._outbox.clear()
         self._awaited = self._answer = None
+        if arms_again:
+            for (key, shape), stream in streams:
+                self._arm(shape, key, stream.arguments, stream.delay_ms)
 
 
 def _together(unread: Any, new: Any) -> Any:

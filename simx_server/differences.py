@@ -150,8 +150,8 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "A lost connection is taken up again",
-        "when the server is back, unless doNotReconnectOnceDisconnected says not to. V-REP's Python binding could not, "
-        "because of a dangling pointer.",
+        "when the server is back, unless doNotReconnectOnceDisconnected says not to, and its streams are armed again. "
+        "V-REP's Python binding could not, because of a dangling pointer, and forgot its streams.",
         _ZENOH + "test_a_killed_server_is_noticed_and_a_new_one_is_found_again",
         "simxStart simxGetConnectionId",
     ),

@@ -74,6 +74,7 @@ class Model:
     replaced: set[int] = field(default_factory=set)
     """Streams that something else took the place of: what they took of a string stream is not lost."""
     is_paused: bool = False
+    is_lost: bool = False
     last_number: int = 0
 
     # --- the client --------------------------------------------------------------------------------
@@ -81,7 +82,7 @@ class Model:
     def call(self, question: Question, mode: str) -> Any:
         if mode == "blocking":
             return self._blocking(question)
-        if not self.is_paused:
+        if not self.is_paused and not self.is_lost:
             self._receive()
         key = question.key
         if mode == "remove":
@@ -94,14 +95,11 @@ class Model:
             armed = self.streams.get(key)
             if armed is None or armed[1].value != question.value:
                 self._forget_stream(key)
-                sent = Sent("stream", question, self._number())
-                self._queue(sent)
-                self.streams[key] = (sent.number, question)
+                self._arm(question)
         elif mode == "oneshot":
             self._forget_stream(key)
             self._queue(Sent("once", question, self._number()))
-        if not self.is_paused:
-            self._send()
+        self._send()
         return result
 
     def _blocking(self, question: Question) -> Any:
@@ -132,12 +130,29 @@ class Model:
         self._send()
 
     def lose(self) -> None:
-        """The connection breaks: what the server has is still executed, everything else is gone, on both sides."""
+        """The connection breaks: what the server has is still executed, everything else is gone, on both sides.
+
+        The client remembers what it streamed, as if it had asked for it again at once.
+        """
         self._execute()
         self.server.streams.clear()
+        streamed = [question for _, question in self.streams.values()]
         for store in (self.inbox, self.streams, self.outbox, self.on_the_way, self.replies, self.newest):
             store.clear()
         self.replaced.clear()
+        self.is_lost = True
+        for question in streamed:
+            self._arm(question)
+
+    def find(self) -> None:
+        """A server is there again."""
+        self.is_lost = False
+        self._send()
+
+    def _arm(self, question: Question) -> None:
+        sent = Sent("stream", question, self._number())
+        self._queue(sent)
+        self.streams[question.key] = (sent.number, question)
 
     def _number(self) -> int:
         self.last_number += 1
@@ -163,6 +178,8 @@ class Model:
             self.outbox.append(Sent("end", armed[1], 0, ends=armed[0]))
 
     def _send(self) -> None:
+        if self.is_paused or self.is_lost:
+            return
         self.on_the_way += self.outbox
         self.outbox = []
 

@@ -91,6 +91,8 @@ class BothSides(RuleBasedStateMachine):
         self.world.close()
 
     def both(self, function: Any, arguments: tuple[Any, ...], mode: str, question: Question) -> None:
+        if mode == "blocking" and self.model.is_lost:
+            return  # it would wait for the server to come back
         expected = self.model.call(question, mode)
         assert function(self.cid, *arguments, MODES[mode]) == expected
 
@@ -111,14 +113,19 @@ class BothSides(RuleBasedStateMachine):
         assert v.simxPauseCommunication(self.cid, False) == 0
         self.model.resume()
 
-    @precondition(lambda self: not self.model.is_paused)
+    @precondition(lambda self: not self.model.is_lost)
     @rule()
-    def connection_is_lost_and_found(self) -> None:
+    def connection_is_lost(self) -> None:
         self.transport.lose()
         assert v.simxGetConnectionId(self.cid) == -1
+        self.model.lose()
+
+    @precondition(lambda self: self.model.is_lost)
+    @rule()
+    def connection_is_found(self) -> None:
         self.transport._connected = True  # a server is there again
         assert v.simxGetConnectionId(self.cid) > 1
-        self.model.lose()
+        self.model.find()
 
     @invariant()
     def numbers_and_streams_are_the_same_on_both_sides(self) -> None:

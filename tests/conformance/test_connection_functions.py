@@ -90,12 +90,12 @@ def test_connection_id_is_1_minus_1_while_lost_and_counts_reconnections(
     transport: Any = connection._transport
     transport.lose()
     assert simx(cid) == -1
-    assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER) == (NOVALUE, []), (
-        "streams are gone, and it is not 64"
-    )
+    assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER) == (NOVALUE, []), "and it is not 64"
     assert v.simxGetInMessageInfo(cid, STATE) == (-1, 0)
     transport._connected = True  # a server is there again
     assert simx(cid) == 2
+    world.engine.turn()
+    assert v.simxGetObjects(cid, v.sim_handle_all, BUFFER)[0] == OK, "the stream is armed again"
     assert v.simxGetObjects(cid, v.sim_handle_all, BLOCKING)[0] == OK
 
 
@@ -339,12 +339,10 @@ def test_a_stream_with_a_rate_and_modes_with_unknown_bits_are_accepted(world: An
     assert v.simxGetObjects(cid, v.sim_object_joint_type, BUFFER)[0] == OK
 
 
-def test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on(
-    world: Any, cid: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on(world: Any, cid: int) -> None:
     assert v.simxAddStatusbarMessage(cid, "x" * (MAX_TEXT + 1), BLOCKING) == REMOTE_ERROR
     assert v.simxSetObjectSelection(cid, [1] * (MAX_ITEMS + 1), BLOCKING) == REMOTE_ERROR
-    monkeypatch.setattr("simx_server.publishing.MAX_STREAMS", 3)
+    world.simulation.limits = Limits(streams=3)
     v.simxStartSimulation(cid, BLOCKING)
     for number in range(4):
         v.simxSetIntegerSignal(cid, f"s{number}", 1, BLOCKING)
