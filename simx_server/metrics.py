@@ -11,7 +11,8 @@ import threading
 import time
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -136,6 +137,18 @@ class LogCount(logging.Handler):
         self.errors = 0
         self.last_warning = ""
         self.last_error = ""
+
+    @contextmanager
+    def attached(self) -> Generator[None]:
+        """Within the block what this package and the client's log is counted."""
+        loggers = [logging.getLogger(name) for name in ("simx_server", "simx_client")]
+        for each in loggers:
+            each.addHandler(self)
+        try:
+            yield
+        finally:
+            for each in loggers:
+                each.removeHandler(self)
 
     def emit(self, record: logging.LogRecord) -> None:
         text = record.getMessage()[:MAX_TEXT]
