@@ -112,13 +112,14 @@ def run_server(
         logger.error("%s", error)
         return EXIT_FAILURE
     simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
+    engine.metrics.pictures = simulation.rendering.times
     simulation.parameters.pace = pacer
     simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
     simulation.parameters.end = engine.end
     if settings.quit_after_stop:
         simulation.on_stop.append(engine.end)
     try:
-        with noted(gateway.endpoints), _ending_by_signal(engine):
+        with noted(gateway.endpoints), _ending_by_signal(engine), engine.metrics.log.attached():
             if settings.start:
                 simulation.start()
             # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
