@@ -17,6 +17,7 @@ import mujoco
 
 from simx_server.errors import CommandError
 from simx_server.joints import Joints
+from simx_server.library import find_scene
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
 from simx_server.signals import Signals
@@ -136,6 +137,15 @@ class Simulation:
         """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
         self.on_script_stopped: list[Callable[[str], object]] = []
         """Called with the reason, when an error has ended a script."""
+        self.on_file: list[Callable[[Path], object]] = []
+        """Called with each file of the server's side that a client or a script has read: scenes, models, scripts."""
+        self.find_file: Callable[[str, bool], Path] = self._find_file
+        """The scene file that a text means, or (True) model file. Raises CommandError. A replay has its own."""
+        self.more_folders: list[Path] = []
+        """From which clients may load too."""
+        self.script_point: Listener = _nothing
+        """Called before each call of a script's into the API, and after each call into a script: a script cannot tell
+        where between two of these something was changed. Set by recordings and replays."""
         self.serve_others: Listener = _nothing
         """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
         self.scene: Scene
@@ -379,6 +389,9 @@ class Simulation:
         self._velocities.restart()
         self.model_edited()
         self.changed()
+
+    def _find_file(self, text: str, is_model: bool) -> Path:
+        return find_scene(text, self.workspace, model=is_model).resolve()
 
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:

@@ -11,7 +11,7 @@ from simx_client.protocol.files import MESH_SUFFIXES, twins, vrep_stem
 
 from .. import workspace
 from ..errors import CommandError
-from ..library import find_scene, shipped_scenes
+from ..library import shipped_scenes
 from ..references import check_references
 from ..scene.annotations import SceneError
 from ..scene.models import load_model as add_model
@@ -70,6 +70,7 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
         check_references(found, _open_folders(sim))
+        _tell(sim, found)
         sim.load(found)
         if sim.scene.path is not None and name != found.name:
             sim.scene.path = sim.scene.path.with_name(name)
@@ -116,6 +117,7 @@ def find_scene_of_server(sim: Simulation, text: str) -> Path:
 
 def _add(sim: Simulation, found: Path, name: str) -> int:
     check_references(found, _open_folders(sim))
+    _tell(sim, found)
     handle = add_model(sim, found, PurePosixPath(name).stem)
     sim.selection = [handle]
     return handle
@@ -165,18 +167,24 @@ def _checked(path: str) -> str:
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
-    found = find_scene(text, sim.workspace, model=model).resolve()
+    found = sim.find_file(text, model)
     if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
         raise CommandError(
             f"{text!r} lies outside the server's workspace {sim.workspace}; "
             "move it there, or start the server with --workspace"
         )
+    _tell(sim, found)
     return found
+
+
+def _tell(sim: Simulation, found: Path) -> None:
+    for listener in sim.on_file:
+        listener(found)
 
 
 def _open_folders(sim: Simulation) -> list[Path]:
     """The folders that clients may load from: the workspace, the shipped scenes, that of the present scene."""
-    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
+    folders = [sim.workspace.resolve(), shipped_scenes().resolve(), *sim.more_folders]
     if sim.scene.path is not None:
         folders.append(sim.scene.path.resolve().parent)
     return folders

@@ -129,6 +129,7 @@ class Lives:
             return action(interpreter)
         finally:
             self._active -= 1
+            self._sim.script_point()
 
     def fail(self, script: Script, problem: str) -> None:
         """Stop one script until the next start."""

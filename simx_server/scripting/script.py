@@ -118,6 +118,8 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
         if not path.is_relative_to(folder):
             raise ScriptError(f"{name} is outside the scene's folder {folder}; put it there")
         if path.is_file():
+            for listener in sim.on_file:
+                listener(path)
             return path
     raise ScriptError(f"{name} is not in the scene's folder {folder}, nor in its {MODELS}/")
 
@@ -138,6 +140,7 @@ class ScriptSide:
         return self._spaces.names()
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
+        self._sim.script_point()
         return self._spaces.invoke(name, arguments)
 
     def module(self, name: str) -> bytes | None:
