@@ -13,7 +13,8 @@ generator on the server's side: `Api.invoke` returns it instead of results, each
 next pass", what it returns is the tuple of results. The interpreter advances it once at once, and if it yields, once at
 each further resumption of the coroutine that called; exceptions of it are those of the call. Outside a coroutine
 such a call is refused with `NOT_IN_A_THREAD` before the generator is advanced. Beside this, a call of the API made in
-a thread, that is over `Switching.seconds` of wall time after the thread's resumption, gives way by itself (waits for
+a thread, that is over `Switching.seconds` after the thread's resumption, counted in calls and not by a clock so that
+runs can be repeated bit for bit, gives way by itself (waits for
 the next resumption, then returns its results), unless `Switching.level` is above 0.
 
 **Others are served.** While a call into a script runs longer than `PATIENCE`, the interpreter calls `Api.serve_others`
@@ -40,6 +41,10 @@ PATIENCE = 0.003
 
 MAX_DEPTH = 16
 """Tables within tables that may cross the border; deeper, and endless ones, are an error."""
+
+CALL_TIME = 10e-6
+"""Seconds that a call of the API counts for where a thread is to give way after some time. One from Lua takes 6 or 7
+microseconds, one from Python 20 to 40; the clock itself would make every run of a scene with threads another one."""
 
 NOT_IN_A_THREAD = (
     "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
@@ -76,10 +81,18 @@ class Switching:
     """Above 0 only a function that waits gives way."""
 
     seconds: float = 0.002
-    """Wall time after a resumption at whose end the next call of the API gives way; V-REP's default."""
+    """Time after a resumption at whose end the next call of the API gives way; V-REP's default."""
+
+    calls: int = 0
+    """Of the API by the thread, since its resumption."""
 
     spent: float = 0.0
     """Processor seconds that functions of the API with limits of their own took in the present call into the script."""
+
+    def gives_way(self) -> bool:
+        """Whether a call by the thread does so; to be asked once for each."""
+        self.calls += 1
+        return not self.level and self.calls * CALL_TIME > self.seconds
 
 
 class Api(Protocol):

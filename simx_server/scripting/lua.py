@@ -69,7 +69,6 @@ class LuaInterpreter:
         self._depth = 0
         self._has_ended = False
         self._deadline = 0.0
-        self._resumed = 0.0
         self._serve_next = 0.0
         self._waiting: dict[int, Waiting] = {}
         self._tokens = itertools.count(1)
@@ -145,8 +144,8 @@ class LuaInterpreter:
         if not self._depth:
             self._deadline = time.thread_time() + self._time_limit
             self._api.switching.spent = 0.0
-            self._resumed = time.monotonic()
-            self._serve_next = self._resumed + PATIENCE
+            self._api.switching.calls = 0
+            self._serve_next = time.monotonic() + PATIENCE
         self._depth += 1
         try:
             answer = self._face[action](*arguments)
@@ -197,11 +196,8 @@ class LuaInterpreter:
                 token = next(self._tokens)
                 self._waiting[token] = results
                 return self._advance(token)
-            switching = self._api.switching
-            is_over = (
-                level == 1 and not switching.level and time.monotonic() > self._resumed + switching.seconds
-            )
-            return (b"switch" if is_over else True, *map(self._to_lua, results))
+            is_over = level > 0 and self._api.switching.gives_way()
+            return (b"switch" if is_over and level == 1 else True, *map(self._to_lua, results))
 
         return self._answer(function, act)
 

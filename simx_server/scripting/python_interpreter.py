@@ -75,7 +75,6 @@ class PythonInterpreter:
         self._names: set[str] = set()
         self._depth = 0
         self._in_thread = False
-        self._resumed = 0.0
         self._thread = ""
         """The thread's function while it has not begun."""
         self._held: list[Any] | Waiting | None = None
@@ -154,7 +153,7 @@ class PythonInterpreter:
             raise ScriptError(self._process.ended)
         if not self._depth:
             self._process.begin()
-            self._resumed = time.monotonic()
+            self._api.switching.calls = 0
         outer, self._in_thread = self._in_thread, in_thread
         self._depth += 1
         try:
@@ -221,8 +220,7 @@ class PythonInterpreter:
             ]
         except Exception as problem:
             return self._refusal(name, problem)
-        switching = self._api.switching
-        if self._in_thread and not switching.level and time.monotonic() > self._resumed + switching.seconds:
+        if self._in_thread and self._api.switching.gives_way():
             self._held = answer
             return None
         return answer
