@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import CodecError, decode_batch
 from simx_client.protocol.constants import sim_api_errormessage_report
@@ -28,6 +28,9 @@ from .metrics import Metrics
 from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
+
+if TYPE_CHECKING:
+    from .recording import Recorder
 
 logger = logging.getLogger(__name__)
 
@@ -73,6 +76,9 @@ class Engine:
         """Passes follow the wall clock at present."""
 
         self._is_ending = False
+        self.recorder: Recorder | None = None
+        """Told of all that is done for clients, in order."""
+
         simulation.on_stop.append(self._end_stepping)
         simulation.on_script_stopped.append(self._tell_everybody)
         simulation.serve_others = self.serve_others
@@ -123,6 +129,7 @@ class Engine:
             return
         for event in self._inbox.at_hand():
             self._handle(event)
+            self.simulation.settle()  # after each, however many came together
         self.simulation.settle()
         if self._seconds_until_pass() <= 0:
             self._pass()
@@ -155,6 +162,11 @@ class Engine:
         return self._is_ending
 
     @property
+    def is_serving(self) -> bool:
+        """Whether others are served while a script runs."""
+        return self._is_serving
+
+    @property
     def is_waiting_for_trigger(self) -> bool:
         """Whether a running simulation stands still until stepped clients trigger (parameter 45)."""
         return self.simulation.state is SimulationState.RUNNING and any(
@@ -185,7 +197,8 @@ class Engine:
 
     def _pass(self) -> None:
         """One pass when the simulation advances; in any case the streams."""
-        if self._is_advancing():
+        is_advancing = self._is_advancing()
+        if is_advancing:
             try:
                 began = time.perf_counter()
                 self.simulation.advance()
@@ -203,6 +216,8 @@ class Engine:
             if self._idle_is_wanted():
                 self._handle(self.simulation.idle)
             self._publisher.publish(self.sessions.values(), after_pass=False)
+        if self.recorder is not None:
+            self.recorder.passed(is_advancing=is_advancing)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def _tell_everybody(self, problem: str) -> None:
@@ -223,6 +238,8 @@ class Engine:
         self.leave(client)
         session = ClientSession(client, name, port, link)
         self.sessions[client] = session
+        if self.recorder is not None:
+            self.recorder.joined(client, name, port)
         logger.info("client %s joined by port %d", name, port)
         is_stopped = self.simulation.state is SimulationState.STOPPED
         if port == self._starting_port and is_stopped and not session.may_only_read:
@@ -234,12 +251,16 @@ class Engine:
 
     def _start_for(self, port: int) -> None:
         logger.info("starting the simulation, as port %d exists only while one runs", port)
+        if self.recorder is not None:
+            self.recorder.started()
         self.simulation.start()
 
     def leave(self, client: str) -> None:
         """A client has gone: its streams and its stepped mode go with it."""
         session = self.sessions.pop(client, None)
         if session is not None:
+            if self.recorder is not None:
+                self.recorder.left(client)
             self.metrics.left(client)
             session.set_stepping(False)
             session.link.close()
@@ -252,6 +273,8 @@ class Engine:
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
+        if self.recorder is not None:
+            self.recorder.batch(client, payload)
         try:
             batch = decode_batch(payload)
         except CodecError as error:
@@ -309,6 +332,8 @@ class Engine:
         if self._is_serving:
             self._inbox.hold(partial(self._go_on, session, batch, reply))
         elif session.interrupted is batch and self.sessions.get(session.client) is session:
+            if self.recorder is not None:
+                self.recorder.went_on(session.client)
             session.interrupted = None
             self._execute(session, batch.rest, [*batch.replies, reply])
         else:
