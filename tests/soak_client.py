@@ -1,6 +1,7 @@
-"""One client of the soak: random calls, valid and not, in all modes; now and then it leaves, or dies without a word.
+"""One client of the soak: it plays its role; now and then it leaves, or dies without a word.
 
-Run by ``soak.py``; arguments: port, seed, seconds, scene, a file to transfer.
+The role ``mixed`` is random calls, valid and not, in all modes; the others are in `soak_roles.py`. Run by ``soak.py``;
+arguments: port, seed, seconds, scene, a file to transfer, the role.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import random
+import signal
 import sys
 import time
 from typing import Any
@@ -15,6 +17,7 @@ from typing import Any
 import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.protocol.commands import TABLE, Command, Place
+from soak_roles import ROLES
 
 BLOCKING = v.simx_opmode_blocking
 MODES = [v.simx_opmode_oneshot] * 6 + [BLOCKING] * 5 + [v.simx_opmode_streaming] * 3
@@ -25,6 +28,8 @@ MODES += (
 )
 CALLS_PER_CONNECTION = 400
 MOST_OBJECTS = 60
+DEATHS = {"coming": 0.02}
+"""How often a role kills its process in place of leaving, if not 0.1; who comes and goes all the time, seldom."""
 
 EXIT_REQUEST = 41
 """The boolean parameter by which a client ends the server."""
@@ -146,25 +151,34 @@ class Client:
         for clear in (v.simxClearStringSignal, v.simxClearIntegerSignal, v.simxClearFloatSignal):
             clear(self.cid, "", BLOCKING)
 
-    def run(self, seconds: float) -> None:
+    def mix(self, end: float) -> None:
+        """Random calls of one connection."""
+        for number in range(CALLS_PER_CONNECTION):
+            if time.monotonic() > end or v.simxGetConnectionId(self.cid) == -1:
+                break
+            if number % 50 == 49:
+                self.tidy()
+            if self.random.random() < 0.03:
+                self.something_else()
+            else:
+                self.call()
+
+    def run(self, seconds: float, role: str) -> None:
         """Connections one after the other, until the time is over."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.connect()
-            for number in range(CALLS_PER_CONNECTION):
-                if time.monotonic() > end or v.simxGetConnectionId(self.cid) == -1:
-                    break
-                if number % 50 == 49:
-                    self.tidy()
-                if self.random.random() < 0.03:
-                    self.something_else()
-                else:
-                    self.call()
-            if time.monotonic() < end and self.random.random() < 0.3:
-                os._exit(0)  # as a script that is killed
+            if role == "mixed":
+                self.mix(end)
+            else:
+                for _ in range(1 if role == "coming" else self.random.randrange(1, 6)):
+                    if time.monotonic() < end and v.simxGetConnectionId(self.cid) != -1:
+                        ROLES[role](self.cid, self.random, self.scene)
+            if time.monotonic() < end and self.random.random() < DEATHS.get(role, 0.1):
+                os.kill(os.getpid(), signal.SIGKILL)
             v.simxFinish(self.cid)
 
 
 if __name__ == "__main__":
     logging.disable(logging.CRITICAL)  # remote errors are what is wanted here
-    Client(int(sys.argv[1]), int(sys.argv[2]), sys.argv[4], sys.argv[5]).run(float(sys.argv[3]))
+    Client(int(sys.argv[1]), int(sys.argv[2]), sys.argv[4], sys.argv[5]).run(float(sys.argv[3]), sys.argv[6])
