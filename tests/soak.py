@@ -19,10 +19,10 @@ from contextlib import ExitStack
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
-from soak_server import Crashes, Counts, SoakServer
+from soak_server import Counts, Crashes, SoakServer
 
 HERE = Path(__file__).parent
-ROLES = ("mixed", "mixed", "mixed", "mixed", "pictures", "stepping", "editing", "coming")
+ROLES: tuple[str, ...] = ("mixed", "mixed", "mixed", "mixed", "pictures", "stepping", "editing", "coming")
 ROUND = 100.0
 """Seconds of one round, if that makes from three to twelve."""
 CLIENT_EXIT_TIMEOUT = 30.0
@@ -163,7 +163,7 @@ def main(seconds: float, seed: int = 0) -> int:
         soak.run()
         found = soak.judge() + list(crashes.texts) + soak.server.left_behind()
     names = [field.name for field in fields(Counts)]
-    for row in [names, *map(astuple, soak.counts)]:
+    for row in [names, *(astuple(counts) for counts in soak.counts)]:
         print("".join(f"{each!s:>16}" for each in row))
     print(f"{soak.started} clients, of which {soak.killed} died by SIGKILL")
     print("\n".join(found) if found else "nothing grew, nothing failed")

@@ -14,10 +14,11 @@ import sys
 import time
 from typing import Any
 
+from soak_roles import ROLES
+
 import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.protocol.commands import TABLE, Command, Place
-from soak_roles import ROLES
 
 BLOCKING = v.simx_opmode_blocking
 MODES = [v.simx_opmode_oneshot] * 6 + [BLOCKING] * 5 + [v.simx_opmode_streaming] * 3

@@ -139,6 +139,11 @@ class SoakServer:
         simulation.load(SCENE)
         for clear in ("integer", "float", "string"):
             getattr(simulation.signals, f"clear_{clear}")("")
+        consoles, dialogs = simulation.user_interface.consoles, simulation.user_interface.dialogs
+        for console in list(consoles):
+            consoles.close(console.handle)
+        for dialog in list(dialogs):
+            dialogs.end(dialog.handle)
         self.turn(SETTLING)
         gc.collect()
         ctypes.CDLL(None).malloc_trim(0)
