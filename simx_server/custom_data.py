@@ -9,16 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from .errors import CommandError
-
 if TYPE_CHECKING:
     from .simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
 """`sim_handle_scene` and `sim_handle_app`: in place of an object's handle."""
-
-MAX_BYTES = 256 << 20
-"""Of all of it together."""
 
 HIDDEN = "\0"
 """Begins names of the server's own, which no script can say; removing everything leaves them."""
@@ -39,7 +34,7 @@ class CustomData:
     def write(self, handle: int, name: str, data: bytes) -> None:
         """Keep it; with no data what has this name is removed, with no name everything.
 
-        Raises UnknownHandle, CommandError: too much.
+        Raises UnknownHandle, LimitReached.
         """
         known = self._of(handle)
         if not name:
@@ -49,8 +44,8 @@ class CustomData:
             known.pop(name, None)
         else:
             others = sum(len(each) for kept in self._known.values() for each in kept.values())
-            if others - len(known.get(name, b"")) + len(data) > MAX_BYTES:
-                raise CommandError(f"custom data may have {MAX_BYTES >> 20} MiB together; remove some")
+            wanted = others - len(known.get(name, b"")) + len(data)
+            self._sim.limits.check("custom_data", wanted, "remove some")
             known[name] = data
 
     def read(self, handle: int, name: str) -> bytes | None:

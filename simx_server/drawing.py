@@ -32,7 +32,6 @@ CYCLIC, FACING_CAMERA, ITEM_TRANSPARENCY, LOCAL = 0x1000, 0x20000, 0x80000, 0x80
 FIRST_HANDLE = 1
 _MOST_ITEMS = 100_000
 """Of one object: what it may hold when it is created without a limit."""
-_MOST_OBJECTS = 1000
 
 Color = tuple[float, float, float]
 
@@ -166,8 +165,7 @@ class DrawingObjects:
             raise CommandError(
                 f"a drawing object holds 1 to {_MOST_ITEMS} items, or 0 for the most; not {most}"
             )
-        if len(self._present()) >= _MOST_OBJECTS:
-            raise CommandError(f"there are {_MOST_OBJECTS} drawing objects already; remove some")
+        self._sim.limits.check("drawings", len(self._present()) + 1, "remove some")
         handle, self._next = self._next, self._next + 1
         self._objects[handle] = DrawingObject(
             handle, flags, size, max(0.0, tolerance), parent, most or _MOST_ITEMS, color, specular, emission

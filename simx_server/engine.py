@@ -16,14 +16,15 @@ from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol.codec import CodecError, decode_batch
+from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
 from simx_client.protocol.constants import sim_api_errormessage_report
-from simx_client.protocol.messages import STATUS_OK, Call, Operation, Reply
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox, Read
+from .limits import LimitReached
 from .metrics import Metrics
 from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
@@ -36,6 +37,9 @@ logger = logging.getLogger(__name__)
 
 IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
+
+MOST_REFUSALS = 1_000_000
+"""Calls that are answered of a message that is beyond a limit."""
 
 TRIGGER = "simxSynchronousTrigger"
 """Of a batch, what follows this is executed after the pass, or when the client's next batch comes before that."""
@@ -275,8 +279,15 @@ class Engine:
             return
         if self.recorder is not None:
             self.recorder.batch(client, payload)
+        limits = self.simulation.limits
         try:
+            if len(payload) > limits.message:
+                self._refuse(session, payload, limits.reached("message", "send less at a time"))
+                return
             batch = decode_batch(payload)
+            if len(batch.calls) > limits.calls:
+                self._refuse(session, payload, limits.reached("calls", "send less at a time"))
+                return
         except CodecError as error:
             logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
@@ -287,6 +298,15 @@ class Engine:
         self.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
+
+    def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
+        """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
+        session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
+        logger.warning("client %s: %s", session.name, problem)
+        session.errors.append(str(problem))
+        time_ms = self._publisher.time_ms()
+        replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
+        session.link.deliver(self._publisher.message(session, replies))
 
     def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
         """Execute calls of a batch; `replies` are those to calls before these."""

@@ -15,6 +15,7 @@ from .custom_data import CustomData
 from .drawing import DrawingObjects
 from .graphs import Graphs
 from .kinematics import IkGroups
+from .limits import Limits
 from .object_settings import ObjectSettings
 from .parameters import Parameters
 from .scene.collection import Collections
@@ -34,13 +35,16 @@ if TYPE_CHECKING:
     from .simulation import Simulation
 
 
-def attach_parts(sim: Simulation, workspace: Path | None = None) -> None:
+def attach_parts(sim: Simulation, workspace: Path | None = None, limits: Limits | None = None) -> None:
     """Give a simulation its parts; to be called once, before its first scene is loaded.
 
     `workspace` is the only folder, beside the shipped scenes and that of the present scene, from which clients may
     load scenes; the working directory if None. Pictures also need `sim.rendering`, a RenderThread.
     """
+    if limits is not None:
+        sim.limits = limits
     sim.workspace = (workspace or Path.cwd()).resolve()
+    sim.stored = {}
     _select_nothing(sim)
     for happened in (sim.on_load, sim.on_close):
         happened.append(partial(_select_nothing, sim))  # another scene may have the same handles

@@ -19,9 +19,10 @@ from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .errors import CommandError
+from .limits import LimitReached
 from .sessions import ClientSession
 from .simulation import Simulation, SimulationState
-from .streams import MAX_STREAMS, PassAnswers, Question, Shared, Stream
+from .streams import PassAnswers, Question, Shared, Stream
 
 logger = logging.getLogger(__name__)
 
@@ -76,8 +77,11 @@ class Publisher:
             command, arguments = self._dispatch.check(call.command, call.arguments)
         except CommandError:
             return  # the answer has said so, and it would be the same after each pass
-        if len(session.streams.by_id) >= MAX_STREAMS:
-            session.errors.append(f"at most {MAX_STREAMS} streams per client; end some with discontinue")
+        try:
+            wanted = len(session.streams.by_id) + (call.call_id not in session.streams.by_id)
+            self._simulation.limits.check("streams", wanted, "end some with discontinue")
+        except LimitReached as problem:
+            session.errors.append(str(problem))
             return
         if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
             return

@@ -48,7 +48,7 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     simulation = Simulation()
     simulation.rendering = RenderThread()
     stack.callback(simulation.rendering.close)
-    attach_parts(simulation, settings.workspace)
+    attach_parts(simulation, settings.workspace, settings.limits)
     simulation.parameters.arguments = settings.arguments
     simulation.scripts.allows_code = settings.allow_code
     stack.callback(simulation.scripts.close)

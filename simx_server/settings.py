@@ -18,6 +18,8 @@ from types import MappingProxyType
 from typing import Any
 
 from simx_client.protocol import keys
+from simx_server.limits import VALID as VALID_LIMIT
+from simx_server.limits import Limits, limit_text
 from simx_server.setting_rules import (
     Setting,
     SettingError,
@@ -188,6 +190,15 @@ class Settings:
         folder,
         metavar="FOLDER",
     )
+    limit: tuple[str, ...] = _setting(
+        (),
+        "--limit",
+        "how much clients may make it hold, as objects=500; repeatable, see limits.py",
+        VALID_LIMIT,
+        limit_text,
+        metavar="NAME=N",
+        many=True,
+    )
     arguments: tuple[str, ...] = _setting(
         (),
         "--argument",
@@ -209,6 +220,11 @@ class Settings:
     )
     origins: Mapping[str, str] = field(default_factory=dict[str, str], compare=False, repr=False)
     """Field name to where its value came from; a field that is not in it has its default."""
+
+    @property
+    def limits(self) -> Limits:
+        """All of them, with what was chosen."""
+        return Limits.of(self.limit)
 
     @classmethod
     def gather(cls, flags: Mapping[str, Any], environment: Mapping[str, str]) -> Settings:

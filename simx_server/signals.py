@@ -7,20 +7,22 @@ script is cleared with that script, when the run ends. So does V-REP 4.2; by the
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from typing import TYPE_CHECKING
 
 from .errors import CommandError
 
-MAX_SIGNALS = 10_000
-"""Signals of one kind."""
+if TYPE_CHECKING:
+    from .simulation import Simulation
 
-MAX_STRING_BYTES = 64 << 20
-"""Bytes of all string signals together."""
+MAX_NAME = 1000
+"""Characters of a signal's name."""
 
 
 class Signals:
     """Three independent name spaces. `owner` of a setter is whoever the signal dies with; None: it stays."""
 
-    def __init__(self) -> None:
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
         self.integers: dict[str, int] = {}
         self.floats: dict[str, float] = {}
         self.strings: dict[str, bytes] = {}
@@ -28,7 +30,7 @@ class Signals:
 
     def set_integer(self, name: str, value: int, owner: Hashable | None = None) -> None:
         """Raises CommandError when there are too many; the same for all kinds."""
-        _check_room(self.integers, name)
+        self._check_room(self.integers, name)
         self.integers[name] = int(value)
         self._remember("integers", name, owner)
 
@@ -40,7 +42,7 @@ class Signals:
         _clear(self.integers, name)
 
     def set_float(self, name: str, value: float, owner: Hashable | None = None) -> None:
-        _check_room(self.floats, name)
+        self._check_room(self.floats, name)
         self.floats[name] = float(value)
         self._remember("floats", name, owner)
 
@@ -51,12 +53,9 @@ class Signals:
         _clear(self.floats, name)
 
     def set_string(self, name: str, value: bytes, owner: Hashable | None = None) -> None:
-        _check_room(self.strings, name)
+        self._check_room(self.strings, name)
         others = sum(map(len, self.strings.values())) - len(self.strings.get(name, b""))
-        if others + len(value) > MAX_STRING_BYTES:
-            raise CommandError(
-                f"all string signals together may have {MAX_STRING_BYTES >> 20} MiB; clear some, or read them"
-            )
+        self._sim.limits.check("signal_bytes", others + len(value), "clear some, or read them")
         self.strings[name] = bytes(value)
         self._remember("strings", name, owner)
 
@@ -79,16 +78,18 @@ class Signals:
         for table, name in self._owned.pop(owner, ()):
             getattr(self, table).pop(name, None)
 
+    def _check_room(self, table: Mapping[str, object], name: str) -> None:
+        if name in table:
+            return
+        self._sim.limits.check("signals", len(table) + 1, "clear some")
+        if len(name) > MAX_NAME:
+            raise CommandError(f"a signal's name has at most {MAX_NAME} characters, not {len(name)}")
+
     def _remember(self, table: str, name: str, owner: Hashable | None) -> None:
         for names in self._owned.values():
             names.discard((table, name))
         if owner is not None:
             self._owned.setdefault(owner, set()).add((table, name))
-
-
-def _check_room(table: Mapping[str, object], name: str) -> None:
-    if len(table) >= MAX_SIGNALS and name not in table:
-        raise CommandError(f"at most {MAX_SIGNALS} signals of a kind can be set; clear some")
 
 
 def _clear(table: dict[str, int] | dict[str, float] | dict[str, bytes], name: str) -> None:

@@ -18,6 +18,7 @@ import mujoco
 from simx_server.errors import CommandError
 from simx_server.joints import Joints
 from simx_server.library import find_scene
+from simx_server.limits import Limits
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
 from simx_server.signals import Signals
@@ -68,6 +69,7 @@ class SimulationState(Enum):
 class Simulation:
     """One world: scene, model, state, joints, signals, and who listens to its life."""
 
+    limits = Limits()
     # Given by `parts.attach_parts` (a bare simulation works without them).
     applied_forces: AppliedForces
     custom_data: CustomData
@@ -90,6 +92,7 @@ class Simulation:
     user_interface: UserInterface
     selection: list[int]
     workspace: Path
+    stored: dict[Path, int]  # sizes of what clients have stored there
 
     def __init__(self) -> None:
         mujoco.set_mju_user_warning(_log_warning)
@@ -104,7 +107,7 @@ class Simulation:
         """Another number for every scene that was loaded, and for the empty one after closing."""
         self.dynamics_enabled = True
         """Boolean parameter 6: off, passes go by without physics. Another scene begins with them on."""
-        self.signals = Signals()
+        self.signals = Signals(self)
         self.on_starting: list[Listener] = []
         """Called while still stopped: what is changed here stays after the run."""
         self.is_stopping = False
@@ -201,12 +204,10 @@ class Simulation:
         return self.is_running and self.pass_count == 0
 
     def load(self, path: str | Path) -> None:
-        """Replace the scene by that of a file. A bad file raises SceneError and leaves the old scene.
-
-        Raises CommandError while the simulation is not stopped.
-        """
+        """Replace the scene by that of a file. Raises CommandError while not stopped, SceneError for a bad file."""
         self._require_stopped("a scene can be loaded")
         scene, model = load_scene(path)
+        self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         _call(self.on_closing)
         self._adopt(scene, model)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))

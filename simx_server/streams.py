@@ -18,9 +18,6 @@ from simx_client.protocol.commands import Command
 if TYPE_CHECKING:
     from .dispatch import Answer
 
-MAX_STREAMS = 4096
-"""Streams one client may have at a time."""
-
 Question = tuple[Any, ...]
 """Command and arguments."""
 

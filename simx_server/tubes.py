@@ -11,7 +11,6 @@ from .errors import CommandError
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-MAX_TUBES = 1000
 MAX_PACKETS = 10_000
 """That one end keeps until they are read."""
 
@@ -32,6 +31,7 @@ class Tubes:
     """All of the present run; they end with it."""
 
     def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
         self._ends: dict[int, _End] = {}
         self._next_handle = 1
         sim.on_stop.append(self._ends.clear)
@@ -43,8 +43,7 @@ class Tubes:
         """
         if not 0 < size <= MAX_PACKETS:
             raise CommandError(f"a tube keeps 1 to {MAX_PACKETS} packets, not {size}")
-        if len(self._ends) >= MAX_TUBES:
-            raise CommandError(f"at most {MAX_TUBES} tubes can be open; close some")
+        self._sim.limits.check("tubes", len(self._ends) + 1, "close some")
         end = _End(self._next_handle, (header, name), deque(maxlen=size))
         self._next_handle += 1
         alone = next(

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from simx_client.protocol.files import MAX_FILE
-
 from .errors import CommandError
 
 logger = logging.getLogger(__name__)
@@ -63,11 +61,9 @@ def path_within(folder: Path, name: str) -> Path:
 def store(folder: Path, name: str, data: bytes) -> Path:
     """Write a file at once: readers see the old one or the new one. Folders in the name are made.
 
-    Raises CommandError for a bad name, too much data, or what the system says.
+    Raises CommandError for a bad name, or what the system says.
     """
     path = path_within(folder, name)
-    if len(data) > MAX_FILE:
-        raise CommandError(f"'{name}' has {len(data)} bytes; at most {MAX_FILE} are stored")
     if path.is_dir():
         raise CommandError(f"'{name}' is a folder of the workspace; choose another file name")
     try:
@@ -85,8 +81,8 @@ def store(folder: Path, name: str, data: bytes) -> Path:
     return path
 
 
-def erase(folder: Path, name: str) -> None:
-    """Delete a file. Raises CommandError when there is none of this name."""
+def erase(folder: Path, name: str) -> Path:
+    """Delete a file; the path it had. Raises CommandError when there is none of this name."""
     path = path_within(folder, name)
     if not path.is_file():
         raise CommandError(f"there is no file '{name}' in the server's workspace {folder}")
@@ -94,6 +90,7 @@ def erase(folder: Path, name: str) -> None:
         path.unlink()
     except OSError as error:
         raise CommandError(f"'{name}' cannot be erased from {folder}: {error.strerror}") from None
+    return path
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from simx_server.errors import CommandError
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import session
 from simx_server.handlers.registry import Handler, handlers_of
+from simx_server.limits import Limits
 from simx_server.simulation import SimulationState
 
 
@@ -26,6 +27,7 @@ class PlainSimulation:
         self.time_step = 0.05
         self.passes = 0
         self.scene_id = 1
+        self.limits = Limits()
         self.parameters = SimpleNamespace(error_report_mode=1)
         self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
         self.on_script_stopped = []

@@ -219,7 +219,7 @@ def test_engine_warnings_do_not_touch_the_working_directory(
 
 
 def test_signals_stay_until_cleared_or_until_their_owner_goes() -> None:
-    signals = Signals()
+    signals = Signals(Simulation())
     signals.set_integer("grip", 1)
     signals.set_integer("mine", 2, owner="script")
     signals.set_float("speed", 0.5, owner="script")

@@ -10,7 +10,8 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
-from simx_server.user_interface.consoles import MAX_CHARACTERS, MAX_CONSOLES
+from simx_server.limits import Limits
+from simx_server.user_interface.consoles import MAX_CHARACTERS
 
 PLAIN = (None, None, None, None)
 
@@ -123,7 +124,7 @@ def test_closing_is_never_an_error_and_a_handle_that_never_was_cannot_be_printed
 
 
 def test_too_many_consoles_are_refused(world: World) -> None:
-    for _ in range(MAX_CONSOLES):
+    for _ in range(Limits().consoles):
         open_console(world)
-    with pytest.raises(CommandError, match=f"at most {MAX_CONSOLES} consoles"):
+    with pytest.raises(CommandError, match=f"at most {Limits().consoles} consoles"):
         open_console(world)

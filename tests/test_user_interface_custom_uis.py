@@ -12,9 +12,9 @@ from real_world import BLOCKING, RealWorld
 
 import simx_client as v
 from simx_server.errors import CommandError
+from simx_server.limits import Limits
 from simx_server.user_interface import ADD_ON_NAME
 from simx_server.user_interface.custom_ui_files import UIFileError, read_ui_file
-from simx_server.user_interface.custom_uis import MAX_UIS
 
 PANEL = """
 [[ui]]
@@ -189,9 +189,9 @@ def test_scene_brings_its_uis_and_a_bad_one_costs_only_itself(
 
 
 def test_too_many_uis_are_refused(world: World) -> None:
-    for _ in range(MAX_UIS // 2):
+    for _ in range(Limits().uis // 2):
         world.call("simxLoadUI", "two.json", 0)
-    with pytest.raises(CommandError, match=f"at most {MAX_UIS} custom UIs"):
+    with pytest.raises(CommandError, match=f"at most {Limits().uis} custom UIs"):
         world.call("simxLoadUI", "two.json", 0)
 
 

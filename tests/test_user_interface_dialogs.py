@@ -9,8 +9,9 @@ from handler_calls import World
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.limits import Limits
 from simx_server.user_interface import ADD_ON_NAME
-from simx_server.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID, MAX_DIALOGS
+from simx_server.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID
 
 
 @pytest.fixture
@@ -105,9 +106,9 @@ def test_unknown_dialog_lists_those_there_are(world: World, command: str) -> Non
 def test_unknown_style_and_too_many_dialogs_are_refused(world: World) -> None:
     with pytest.raises(CommandError, match=r"5 is no dialog type; valid: 0 \(message\)"):
         display(world, 5)
-    for _ in range(MAX_DIALOGS):
+    for _ in range(Limits().dialogs):
         display(world, c.sim_dlgstyle_ok)
-    with pytest.raises(CommandError, match=f"at most {MAX_DIALOGS} dialogs"):
+    with pytest.raises(CommandError, match=f"at most {Limits().dialogs} dialogs"):
         display(world, c.sim_dlgstyle_ok)
 
 

@@ -14,6 +14,15 @@ from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome
 MAX_MESSAGE = 256 << 20
 """Largest message in bytes that is decoded."""
 
+MOST_VALUES = 4_000_000
+"""Values in one message, lists within lists counted with all they hold: a byte can become an object of sixty."""
+
+_MOST_MEMBERS = 1000
+"""Of a map, which no message has."""
+
+_SMALL = 1 << 16
+"""Bytes of a message whose values nobody needs to count."""
+
 _BEYOND_FLOAT32 = (2.0 - 2.0**-24) * 2.0**127
 """The least number that rounds to more than the greatest float32."""
 
@@ -107,12 +116,32 @@ def _unpack(payload: bytes) -> list[Any]:
     if len(payload) > MAX_MESSAGE:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
-        value = msgpack.unpackb(payload, unicode_errors="surrogateescape", strict_map_key=True)
+        more = {} if len(payload) <= _SMALL else _bounded()
+        value = msgpack.unpackb(payload, unicode_errors="surrogateescape", strict_map_key=True, **more)
     except Exception as error:  # msgpack raises many kinds, all of them mean the same here
         raise CodecError(f"not a message: {error}") from None
     if not isinstance(value, list):
         raise CodecError(f"not a message: a {type(value).__name__} instead of a list")
     return cast(list[Any], value)
+
+
+def _bounded() -> dict[str, Any]:
+    """Options for unpacking that end it when there are too many values, before they have filled the memory."""
+    left = MOST_VALUES
+
+    def count(values: Any) -> Any:
+        nonlocal left
+        left -= len(values) + 1
+        if left < 0:
+            raise CodecError(f"more than {MOST_VALUES} values; send less at a time")
+        return values
+
+    return {
+        "list_hook": count,
+        "object_hook": count,
+        "max_array_len": MOST_VALUES,
+        "max_map_len": _MOST_MEMBERS,
+    }
 
 
 _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
@@ -157,6 +186,33 @@ def decode_batch(payload: bytes) -> Batch:
         calls.append(_as(Call, item))
     value[2] = calls
     return _as(Batch, value)
+
+
+def decode_callers(payload: bytes, most: int) -> tuple[int, int, list[int]]:
+    """Message id, client time and the ids of the first `most` calls of a batch that is too large to be unpacked.
+
+    Nothing else of it is kept, so this takes no memory. Raises CodecError.
+    """
+    unpacker: Any = msgpack.Unpacker(max_buffer_size=max(1, len(payload)))
+    try:
+        unpacker.feed(payload)
+        if unpacker.read_array_header() != len(_BATCH):
+            raise CodecError("not a batch of calls")
+        head: tuple[Any, Any] = (unpacker.unpack(), unpacker.unpack())
+        found: list[Any] = []
+        for _ in range(min(most, unpacker.read_array_header())):
+            if unpacker.read_array_header() != len(_CALL):
+                raise CodecError("not a batch of calls")
+            found.append(unpacker.unpack())
+            for _ in _CALL[1:]:
+                unpacker.skip()
+    except msgpack.OutOfData:
+        raise CodecError("the message is cut off") from None
+    except Exception as error:
+        raise CodecError(f"not a message: {error}") from None
+    if any(type(number) is not int for number in (*head, *found)):
+        raise CodecError("not a batch of calls")
+    return *head, found
 
 
 def decode_delivery(payload: bytes) -> Delivery:

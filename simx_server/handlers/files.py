@@ -27,11 +27,20 @@ FILE_IS_ON_CLIENT = 1
 _MOST_LENT = 4
 """Files a client may have sent ahead without loading them; the oldest go first."""
 
+_LEAST_STORED = 4096
+"""Bytes that a file takes on a disk, however short it is."""
+
 
 @handler("storeFile")
 def store_file(sim: Simulation, name: str, data: bytes) -> None:
     """What simxTransferFile sends."""
+    path = workspace.path_within(sim.workspace, name)
+    sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
+    size = max(len(data), _LEAST_STORED)
+    others = sum(sim.stored.values()) - sim.stored.get(path, 0)
+    sim.limits.check("stored", others + size, "erase some with simxEraseFile")
     workspace.store(sim.workspace, name, data)
+    sim.stored[path] = size
 
 
 @handler("simxEraseFile")
@@ -40,16 +49,18 @@ def erase_file(sim: Simulation, name: str) -> None:
 
     Differs: the original kept transferred files in a folder for temporary files, here it is the workspace.
     """
-    workspace.erase(sim.workspace, name)
+    sim.stored.pop(workspace.erase(sim.workspace, name), None)
 
 
 @handler("lendFile", with_client=True)
-def lend_file(_sim: Simulation, client: ClientSession, path: str, name: str, data: bytes) -> None:
+def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data: bytes) -> None:
     """What a loading function sends ahead when the file is on the client's side."""
+    sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     files = client.lent_files
     files.pop(path, None)
     files[path] = workspace.check_name(name), data
-    while len(files) > _MOST_LENT:
+    most = sim.limits.file  # of them together, so that the newest always has room
+    while len(files) > _MOST_LENT or sum(len(lent) for _, lent in files.values()) > most:
         del files[next(iter(files))]
 
 

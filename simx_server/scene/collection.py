@@ -134,6 +134,8 @@ class Collections:
         """Make an empty collection; its handle. Raises CommandError for a name that is taken."""
         if not name or self.find(name) is not None:
             raise CommandError(f"'{name}' cannot name another collection; give one that no collection has")
+        made = sum(each is not None for each in self._edited.values())
+        self._sim.limits.check("collections", made + 1, "destroy some")
         handle = FIRST_MADE + self._made
         self._made += 1
         self._edited = {**self._edited, handle: EditedCollection(name)}

@@ -46,6 +46,8 @@ def edit(
     sim.refuse_in_physics("objects cannot be made, loaded, removed or put elsewhere in the tree")
     sim.refresh()
     old = sim.scene
+    if added is not None:
+        sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
     spec = old.spec.copy()
     try:
         surgery(spec)

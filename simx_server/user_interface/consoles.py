@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MAX_CONSOLES = 64
-"""Consoles open at a time."""
-
 MAX_LINES = 10_000
 """Lines one console keeps, whatever it was opened with."""
 
@@ -114,10 +111,9 @@ class Consoles:
         Raises:
             CommandError: too many are open, or it would have no line.
         """
-        if len(self._consoles) >= MAX_CONSOLES:
-            raise CommandError(
-                f"at most {MAX_CONSOLES} consoles can be open; close some with simxAuxiliaryConsoleClose"
-            )
+        self._sim.limits.check(
+            "consoles", len(self._consoles) + 1, "close some with simxAuxiliaryConsoleClose"
+        )
         if max_lines < 1:
             raise CommandError(f"a console keeps at least 1 line, not {max_lines}")
         console = Console(

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MAX_UIS = 128
-"""Custom UIs at a time, those of open dialogs included."""
-
 MAX_EVENTS = 64
 """Events of one UI that wait to be read; the oldest go first."""
 
@@ -120,6 +117,7 @@ class CustomUIs:
     """All custom UIs. Physics thread only."""
 
     def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
         self._uis: dict[int, CustomUI] = {}
         self._next_handle = 1
         sim.on_load.append(self._uis.clear)
@@ -139,8 +137,7 @@ class CustomUIs:
         Raises:
             CommandError: there would be too many.
         """
-        if len(self._uis) + len(uis) > MAX_UIS:
-            raise CommandError(f"at most {MAX_UIS} custom UIs can be there; remove some with simxRemoveUI")
+        self._sim.limits.check("uis", len(self._uis) + len(uis), "remove some with simxRemoveUI")
         for ui in uis:
             ui.name = self._free_name(ui.name)
             ui.handle = self._next_handle

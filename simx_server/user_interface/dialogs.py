@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MAX_DIALOGS = 32
-"""Dialogs that were not ended yet."""
-
 TEXT_ID = 1
 INPUT_ID = 2
 FIRST_BUTTON_ID = 3
@@ -114,8 +111,7 @@ class Dialogs:
             raise CommandError(
                 f"{dialog_type} is no dialog type; valid: {known}, plus {c.sim_dlgstyle_dont_center} for not centred"
             )
-        if len(self._dialogs) >= MAX_DIALOGS:
-            raise CommandError(f"at most {MAX_DIALOGS} dialogs can be there; end some with simxEndDialog")
+        self._sim.limits.check("dialogs", len(self._dialogs) + 1, "end some with simxEndDialog")
         title, text, initial_text = title[:MAX_LABEL], text[:MAX_LABEL], initial_text[:MAX_LABEL]
         dialog = Dialog(
             self._next_handle,

@@ -18,6 +18,7 @@ from simx_client.clients import CLIENTS, Clients
 from simx_client.connection import Connection
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.kinds import MAX_ITEMS, MAX_TEXT
+from simx_server.limits import Limits
 
 STATE = v.simx_headeroffset_server_state
 

@@ -1,0 +1,130 @@
+"""How much clients may make the server hold: the one place that says so, chosen with ``--limit NAME=N``.
+
+Each is there against what grows without end, by malice or by a loop that forgets to clean up; none is near what a
+sane program needs. What would go beyond one is refused with its name, its value and the flag, and changes nothing.
+Bounds of single values (a list's length, a console's lines) are with what they bound.
+This module imports neither mujoco nor zenoh, so ``--help`` stays quick.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from simx_client.protocol.codec import MAX_MESSAGE
+from simx_client.protocol.files import MAX_FILE
+
+from .errors import CommandError
+
+_MOST = 10_000_000
+_UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
+
+
+class LimitError(ValueError):
+    """A text that sets no limit; it says what is valid."""
+
+
+class LimitReached(CommandError):
+    """What was asked for would go beyond a limit, so nothing was done."""
+
+
+def _count(default: int, what: str) -> Any:
+    return field(default=default, metadata={"what": what, "most": _MOST, "is_size": False})
+
+
+def _size(default: int, what: str, most: int) -> Any:
+    return field(default=default, metadata={"what": what, "most": most, "is_size": True})
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Counts, and sizes in bytes; none is ever 0."""
+
+    message: int = _size(128 << 20, "in one message", MAX_MESSAGE)
+    """Of calls; a larger one is not read but for who asked, so that each call in it is answered."""
+    calls: int = _count(50_000, "calls in one message")
+    clients: int = _count(256, "clients")
+    streams: int = _count(4096, "streams per client")
+    objects: int = _count(10_000, "objects in the scene")
+    """Whether loaded, copied or created; also a scene that the server is started with."""
+    signals: int = _count(10_000, "signals of a kind")
+    signal_bytes: int = _size(64 << 20, "in all string signals together", 16 << 30)
+    consoles: int = _count(64, "consoles")
+    dialogs: int = _count(32, "dialogs")
+    """Those that were not ended yet."""
+    uis: int = _count(128, "custom UIs")
+    """Those of open dialogs included."""
+    file: int = _size(MAX_FILE, "in a file", MAX_FILE)
+    """That a client stores in the workspace or lends for loading."""
+    stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
+    """Since the server started; what is erased does not count any more."""
+    custom_data: int = _size(256 << 20, "of custom data", 16 << 30)
+    """Of scripts, with all objects, the scene and the server."""
+    drawings: int = _count(1000, "drawing objects")
+    tubes: int = _count(1000, "open ends of tubes")
+    collections: int = _count(1000, "collections that scripts made")
+    pictures: int = _count(32, "pictures that wait to be rendered")
+    """Each may hold a copy of the scene's state."""
+
+    @classmethod
+    def of(cls, texts: Iterable[str]) -> Limits:
+        """The defaults, but for what texts such as ``objects=500`` or ``message=32M`` say; of two the last counts.
+
+        Raises LimitError.
+        """
+        return cls(**dict(map(_read, texts)))
+
+    def check(self, name: str, wanted: int, way_out: str) -> None:
+        """Refuse what would make it `wanted` (LimitReached). `way_out`: what to do instead, as an imperative."""
+        if wanted > getattr(self, name):
+            raise self.reached(name, way_out)
+
+    def reached(self, name: str, way_out: str) -> LimitReached:
+        """The refusal that names the limit, its value and the flag."""
+        entry, value = _FIELDS[name], getattr(self, name)
+        amount = f"{in_words(value)} bytes" if entry["is_size"] else str(value)
+        raised = (
+            f"start the server with a higher --limit {name}=N"
+            if value < entry["most"]
+            else f"no --limit {name}=N can be higher"
+        )
+        return LimitReached(f"at most {amount} {entry['what']} (limit '{name}'): {way_out}; or {raised}")
+
+
+_FIELDS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {each.name: each.metadata for each in dataclasses.fields(Limits)}
+)
+
+VALID = "NAME=N, such as objects=500 or message=32M, with one of " + ", ".join(_FIELDS)
+
+
+def limit_text(text: str) -> str:
+    """A text that `Limits.of` takes, as it was given. Raises LimitError."""
+    _read(text)
+    return text
+
+
+def in_words(size: int) -> str:
+    """Bytes as they are chosen: 64M, 1G, 1000."""
+    for unit in ("G", "M", "K"):
+        if size >= _UNITS[unit] and size % _UNITS[unit] == 0:
+            return f"{size // _UNITS[unit]}{unit}"
+    return str(size)
+
+
+def _read(text: str) -> tuple[str, int]:
+    name, _, amount = text.strip().partition("=")
+    name = name.strip().replace("-", "_").lower()
+    entry = _FIELDS.get(name)
+    units = "[KMG]?" if entry is not None and entry["is_size"] else ""
+    found = re.fullmatch(rf"([0-9]{{1,15}})({units})", amount.strip().upper(), re.ASCII)
+    if entry is None or found is None:
+        raise LimitError(text)
+    value = int(found[1]) * _UNITS[found[2]]
+    if not 0 < value <= entry["most"]:
+        raise LimitError(f"{name} is at least 1 and at most {in_words(entry['most'])}")
+    return name, value
