@@ -7,15 +7,18 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from simx_client.protocol.exit_codes import INTERRUPTED
+
 COMMANDS = {
     "list": ("list the live simulators", "simx_client.listing"),
     "run": ("run an unmodified legacy script", "simx_client.run"),
+    "status": ("tell whether they work, and what they count", "simx_client.status"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Hand the remaining arguments to the command; its exit code is returned."""
+    """Hand the remaining arguments to the command; its exit code is returned, 130 after Ctrl-C."""
     commands = "\n".join(f"  {name:8} {meaning}" for name, (meaning, _) in COMMANDS.items())
     parser = argparse.ArgumentParser(
         "python -m simx_client",
@@ -27,7 +30,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     options = parser.parse_args(argv)
-    return import_module(COMMANDS[options.command][1]).main(options.arguments)
+    try:
+        return import_module(COMMANDS[options.command][1]).main(options.arguments)
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -7,18 +7,21 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from .errors import ConnectionFailed
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_status
 from .protocol.messages import Status
+from .protocol.reports import Metrics, decode_metrics
 from .session import open_session
 
 logger = logging.getLogger(__name__)
+T = TypeVar("T")
 
 TIMEOUT = 2.0
 """Seconds for an endpoint to tell what is there, and for the simulators to answer."""
@@ -48,6 +51,34 @@ class Unreachable(NamedTuple):
     reason: str
 
 
+class Measured(NamedTuple):
+    """One live simulator, and what it counts."""
+
+    realm: str
+    endpoint: str
+    metrics: Metrics | None
+    """None when it did not answer."""
+
+
+class _Answer(NamedTuple, Generic[T]):
+    realm: str
+    endpoint: str
+    value: T | None
+
+
+@dataclass(frozen=True)
+class _Question(Generic[T]):
+    """What each simulator is asked."""
+
+    key: Callable[[str], str]
+    read: Callable[[bytes], T]
+    process: Callable[[T], tuple[str, int]]
+    """Host and process id: two processes may have been given the same realm by mistake."""
+
+    def identity(self, answer: _Answer[T]) -> tuple[str, str, int]:
+        return (answer.realm, "", 0) if answer.value is None else (answer.realm, *self.process(answer.value))
+
+
 def find_servers(endpoints: Iterable[str], timeout: float = TIMEOUT) -> tuple[list[Found], list[Unreachable]]:
     """Every simulator that can be reached by these Zenoh endpoints, each once, by realm.
 
@@ -58,41 +89,64 @@ def find_servers(endpoints: Iterable[str], timeout: float = TIMEOUT) -> tuple[li
     Returns:
         What is there, and the endpoints that could not be asked.
     """
+    question = _Question(keys.status, decode_status, lambda status: (status.host, status.process_id))
+    answers, unreachable = _ask_all(endpoints, question, timeout)
+    return [Found(each.realm, each.endpoint, each.value) for each in answers], unreachable
+
+
+def measure_servers(
+    endpoints: Iterable[str], timeout: float = TIMEOUT, realm: str | None = None
+) -> tuple[list[Measured], list[Unreachable]]:
+    """As `find_servers`, with their metrics.
+
+    Args:
+        realm: only those of this name.
+    """
+    question = _Question(
+        keys.metrics, decode_metrics, lambda metrics: (metrics["host"], metrics["process_id"])
+    )
+    answers, unreachable = _ask_all(endpoints, question, timeout, realm)
+    return [Measured(each.realm, each.endpoint, each.value) for each in answers], unreachable
+
+
+def _ask_all(
+    endpoints: Iterable[str], question: _Question[T], timeout: float, realm: str | None = None
+) -> tuple[list[_Answer[T]], list[Unreachable]]:
     places = list(dict.fromkeys(endpoints))
     if not places:
         return [], []
     zenoh = link.import_zenoh()
     unreachable: list[Unreachable] = []
-    found: dict[tuple[str, str, int], Found] = {}
+    found: dict[tuple[str, str, int], _Answer[T]] = {}
     with ThreadPoolExecutor(min(SESSIONS, len(places)), thread_name_prefix="simx-list") as pool:
-        looks = [pool.submit(_look, zenoh, place, timeout) for place in places]
+        looks = [pool.submit(_look, zenoh, place, question, timeout, realm) for place in places]
         for place, look in zip(places, looks, strict=True):
             try:
                 for server in look.result():
-                    found.setdefault(_identity(server), server)
+                    found.setdefault(question.identity(server), server)
             except ConnectionFailed as error:
                 unreachable.append(Unreachable(place, str(error)))
-    answered = {server.realm for server in found.values() if server.status is not None}
-    servers = [one for one in found.values() if one.status is not None or one.realm not in answered]
-    return sorted(servers, key=_identity), unreachable
+    answered = {server.realm for server in found.values() if server.value is not None}
+    servers = [one for one in found.values() if one.value is not None or one.realm not in answered]
+    return sorted(servers, key=question.identity), unreachable
 
 
-def _identity(server: Found) -> tuple[str, str, int]:
-    """Two processes may have been given the same realm by mistake."""
-    status = server.status
-    return (server.realm, "", 0) if status is None else (server.realm, status.host, status.process_id)
-
-
-def _look(zenoh: Any, endpoint: str, timeout: float) -> list[Found]:
+def _look(
+    zenoh: Any, endpoint: str, question: _Question[T], timeout: float, wanted: str | None
+) -> list[_Answer[T]]:
     deadline = time.monotonic() + timeout
     with _session(zenoh, endpoint, timeout) as session:
         realms = _realms(session, deadline)
         # All are asked before any answer is awaited.
-        asked = [(realm, _ask(zenoh, session, realm, deadline)) for realm in realms]
+        asked = [
+            (realm, _ask(zenoh, session, question.key(realm), deadline))
+            for realm in realms
+            if wanted in (None, realm)
+        ]
         return [
-            Found(realm, endpoint, status)
+            _Answer(realm, endpoint, value)
             for realm, replies in asked
-            for status in _statuses(realm, replies) or [None]
+            for value in _read(realm, replies, question) or [None]
         ]
 
 
@@ -128,21 +182,21 @@ def _realms(session: Any, deadline: float) -> list[str]:
         time.sleep(0.01)
 
 
-def _ask(zenoh: Any, session: Any, realm: str, deadline: float) -> Any:
+def _ask(zenoh: Any, session: Any, key: str, deadline: float) -> Any:
     return session.get(
-        keys.status(realm),
+        key,
         timeout=max(0.05, deadline - time.monotonic()),
         target=zenoh.QueryTarget.ALL,
         consolidation=zenoh.ConsolidationMode.NONE,
     )
 
 
-def _statuses(realm: str, replies: Any) -> Sequence[Status]:
-    statuses: list[Status] = []
+def _read(realm: str, replies: Any, question: _Question[T]) -> Sequence[T]:
+    values: list[T] = []
     for reply in replies:
         if reply.ok is not None:
             try:
-                statuses.append(decode_status(reply.ok.payload.to_bytes()))
+                values.append(question.read(reply.ok.payload.to_bytes()))
             except CodecError as error:
                 logger.warning("realm %s answered something unreadable: %s", realm, error)
-    return statuses
+    return values

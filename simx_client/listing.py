@@ -5,17 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import logging
-import math
 import sys
 from collections.abc import Sequence
 
-from .discovery import TIMEOUT, Found, find_servers
-from .places import CONNECT_VARIABLE, check_endpoint, connect_endpoints
+from . import asking
+from .discovery import Found, find_servers
 from .protocol import roster
-
-EXIT_FOUND = 0
-EXIT_UNREACHABLE = 1
-EXIT_USAGE = 2
+from .protocol.exit_codes import DONE, FAILURE
 
 HEAD = ("REALM", "HOST", "PORTS", "PID", "SCENE", "STATE", "CLIENTS", "REAL TIME", "CORE", "AGE")
 NO_ANSWER = "no answer"
@@ -28,27 +24,10 @@ def main(argv: Sequence[str]) -> int:
         description="List the live simulators: those of this host, or those behind the given routers.",
         allow_abbrev=False,
     )
-    parser.add_argument(
-        "--connect",
-        action="append",
-        metavar="ENDPOINT",
-        help=f"Zenoh router or server to ask, such as tcp/router:7447; repeatable ({CONNECT_VARIABLE})",
-    )
-    parser.add_argument(
-        "--timeout",
-        type=_seconds,
-        default=TIMEOUT,
-        metavar="SECONDS",
-        help=f"how long to wait for answers ({TIMEOUT:g})",
-    )
-    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    asking.add_flags(parser)
     options = parser.parse_args(argv)
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
-    try:
-        endpoints = [check_endpoint(text, "--connect") for text in options.connect or ()]
-        endpoints = endpoints or list(connect_endpoints())
-    except ValueError as error:
-        parser.error(str(error))
+    endpoints = asking.endpoints(parser, options)
     is_local = not endpoints
     found, unreachable = find_servers(roster.endpoints() if is_local else endpoints, options.timeout)
     if options.json:
@@ -56,17 +35,10 @@ def main(argv: Sequence[str]) -> int:
     else:
         sys.stdout.write("\n".join(_table(found)) + "\n")
     if is_local:  # a server of this host that ends while it is asked is no failure
-        return EXIT_FOUND
+        return DONE
     for place in unreachable:
         sys.stderr.write(f"{place.reason}; check the address, and that the router runs\n")
-    return EXIT_UNREACHABLE if unreachable else EXIT_FOUND
-
-
-def _seconds(text: str) -> float:
-    number = float(text)
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")
-    return number
+    return FAILURE if unreachable else DONE
 
 
 def _record(server: Found) -> dict[str, object]:
@@ -114,11 +86,12 @@ def _row(server: Found) -> tuple[str, ...]:
         str(status.clients),
         f"{status.real_time_factor:.2f} x" if status.state == "running" else "",
         f"{status.core_share:.0%}",
-        _age(status.age),
+        age(status.age),
     )
 
 
-def _age(seconds: float) -> str:
+def age(seconds: float) -> str:
+    """For people: in the largest unit that gives a whole number."""
     whole = int(seconds)
     if whole < 60:
         return f"{whole} s"

@@ -1,0 +1,11 @@
+"""What the programs end with. ``docs/operations.md`` says when."""
+
+from __future__ import annotations
+
+DONE = 0
+FAILURE = 1
+USAGE = 2
+"""As argparse has it."""
+
+INTERRUPTED = 130
+"""As shells have it after Ctrl-C."""
