@@ -28,9 +28,9 @@ from simx_client.launch.python2.convert import Converted, decode
 from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
 from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
+from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 
 PROGRAM = "simx-run"
-FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
 EXAMPLES = """\
 what a script gets, in this process only:
@@ -122,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _refuse(str(error), USAGE)
         script.show(error)
         return FAILURE
-    return 0
+    return DONE
 
 
 def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: bool) -> None:
@@ -158,7 +158,7 @@ def _print(source: bytes, converted: Converted | None) -> int:
     if converted is None:
         _say("this is no Python 2; the text is printed as it is")
     sys.stdout.write(converted.text if converted else decode(source))
-    return 0
+    return DONE
 
 
 def _refuse(sentence: str, code: int) -> int:

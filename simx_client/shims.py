@@ -12,6 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from simx_client.protocol.exit_codes import DONE, FAILURE
+
 SURFACE = '''\
 """Stand-in for V-REP's {name}: the same functions and constants, on simx. Needs: pip install simx-vrep."""
 
@@ -61,6 +63,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         written = write_shims(options.folder, force=options.force)
     except OSError as error:
         sys.stderr.write(f"simx_client shims: nothing was written: {error}\n")
-        return 1
+        return FAILURE
     sys.stdout.writelines(f"{path}\n" for path in written)
-    return 0
+    return DONE

@@ -1,7 +1,7 @@
 """The command line ``simx-server``: flags, the small listings, logging, exit codes.
 
-Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted. What was asked for goes to stdout, the log
-to stderr.
+Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted (docs/operations.md). What was asked for goes to
+stdout, the log to stderr.
 The flags are built from ``settings``; everything heavy is imported only when the server is really started.
 """
 
@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
 import os
 import platform
 import sys
 from collections.abc import Collection, Sequence
 from importlib import metadata
 
-from simx_server import __version__
+from simx_client.protocol.exit_codes import DONE, INTERRUPTED
+from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
 
@@ -85,7 +85,8 @@ def make_parser() -> argparse.ArgumentParser:
         "--script-functions", action="store_true", help="print what embedded scripts can call"
     )
     parser.add_argument("--json", action="store_true", help="with one of these two: as JSON")
-    parser.add_argument("--markdown", action="store_true", help="with one of these two: as the page in docs/")
+    # For those who write docs/; a screen has few lines.
+    parser.add_argument("--markdown", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--version", action="version", version=_version())
     return parser
 
@@ -116,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(str(error))
     if show_settings:
         return _print_settings(settings)
-    _configure_logging(settings.log_level, several=settings.count is not None)
+    log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
     # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import_mujoco()
@@ -128,7 +129,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return serve(settings)
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
 
 
 def _print_settings(settings: Settings) -> int:
@@ -136,7 +137,7 @@ def _print_settings(settings: Settings) -> int:
     name_width, value_width = (max(len(row[column]) for row in rows) for column in (0, 1))
     for name, value, origin in rows:
         sys.stdout.write(f"{name:{name_width}}  {value:{value_width}}  {origin}\n")
-    return 0
+    return DONE
 
 
 def _print_list(name: str, form: Collection[str]) -> int:
@@ -156,17 +157,4 @@ def _print_list(name: str, form: Collection[str]) -> int:
     else:
         text = page.as_text(lines)
     sys.stdout.write(text + "\n")
-    return 0
-
-
-def _configure_logging(level: str, *, several: bool) -> None:
-    """Log lines on stderr, always without colour, so NO_COLOR needs no look; of other packages only warnings."""
-    process = " [%(process)d]" if several else ""
-    logging.basicConfig(
-        stream=sys.stderr,
-        level=logging.WARNING,
-        format=f"%(asctime)s %(levelname)s{process} %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-    )
-    for package in ("simx_server", "simx_client"):
-        logging.getLogger(package).setLevel(level.upper())
+    return DONE

@@ -24,11 +24,12 @@ from functools import partial
 from typing import Any, NoReturn
 
 from simx_client.protocol import link
+from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 
 from .errors import CommandError
 from .gateways.zenoh import ZenohGateway
 from .sensors.gl_backend import requested_backend
-from .server import EXIT_FAILURE, EXIT_INTERRUPTED, EXIT_USAGE, build_simulation, run_server
+from .server import build_simulation, run_server
 from .settings import Settings
 from .simulation import Simulation
 
@@ -74,18 +75,18 @@ def serve(settings: Settings) -> int:
         logger.error(
             "--count needs a system that can fork, such as Linux; start simx-server several times instead"
         )
-        return EXIT_USAGE
+        return USAGE
     try:
         requested_backend()
     except ValueError as error:
         logger.error("%s", error)
-        return EXIT_USAGE
+        return USAGE
     with ExitStack() as stack:
         try:
             simulation = build_simulation(settings, stack)
         except CommandError as error:
             logger.error("%s", error)
-            return EXIT_FAILURE
+            return FAILURE
         loaded = simulation if _may_be_copied(simulation) else None
         if loaded is None:
             simulation.close()
@@ -138,7 +139,7 @@ class Fleet:
             if any(member.exit_code is not None for member in self._members) or time.monotonic() >= limit:
                 logger.error("not all servers got ready, so all are ended")
                 self._end()
-                return EXIT_FAILURE
+                return FAILURE
             self._wait(max(0.0, limit - time.monotonic()))
         if not self._is_ending:
             _say_ready(self._members)
@@ -146,8 +147,8 @@ class Fleet:
                 self._wait(None)
         self._end()
         if self._is_interrupted:
-            return EXIT_INTERRUPTED
-        return 0 if all(member.exit_code == 0 for member in self._members) else EXIT_FAILURE
+            return INTERRUPTED
+        return DONE if all(member.exit_code == DONE for member in self._members) else FAILURE
 
     def close(self) -> None:
         """Whatever happened: no child is left behind."""
@@ -225,7 +226,7 @@ def _become_server(
     simulation: Simulation | None, settings: Settings, lifeline: tuple[int, int], writer: int
 ) -> NoReturn:
     """The life of a child: it must never return into what its parent was doing."""
-    exit_code = EXIT_FAILURE
+    exit_code = FAILURE
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)

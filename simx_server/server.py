@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from types import FrameType
 
+from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.roster import noted
 
 from .clock import Pacer
@@ -33,10 +34,6 @@ logger = logging.getLogger(__name__)
 
 DEFAULT_SCENE = "ur5_rg2_kinect"
 """The tutorial's scene, which the package ships."""
-
-EXIT_FAILURE = 1
-EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130
 
 
 def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
@@ -66,13 +63,13 @@ def serve(settings: Settings) -> int:
         requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
     except ValueError as error:
         logger.error("%s", error)
-        return EXIT_USAGE
+        return USAGE
     with ExitStack() as stack:
         try:
             simulation = build_simulation(settings, stack)
         except CommandError as error:
             logger.error("%s", error)
-            return EXIT_FAILURE
+            return FAILURE
         return run_server(simulation, settings, _say_ready)
 
 
@@ -110,7 +107,7 @@ def run_server(
         )
     except GatewayError as error:
         logger.error("%s", error)
-        return EXIT_FAILURE
+        return FAILURE
     simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
     engine.metrics.pictures = simulation.rendering.times
     simulation.parameters.pace = pacer
@@ -132,7 +129,7 @@ def run_server(
             simulation.stop()
     finally:
         gateway.close()
-    return 0
+    return DONE
 
 
 def _say_ready(gateway: ZenohGateway, simulation: Simulation) -> None:
@@ -150,7 +147,7 @@ def _ending_by_signal(engine: Engine) -> Iterator[None]:
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal has_come
         if has_come:
-            os._exit(EXIT_INTERRUPTED)
+            os._exit(INTERRUPTED)
         has_come = True
         engine.end()
 

@@ -20,6 +20,7 @@ from typing import Any
 from simx_client.protocol import keys
 from simx_server.limits import VALID as VALID_LIMIT
 from simx_server.limits import Limits, limit_text
+from simx_server.log_format import FORMATS as LOG_FORMATS
 from simx_server.setting_rules import (
     Setting,
     SettingError,
@@ -217,6 +218,14 @@ class Settings:
         one_of(LOG_LEVELS),
         metavar="LEVEL",
         shortcuts=MappingProxyType({"-v": "debug", "-q": "warning"}),
+    )
+    log_format: str = _setting(
+        "text",
+        "--log-format",
+        "text for people, or json, one object a line",
+        ", ".join(LOG_FORMATS),
+        one_of(LOG_FORMATS),
+        metavar="FORMAT",
     )
     origins: Mapping[str, str] = field(default_factory=dict[str, str], compare=False, repr=False)
     """Field name to where its value came from; a field that is not in it has its default."""
