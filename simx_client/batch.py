@@ -19,9 +19,9 @@ from types import TracebackType
 
 from .answers import Answer
 from .calls import Calls
-from .connection import DEFAULT_TIMEOUT
 from .errors import CallsFailed, Failure
 from .exchange import Exchange, connection_of
+from .patience import DEFAULT_TIMEOUT
 from .servers import Servers
 
 __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import threading
+import time
 from typing import Any
 
 from .connection import Connection
+from .patience import FLUSH_TIMEOUT
 from .protocol import constants as c
 from .protocol.kinds import to_int32
 from .shape import Shape
@@ -69,8 +71,10 @@ class Clients:
         with self._lock:
             ids = list(self._connections) if client_id == -1 else [client_id]
             connections = [self._connections.pop(i) for i in ids if i in self._connections]
+        # However many there are: servers that do not answer share one time-out.
+        deadline = time.monotonic() + FLUSH_TIMEOUT
         for connection in connections:
-            connection.close()
+            connection.close(max(FLUSH_TIMEOUT / 10, deadline - time.monotonic()))
 
     def discard(self, connection: Connection) -> None:
         """Close a connection and free its id, unless simxFinish has and it is another's by now."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -10,6 +11,14 @@ from typing import Any
 
 from .errors import ConnectionFailed
 from .modes import MODE_MASK, Modes
+from .patience import (
+    DEFAULT_TIMEOUT,
+    FLUSH_TIMEOUT,
+    LAST_LOOK,
+    MAX_UNANSWERED,
+    RETRY_PAUSE,
+    WELCOME_TIMEOUT,
+)
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
@@ -19,24 +28,10 @@ from .transport import Transport
 
 logger = logging.getLogger(__name__)
 
-DEFAULT_TIMEOUT = 5.0
-"""Seconds a blocking call waits, unless simxStart was given a negative time-out."""
-
 PROTOCOL_HEADER_VERSION = 11
 """What the original library reports as its message version (SIMX_VERSION of the C headers)."""
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
-
-MAX_UNANSWERED = 200
-"""Batches that may be on the way. A loop that calls faster than the server executes is slowed down to its pace;
-otherwise what it says would act later and later."""
-
-WELCOME_TIMEOUT = 2.0
-"""Seconds a program that speaks Zenoh has for its welcome."""
-
-RETRY_PAUSE = 0.1
-"""Seconds between two attempts to greet a server that came back."""
-
 
 _PING = Shape(BY_NAME["simxGetIntegerParameter"])
 
@@ -96,15 +91,16 @@ class Connection:
     # --- life ------------------------------------------------------------------------------------
 
     def connect(self, timeout: float) -> None:
-        """Open the link and greet the server.
+        """Open the link and greet the server, both within a time-out.
 
         Raises:
             ConnectionFailed: with the reason and what to do.
         """
+        deadline = time.monotonic() + timeout
         try:
             transport = self._open_transport()
             try:
-                welcome = transport.greet(timeout)
+                welcome = transport.greet(min(WELCOME_TIMEOUT, deadline - time.monotonic()))
             except BaseException:
                 transport.close()
                 raise
@@ -146,7 +142,7 @@ class Connection:
         if not self._pauses:
             self._flush()
 
-    def close(self, flush_timeout: float = 0.5) -> None:
+    def close(self, flush_timeout: float = FLUSH_TIMEOUT) -> None:
         """Let everything sent so far be executed, then leave. Idempotent. A call that waits in another thread ends."""
         is_free = self._lock.acquire(timeout=flush_timeout)
         try:
@@ -171,8 +167,12 @@ class Connection:
             self._check_link()
             return self._connection_id
 
-    def _check_link(self) -> bool:
-        """Notice a server that went away, greet one that came back. True when calls can be sent."""
+    def _check_link(self, deadline: float = math.inf) -> bool:
+        """Notice a server that went away, greet one that came back. True when calls can be sent.
+
+        Args:
+            deadline: on the monotonic clock; a greeting is given up then.
+        """
         transport = self._transport
         if transport is None or self._closed:
             return False
@@ -193,7 +193,7 @@ class Connection:
             if not (self._may_connect and transport.is_connected and time.monotonic() >= self._next_greeting):
                 return False
             try:
-                transport.greet(RETRY_PAUSE)
+                transport.greet(min(RETRY_PAUSE, deadline - time.monotonic()))
             except ConnectionFailed as error:
                 self._next_greeting = time.monotonic() + RETRY_PAUSE
                 logger.debug("no greeting yet: %s", error)
@@ -226,14 +226,19 @@ class Connection:
         """Send and wait for the reply. Also waits, within the time-out, for a connection that may come."""
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
         while True:
-            with self._lock:
+            # Another thread's call may have the lock for all of its own time-out.
+            if not self._lock.acquire(timeout=max(0.0, deadline - time.monotonic())):
+                return shape.failure(c.simx_return_timeout_flag | c.simx_return_novalue_flag)
+            try:
                 if (
-                    self._check_link()
+                    self._check_link(deadline)
                     or self._pauses
                     or not self._may_connect
                     or time.monotonic() >= deadline
                 ):
                     return self._ask(shape, values, deadline)
+            finally:
+                self._lock.release()
             # Without the lock: the first connection may be being made in the background.
             time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
 
@@ -246,18 +251,21 @@ class Connection:
                 shape.command.name,
             )
         elif self._connection_id != -1:
-            self._flush()
+            self._flush(deadline)
             self._receive_until(lambda: self._modes.is_answered, deadline)
         return self._modes.answer(shape)
 
     def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
-        """Take in replies; ends early when the server is lost."""
+        """Take in replies; ends early when the server is lost. What has come by the deadline is still taken in, but
+        whoever goes on sending is not listened to for long."""
         transport = self._transport
         assert transport is not None
         while not is_enough():
             payload = transport.receive(deadline - time.monotonic())
             if payload is not None:
                 self._absorb(payload)
+                if time.monotonic() >= deadline + LAST_LOOK:
+                    return
             elif transport.was_lost or self._closed or time.monotonic() >= deadline:
                 return
 
@@ -301,17 +309,22 @@ class Connection:
             self._logged.add(text)
             logger.warning("%s", text)
 
-    def _flush(self) -> None:
+    def _flush(self, deadline: float | None = None) -> None:
         calls = self._modes.take_outbox()
         if calls:
-            self._send(calls)
+            self._send(calls, deadline)
 
-    def _send(self, calls: list[Call]) -> None:
+    def _send(self, calls: list[Call], deadline: float | None = None) -> None:
+        """Send a message. What does not wait for its answer waits for a slow server or network all the same, for at
+        most the time-out."""
         assert self._transport is not None
-        self._transport.send(encode(Batch(self.message_id, client_time(), calls)))
+        payload = encode(Batch(self.message_id, client_time(), calls))
+        if deadline is None:
+            deadline = time.monotonic() + self.timeout
+        self._transport.send(payload, deadline)
         self._count_message()
         if self._unanswered > MAX_UNANSWERED:
-            self._receive_until(lambda: self._unanswered <= MAX_UNANSWERED, time.monotonic() + self.timeout)
+            self._receive_until(lambda: self._unanswered <= MAX_UNANSWERED, deadline)
 
     def _count_message(self) -> None:
         self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK

@@ -15,14 +15,13 @@ from typing import Any
 
 from .clients import CLIENTS
 from .connection import (
-    DEFAULT_TIMEOUT,
     PROTOCOL_HEADER_VERSION,
-    WELCOME_TIMEOUT,
     Connection,
     client_time,
 )
 from .errors import ConnectionFailed
 from .files import simxTransferFile as simxTransferFile
+from .patience import DEFAULT_TIMEOUT
 from .places import find_place
 from .protocol import constants as c
 from .protocol.commands import BY_NAME
@@ -91,7 +90,7 @@ def simxStart(
         connection.connect_in_background()
         return client_id
     try:
-        connection.connect(min(patience, WELCOME_TIMEOUT))
+        connection.connect(patience)
     except ConnectionFailed as error:
         logger.warning("no connection: tried %s over Zenoh; %s", place, error)
         CLIENTS.discard(connection)
@@ -210,11 +209,14 @@ def simxQuery(
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag, bytearray()
-    deadline = time.monotonic() + max(0, to_int32(timeOutInMs)) / 1000
+    patience = max(0, to_int32(timeOutInMs)) / 1000
+    deadline = time.monotonic() + patience
     connection.invoke(_CLEAR_STRING, (retSignalName,), c.simx_opmode_oneshot)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_remove)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
-    code = connection.invoke(_SET_STRING, (signalName, signalValue), c.simx_opmode_blocking)
+    code = connection.blocking(
+        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(patience, connection.timeout)
+    )
     if code:
         connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
         return code, bytearray()

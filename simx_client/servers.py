@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from .answers import Answer
 from .calls import Calls
-from .connection import DEFAULT_TIMEOUT
 from .errors import CallsFailed, ConnectionFailed, Failure
 from .exchange import Exchange, connection_of
 from .local import simxFinish, simxStart
+from .patience import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     import numpy as np

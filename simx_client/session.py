@@ -6,9 +6,11 @@ said by the script and by ``SIMX_CONNECT``, never by the file. With ``SIMX_ROLE=
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import socket
+import time
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
@@ -73,11 +75,12 @@ def client_name() -> str:
     return (keys.VIEWER if role else "") + uuid.uuid4().hex
 
 
-def why_closed(address: str, port: int, is_secret: bool = False) -> str | None:
+def why_closed(address: str, port: int, is_secret: bool = False, deadline: float = math.inf) -> str | None:
     """Who listens at a port where no session could be opened, and why it may have refused.
 
     Args:
         is_secret: TLS was spoken.
+        deadline: on the monotonic clock; looking takes hardly longer.
 
     Returns:
         Half a sentence; None when something listens that does not speak Zenoh.
@@ -85,9 +88,14 @@ def why_closed(address: str, port: int, is_secret: bool = False) -> str | None:
     Raises:
         OSError: nothing can be reached.
     """
-    with socket.create_connection((address, port), timeout=_KNOCK_TIMEOUT) as knocking:
+
+    def for_half() -> float:
+        return min(_KNOCK_TIMEOUT, max(0.01, (deadline - time.monotonic()) / 2))
+
+    with socket.create_connection((address, port), timeout=for_half()) as knocking:
         if is_secret:
             return f"refused TLS or the login; {_what_to_check()}"
+        knocking.settimeout(for_half())
         knocking.sendall(len(_KNOCK).to_bytes(2, "little") + _KNOCK)
         try:
             answer = knocking.recv(16)

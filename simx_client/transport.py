@@ -5,8 +5,10 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import itertools
+import math
 import os
 import socket
 import sys
@@ -21,9 +23,23 @@ from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
 from .session import client_name, host_and_port, open_session, why_closed
+from .writer import Writer
 
 GREETING_TIMEOUT = 1.0
 """Seconds to wait for the answer to one greeting."""
+
+ASKING = 0.8
+"""Of the time for a greeting; the rest is for finding out why nobody answered."""
+
+OPENING = 0.8
+"""Of the time for opening a session; the rest is for finding out why none could be had."""
+
+OPENING_PAUSE = 0.05
+"""Seconds between two attempts."""
+
+SMALL = 4096
+"""Bytes of a message that is sent from the caller's thread. As many of these as may be unanswered fit into Zenoh's
+queue, so sending them never waits; larger ones may find it full for a second, whatever the caller's time-out."""
 
 REPLIES_HELD = 1_000_000
 """Deliveries that may wait for the script to make its next call; more would hold up the whole session."""
@@ -59,8 +75,12 @@ class Transport(Protocol):
         """
         ...
 
-    def send(self, payload: bytes) -> None:
-        """Send a batch; batches arrive in order."""
+    def send(self, payload: bytes, deadline: float = math.inf) -> None:
+        """Send a batch; batches arrive in order.
+
+        Where nothing is taken any more this waits, until a deadline on the monotonic clock; what is not sent by then
+        still goes out when it can.
+        """
         ...
 
     def receive(self, timeout: float) -> bytes | None:
@@ -92,8 +112,9 @@ class ZenohTransport:
         """Open a session to a server's port, or to a router through which it is reached.
 
         Args:
-            connect_timeout: seconds to keep trying when ``retry``; otherwise one attempt is made.
-            retry: also reconnect by itself when the server comes back later.
+            connect_timeout: seconds that opening may take, and finding out why it failed; 0: as long as one attempt
+                takes.
+            retry: keep trying for so long; otherwise one attempt is made.
             asked_port: the port the script asked for, when it was sent here instead; without it, that of the place.
 
         Raises:
@@ -112,19 +133,33 @@ class ZenohTransport:
         self._lost = False
         self._realm: str | None = None
         self._closed = False
+        self._session = self._open(connect_timeout, retry)
+        self._alarm = Alarm(self._wake)
+        self._writer = Writer(self._put)
+
+    def _open(self, patience: float, retry: bool) -> Any:
+        deadline = time.monotonic() + patience if patience else math.inf
         options: dict[str, Any] = {
             "mode": "client",
-            "connect/endpoints": list(place.endpoints),
-            "connect/timeout_ms": int(connect_timeout * 1000) if retry else 0,
+            "connect/endpoints": list(self._place.endpoints),
+            # One attempt each time: with a time-out Zenoh tries only the first of the endpoints, again and again.
+            "connect/timeout_ms": 0,
             "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
         }
         if next(_sessions_before) >= SHARED_MEMORY_SESSIONS:
             options["transport/shared_memory/enabled"] = False
-        try:
-            self._session = open_session(zenoh, options, link.CLIENT)
-        except zenoh.ZError:
-            raise ConnectionFailed(_diagnose(place)) from None
-        self._alarm = Alarm(self._wake)
+        while True:
+            left = deadline - time.monotonic()
+            for_each = min(
+                link.OPEN_TIMEOUT_MS, 1000 * max(0.05, left * OPENING / len(self._place.endpoints))
+            )
+            defaults = {**link.CLIENT, "transport/unicast/open_timeout": int(for_each)}
+            try:
+                return open_session(self._zenoh, options, defaults)
+            except self._zenoh.ZError:
+                if not retry or time.monotonic() + OPENING_PAUSE >= (deadline if patience else -math.inf):
+                    raise ConnectionFailed(_diagnose(self._place, deadline)) from None
+            time.sleep(OPENING_PAUSE)
 
     @property
     def is_connected(self) -> bool:
@@ -136,14 +171,15 @@ class ZenohTransport:
 
     def greet(self, timeout: float) -> Welcome:
         self._lost = False
-        deadline = time.monotonic() + timeout
+        deadline = time.monotonic() + timeout * ASKING
+        until = deadline + timeout * (1 - ASKING)
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
         greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._asked_port))
         if self._realm is None:
-            self._declare(self._place.realm or self._only_realm(deadline))
+            self._declare(self._place.realm or self._only_realm(deadline, until))
         assert self._realm is not None
         # What was asked before only found the realm. By now the server can reach this client: say hello.
-        welcomes = self._ask(keys.hello(self._realm), greeting, deadline)
+        welcomes = self._ask(keys.hello(self._realm), greeting, deadline, until)
         if len(welcomes) > 1:
             raise ConnectionFailed(
                 f"{len(welcomes)} simulators at {self._place} are called {self._realm}, and both would do what one "
@@ -151,9 +187,9 @@ class ZenohTransport:
             )
         return welcomes[0]
 
-    def _only_realm(self, deadline: float) -> str:
+    def _only_realm(self, deadline: float, until: float) -> str:
         """The realm of a server's port; through a router only if it is the only one there."""
-        realms = sorted({welcome.realm for welcome in self._ask(keys.ANY_HELLO, None, deadline)})
+        realms = sorted({welcome.realm for welcome in self._ask(keys.ANY_HELLO, None, deadline, until)})
         if len(realms) > 1:
             raise ConnectionFailed(
                 f"several simulators are at {self._place}: {_listed(realms)}; say which: "
@@ -161,14 +197,18 @@ class ZenohTransport:
             )
         return realms[0]
 
-    def _ask(self, key: str, greeting: bytes | None, deadline: float) -> list[Welcome]:
-        """Ask until servers answer: right after a connection their keys may not be known here yet."""
+    def _ask(self, key: str, greeting: bytes | None, deadline: float, until: float) -> list[Welcome]:
+        """Ask until servers answer: right after a connection their keys may not be known here yet.
+
+        Args:
+            until: after the deadline, for finding out why nobody answered.
+        """
         while True:
             remaining = deadline - time.monotonic()
             replies = self._session.get(
                 key,
                 payload=greeting,
-                timeout=max(0.05, min(GREETING_TIMEOUT, remaining)),
+                timeout=max(0.01, min(GREETING_TIMEOUT, remaining)),
                 target=self._zenoh.QueryTarget.ALL,
                 consolidation=self._zenoh.ConsolidationMode.NONE,
             )
@@ -176,7 +216,7 @@ class ZenohTransport:
             if welcomes:
                 return welcomes
             if time.monotonic() >= deadline:
-                raise ConnectionFailed(self._silence())
+                raise ConnectionFailed(self._silence(until - time.monotonic()))
             time.sleep(0.005)
 
     def _read(self, payload: bytes) -> Welcome:
@@ -191,15 +231,15 @@ class ZenohTransport:
             raise ConnectionFailed(f"the program at {self._place} refused the connection: {welcome.refusal}")
         return welcome
 
-    def _silence(self) -> str:
-        """Why nobody answered, as far as it can be found out, and what to do."""
+    def _silence(self, patience: float) -> str:
+        """Why nobody answered, as far as it can be found out in so many seconds, and what to do."""
         wanted = self._place.realm or self._realm
         if wanted is None:
             return (
                 f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
                 "start one with 'simx-server', or ask for its port"
             )
-        tokens = self._session.liveliness().get(keys.ANY_ALIVE, timeout=GREETING_TIMEOUT)
+        tokens = self._session.liveliness().get(keys.ANY_ALIVE, timeout=max(0.01, patience))
         realms = sorted({keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None})
         if wanted in realms:
             return (
@@ -255,8 +295,15 @@ class ZenohTransport:
         else:
             self._alive = True
 
-    def send(self, payload: bytes) -> None:
-        self._calls.put(payload)
+    def send(self, payload: bytes, deadline: float = math.inf) -> None:
+        if len(payload) <= SMALL and self._writer.is_idle:
+            self._calls.put(payload)
+        else:
+            self._writer.send(payload, deadline)
+
+    def _put(self, payload: bytes) -> None:
+        with contextlib.suppress(self._zenoh.ZError):  # closed meanwhile
+            self._calls.put(payload)
 
     def receive(self, timeout: float) -> bytes | None:
         try:
@@ -286,6 +333,7 @@ class ZenohTransport:
             self._closed = True
             self._alive = False
             self._alarm.close()
+            self._writer.close()
             self._session.close()
 
 
@@ -294,10 +342,12 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:NAMES_SHOWN]) + (f" and {more} more" if more > 0 else "")
 
 
-def _diagnose(place: Place) -> str:
+def _diagnose(place: Place, deadline: float) -> str:
     """Look at a place where no connection could be made, and say what is there and what to do."""
     if place.host_and_port is None:
-        refusals = [f"; {each} {refusal}" for each in place.endpoints if (refusal := _refusal_at(each))]
+        refusals = [
+            f"; {each} {refusal}" for each in place.endpoints if (refusal := _refusal_at(each, deadline))
+        ]
         return (
             f"nothing that lets this client in was found at {', '.join(place.endpoints)}{''.join(refusals)}; "
             "check SIMX_CONNECT, and that the router or server runs"
@@ -307,7 +357,7 @@ def _diagnose(place: Place) -> str:
         f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
     )
     try:
-        if refusal := why_closed(address, port):
+        if refusal := why_closed(address, port, deadline=deadline):
             return f"{address}:{port} {refusal}"
         return (
             f"something listens at {address}:{port} but does not speak Zenoh, so it is not a simx-server "
@@ -323,10 +373,10 @@ def _diagnose(place: Place) -> str:
         return f"{address}:{port} cannot be reached ({error}); {what_to_do}"
 
 
-def _refusal_at(endpoint: str) -> str | None:
+def _refusal_at(endpoint: str, deadline: float) -> str | None:
     """Why an endpoint where something listens may have refused; None when nothing does."""
     found = host_and_port(endpoint)
     try:
-        return why_closed(*found, is_secret=endpoint.startswith("tls/")) if found else None
+        return why_closed(*found, endpoint.startswith("tls/"), deadline) if found else None
     except (OSError, OverflowError):
         return None

@@ -43,9 +43,9 @@ def sent_by(world: World, client: int) -> list[int]:
     transport, sizes = world.transports[client], []
     send = transport.send
 
-    def counted(payload: bytes) -> None:
+    def counted(payload: bytes, deadline: float) -> None:
         sizes.append(len(decode_batch(payload).calls))
-        send(payload)
+        send(payload, deadline)
 
     transport.send = counted  # type: ignore[method-assign]
     return sizes
@@ -278,9 +278,9 @@ def test_all_servers_are_sent_to_before_any_is_waited_for(worlds: list[World]) -
     for place, (world, client) in enumerate(zip(worlds, servers.clients, strict=True)):
         transport = world.transports[client]
 
-        def send(payload: bytes, send=transport.send, place: int = place) -> None:
+        def send(payload: bytes, deadline: float, send=transport.send, place: int = place) -> None:
             order.append(("send", place))
-            send(payload)
+            send(payload, deadline)
 
         def receive(timeout: float, receive=transport.receive, place: int = place) -> bytes | None:
             if timeout > 0:

@@ -6,7 +6,7 @@ import pytest
 from plain_world import World
 
 import simx_client as v
-from simx_client.connection import MAX_UNANSWERED
+from simx_client.patience import MAX_UNANSWERED
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.clock import Pacer

@@ -275,7 +275,7 @@ def test_a_robot_that_is_collected_while_a_client_is_added_may_finish_its_own():
             v.simxFinish(7)  # what a script's __del__ does
             return "here"
 
-        def close(self):
+        def close(self, flush_timeout):
             pass
 
     for _ in range(2):  # the second one is compared with the first

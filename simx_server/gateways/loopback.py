@@ -5,6 +5,7 @@ While the client waits, the engine's loop turns; so a test needs neither sockets
 
 from __future__ import annotations
 
+import math
 import queue
 import time
 import uuid
@@ -55,7 +56,7 @@ class LoopbackTransport:
             self._engine.turn()
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
-    def send(self, payload: bytes) -> None:
+    def send(self, payload: bytes, deadline: float = math.inf) -> None:
         self._engine.submit(self.client, payload)
 
     def receive(self, timeout: float) -> bytes | None:
