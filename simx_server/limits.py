@@ -99,8 +99,6 @@ _FIELDS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {each.name: each.metadata for each in dataclasses.fields(Limits)}
 )
 
-VALID = "NAME=N, such as objects=500 or message=32M, with one of " + ", ".join(_FIELDS)
-
 
 def limit_text(text: str) -> str:
     """A text that `Limits.of` takes, as it was given. Raises LimitError."""
@@ -114,6 +112,12 @@ def in_words(size: int) -> str:
         if size >= _UNITS[unit] and size % _UNITS[unit] == 0:
             return f"{size // _UNITS[unit]}{unit}"
     return str(size)
+
+
+VALID = "NAME=N, such as objects=500 or message=32M; a NAME and its default: " + ", ".join(
+    f"{each.name} ({in_words(each.default) if each.metadata['is_size'] else each.default})"
+    for each in dataclasses.fields(Limits)
+)
 
 
 def _read(text: str) -> tuple[str, int]:

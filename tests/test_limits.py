@@ -201,9 +201,7 @@ def test_limits_are_chosen_by_flag_and_variable() -> None:
      "message=1T", "message=257M", "planets=9", "", "=", "objects=\u0665", "objects=nan"],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused_with_all_there_are(text: str) -> None:
-    with pytest.raises(
-        SettingError, match=r"valid: NAME=N, such as objects=500 .* with one of message, clients"
-    ):
+    with pytest.raises(SettingError, match=r"valid: NAME=N, such as objects=500 .*: message \(128M\), calls"):
         Settings.gather({"limit": [text]}, {})
 
 
