@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .applied_forces import AppliedForces
+from .client_files import ClientFiles
 from .custom_data import CustomData
 from .drawing import DrawingObjects
 from .graphs import Graphs
@@ -45,6 +46,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None, limits: Limits 
         sim.limits = limits
     sim.workspace = (workspace or Path.cwd()).resolve()
     sim.stored = {}
+    sim.client_files = ClientFiles(sim.workspace)
     _select_nothing(sim)
     for happened in (sim.on_load, sim.on_close):
         happened.append(partial(_select_nothing, sim))  # another scene may have the same handles

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError
 from simx_server.joints import Joints
 from simx_server.library import find_scene
@@ -97,6 +98,7 @@ class Simulation:
     def __init__(self) -> None:
         mujoco.set_mju_user_warning(_log_warning)
         self.state = SimulationState.STOPPED
+        self.client_files = ClientFiles()
         self.version = 0
         """Bumped whenever anything visible may have changed."""
         self.model_version = 0

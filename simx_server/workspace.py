@@ -68,7 +68,7 @@ def store(folder: Path, name: str, data: bytes) -> Path:
         raise CommandError(f"'{name}' is a folder of the workspace; choose another file name")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
+        handle, temporary = tempfile.mkstemp(prefix=f".{_LENT}", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(data)
@@ -91,6 +91,11 @@ def erase(folder: Path, name: str) -> Path:
     except OSError as error:
         raise CommandError(f"'{name}' cannot be erased from {folder}: {error.strerror}") from None
     return path
+
+
+def is_lent(path: Path) -> bool:
+    """Whether a file's name says that it is a client's for a moment, even if a killed server has left it there."""
+    return _LENT in path.name
 
 
 @contextmanager

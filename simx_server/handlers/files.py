@@ -39,6 +39,8 @@ def store_file(sim: Simulation, name: str, data: bytes) -> None:
     size = max(len(data), _LEAST_STORED)
     others = sum(sim.stored.values()) - sim.stored.get(path, 0)
     sim.limits.check("stored", others + size, "erase some with simxEraseFile")
+    sim.client_files.check_name(path)
+    sim.client_files.note(path, data)
     workspace.store(sim.workspace, name, data)
     sim.stored[path] = size
 
@@ -49,7 +51,10 @@ def erase_file(sim: Simulation, name: str) -> None:
 
     Differs: the original kept transferred files in a folder for temporary files, here it is the workspace.
     """
-    sim.stored.pop(workspace.erase(sim.workspace, name), None)
+    sim.client_files.check_name(workspace.path_within(sim.workspace, name))
+    erased = workspace.erase(sim.workspace, name)
+    sim.stored.pop(erased, None)
+    sim.client_files.forget(erased)
 
 
 @handler("lendFile", with_client=True)
@@ -157,6 +162,9 @@ def file_to_load(
         found = find(PurePosixPath(name).name)
         yield found, found.name
         return
+    if (own := _own_copy(sim, path, data)) is not None:
+        yield own, own.name
+        return
     with workspace.lent(sim.workspace, name, data) as file:
         try:
             yield file, name
@@ -168,6 +176,24 @@ def file_to_load(
                     f"workspace {sim.workspace}: bring it there, for example with simxTransferFile"
                 )
             raise SceneError(text) from problem
+
+
+def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
+    """The server's own file that a lent one is, as when client and server share a folder.
+
+    With its neighbours, and trusted as it is: what it holds did not come from a client.
+    """
+    folders = _open_folders(sim)
+    for folder in folders:
+        try:
+            found = (folder / path).resolve()
+            if not any(found.is_relative_to(each) for each in folders) or not found.is_file():
+                continue
+            if found.stat().st_size == len(data) and found.read_bytes() == data:
+                return None if sim.client_files.made(found) else found
+        except (OSError, ValueError, RuntimeError):
+            continue  # a name that is none here
+    return None
 
 
 def _checked(path: str) -> str:

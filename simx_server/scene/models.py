@@ -45,9 +45,10 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
     model = read_model(path, name or path.stem)
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
+    origin = {"folder": str(path.resolve().parent), "of_client": sim.client_files.made(path)}
     for note in notes.values():
         for kind in SCRIPT_NOTES.keys() & note.keys():
-            note[kind] = {**note[kind], "folder": str(path.resolve().parent)}
+            note[kind] = {**note[kind], **origin}
     base = objects[model.base]
     notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
     handles = graft(

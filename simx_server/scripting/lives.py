@@ -12,7 +12,7 @@ from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Interpreter, ScriptError
 from .lua import LuaInterpreter
 from .namespaces import Namespaces
-from .script import PYTHON, Script, ScriptKind, ScriptSide, script_folder
+from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, script_folder
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -68,7 +68,7 @@ class Lives:
         script.problem = ""
         script.switching.level = 0
         try:
-            source = script.source(self._sim)
+            source = script.code(self._sim)
             side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
             if script.language == PYTHON:
                 folder = script_folder(self._sim, script.folder)
@@ -136,11 +136,23 @@ class Lives:
         self.drop(script)
         script.problem = problem
         logger.error("the %s is stopped: %s", self.describe(script), problem)
-        text = f"{self.describe(script)} is stopped: {problem}"
+        self._tell(f"{self.describe(script)} is stopped: {problem}")
+        self._changed()
+
+    def announce(self, script: Script) -> None:
+        """A script is there that begins later: say it now if it may not."""
+        try:
+            script.code(self._sim)
+        except CodeNotAllowed as problem:
+            logger.warning("the %s will not run: %s", self.describe(script), problem)
+            self._tell(f"{self.describe(script)} will not run: {problem}")
+        except ScriptError as problem:
+            logger.warning("%s", problem)
+
+    def _tell(self, text: str) -> None:
         self._sim.status_bar.add(text)
         for tell in self._sim.on_script_stopped:
             tell(text)
-        self._changed()
 
     def drop(self, script: Script) -> None:
         """Forget a script's state, and the signals it set."""

@@ -23,6 +23,15 @@ if TYPE_CHECKING:
 PYTHON = "python"
 LUA = "lua"
 
+SUFFIXES = (".lua", ".py")
+"""Of the files that may be scripts when a client says so."""
+
+_NOT_ALLOWED = "and the server runs no code of clients; start it with --allow-code if it shall"
+
+
+class CodeNotAllowed(ScriptError):
+    """A script is a client's, and the operator has not allowed those."""
+
 
 class ScriptKind(IntEnum):
     """The values are V-REP's script types."""
@@ -54,6 +63,9 @@ class Script:
 
     folder: Path | None = None
     """Where the file is, for the script of a model that was loaded into the scene; None: the scene's folder."""
+
+    of_client: bool = False
+    """A client sent the scene or model that it is annotated in."""
 
     language: str = LUA
     threaded: bool = False
@@ -93,6 +105,17 @@ class Script:
             return self.path(sim).read_bytes()
         except OSError as problem:
             raise ScriptError(f"{self.file} cannot be read: {problem.strerror}") from problem
+
+    def code(self, sim: Simulation) -> bytes:
+        """Its text, if it may be run. Raises ScriptError, of which CodeNotAllowed."""
+        text = self.source(sim)
+        if sim.scripts.allows_code:
+            return text
+        if self.of_client and (self.text is not None or Path(self.file).suffix not in SUFFIXES):
+            raise CodeNotAllowed(f"a client sent the scene or model that it is in, {_NOT_ALLOWED}")
+        if self.text is None and sim.client_files.holds(self.path(sim), text):
+            raise CodeNotAllowed(f"a client sent {self.file}, {_NOT_ALLOWED}")
+        return text
 
     def close(self) -> None:
         """Free its interpreter."""
@@ -147,13 +170,17 @@ class ScriptSide:
         suffix = ".py" if self._script.language == PYTHON else ".lua"
         relative = name.removesuffix(suffix).replace(".", "/") + suffix
         try:
-            return find_file(self._sim, self._script.folder, relative).read_bytes()
+            path = find_file(self._sim, self._script.folder, relative)
+            text = path.read_bytes()
         except ScriptError as problem:
             if "outside" in str(problem):
                 raise
             return None
         except OSError as problem:
             raise CommandError(f"{relative} cannot be read: {problem.strerror}") from problem
+        if not self._sim.scripts.allows_code and self._sim.client_files.holds(path, text):
+            raise CommandError(f"a client sent {relative}, {_NOT_ALLOWED}")
+        return text
 
     def output(self, text: str) -> None:
         self._sim.status_bar.add(text)

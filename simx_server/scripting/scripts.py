@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from ..scene.script_texts import SCRIPT_NOTES
 from .exchange import check_results
-from .interpreter import ScriptError
 from .lives import Lives
 from .phases import Phases
 from .script import LUA, PYTHON, Script, ScriptKind
@@ -33,6 +32,8 @@ class Scripts:
         self._sim = sim
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
+        self._is_of_client = False
+        """A client sent the scene."""
         self.add_ons: dict[str, AddOn] = {}
         """By name; script type 2 of simxCallScriptFunction."""
         self.allows_code = False
@@ -136,9 +137,11 @@ class Scripts:
 
     def _find(self) -> None:
         """Another scene: its main script, if it has one; the others are found as after an edit."""
+        path = self._sim.scene.path
+        self._is_of_client = path is not None and self._sim.client_files.made(path)
         note = self._sim.scene.annotations.main_script
         if note is not None:
-            self._add(ScriptKind.MAIN, -1, note, "main")
+            self._lives.announce(self._add(ScriptKind.MAIN, -1, note, "main"))
 
     def _find_more(self) -> None:
         """The scene was edited, or an edit was taken back: scripts of new objects begin.
@@ -160,6 +163,8 @@ class Scripts:
                     if kind == ScriptKind.CUSTOMIZATION or self._sim.is_running:
                         self._lives.begin(script)
                         self._lives.call(script, "sysCall_init")
+                    else:
+                        self._lives.announce(script)
 
     def _add(self, kind: ScriptKind, owner: int, note: Annotation, name: str) -> Script:
         text, file = note.get("text"), str(note.get("file", ""))
@@ -173,14 +178,10 @@ class Scripts:
             file=file or f"{name}{'' if name == 'main' else middle}{suffix}",
             text=None if text is None else str(text),
             folder=Path(str(note["folder"])) if "folder" in note else None,
+            of_client=bool(note.get("of_client", self._is_of_client)),
             language=language,
             threaded=bool(note.get("threaded", False)),
         )
         self._next_handle += 1
         self._scripts.append(script)
-        if script.text is None:
-            try:
-                script.path(self._sim)
-            except ScriptError as problem:
-                logger.warning("%s", problem)
         return script
