@@ -12,6 +12,7 @@ import math
 import os
 import socket
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -36,6 +37,12 @@ OPENING = 0.8
 
 OPENING_PAUSE = 0.05
 """Seconds between two attempts."""
+
+LEAST_ATTEMPT = 0.1
+"""Seconds; with less left there is no further attempt."""
+
+CLOSE_TIMEOUT = 1.0
+"""Seconds that leaving a server may hold up a program; what is left to be done then, a thread does."""
 
 SMALL = 4096
 """Bytes of a message that is sent from the caller's thread. As many of these as may be unanswered fit into Zenoh's
@@ -157,7 +164,7 @@ class ZenohTransport:
             try:
                 return open_session(self._zenoh, options, defaults)
             except self._zenoh.ZError:
-                if not retry or time.monotonic() + OPENING_PAUSE >= (deadline if patience else -math.inf):
+                if not retry or not patience or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline:
                     raise ConnectionFailed(_diagnose(self._place, deadline)) from None
             time.sleep(OPENING_PAUSE)
 
@@ -333,7 +340,18 @@ class ZenohTransport:
             self._closed = True
             self._alive = False
             self._alarm.close()
-            self._writer.close()
+            closing = threading.Thread(target=self._close_session, name="simx-close")
+            try:
+                closing.start()
+            except RuntimeError:  # at exit no thread can be started any more
+                self._close_session()
+            else:
+                closing.join(CLOSE_TIMEOUT)
+
+    def _close_session(self) -> None:
+        """Takes ten seconds while a large message is on its way to a server that takes nothing any more."""
+        self._writer.close()
+        with contextlib.suppress(self._zenoh.ZError):  # it gave up
             self._session.close()
 
 
