@@ -207,9 +207,10 @@ class Engine:
                 began = time.perf_counter()
                 self.simulation.advance()
                 self.metrics.passed(self.simulation.time_step, time.perf_counter() - began)
-            except Exception:
+            except Exception as error:
                 logger.exception("the pass failed, so the simulation is stopped")
-                self.simulation.stop()
+                self._handle(self.simulation.stop)
+                self._tell_everybody(f"the pass failed, so the simulation is stopped: {error!r}")
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
             self._publisher.publish(self.sessions.values(), after_pass=True)
@@ -225,7 +226,7 @@ class Engine:
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def _tell_everybody(self, problem: str) -> None:
-        """An error of a script's own is told to every client, as nobody's call has brought it about."""
+        """An error of a script's own, or of a pass, is told to every client, as nobody's call has brought it about."""
         if self.simulation.parameters.error_report_mode & sim_api_errormessage_report:
             for session in self.sessions.values():
                 session.errors.append(problem)

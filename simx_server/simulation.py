@@ -141,7 +141,7 @@ class Simulation:
         self.on_model_changed: list[Listener] = []
         """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
         self.on_script_stopped: list[Callable[[str], object]] = []
-        """Called with the reason, when an error has ended a script."""
+        """Called with the reason, when an error has ended a script, or diverged physics a run."""
         self.on_file: list[Callable[[Path], object]] = []
         """Called with each file of the server's side that a client or a script has read: scenes, models, scripts."""
         self.find_file: Callable[[str, bool], Path] = self._find_file
@@ -285,8 +285,13 @@ class Simulation:
         if self.dynamics_enabled:
             self.joints.step(self.substeps)
         if [self.data.warning[kind].number for kind in _DIVERGED] != before:
-            logger.error("the physics diverged at %.3f s; the simulation is stopped", self.time)
+            problem = f"the physics diverged at {self.time:.3f} s; the simulation is stopped"
+            logger.error("%s", problem)
             self.stop()
+            for tell in self.on_script_stopped:
+                tell(
+                    f"{problem}; a shorter physics step (timestep of <option>) or weaker forces may keep it stable"
+                )
             return
         self.changed()
         self.refresh()
