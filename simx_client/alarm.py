@@ -49,13 +49,15 @@ class Alarm:
             self._changed.notify()
 
     def _run(self) -> None:
-        with self._changed:
-            while not self._is_closed:
+        while True:
+            with self._changed:
+                if self._is_closed:
+                    return
                 self._sleeps_until = math.inf
                 self._sleeps_until = deadline = self._deadline
                 left = deadline - time.monotonic()
-                if left <= 0:
-                    self._deadline = math.inf
-                    self._ring()
-                else:
+                if left > 0:
                     self._changed.wait(None if math.isinf(left) else left)
+                    continue
+                self._deadline = math.inf
+            self._ring()  # without the lock: a bell may wait for somebody who is just setting the alarm

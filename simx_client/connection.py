@@ -9,11 +9,13 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from .alarm import Alarm
 from .errors import ConnectionFailed
 from .modes import MODE_MASK, Modes
 from .patience import (
     DEFAULT_TIMEOUT,
     FLUSH_TIMEOUT,
+    HOLD,
     LAST_LOOK,
     MAX_UNANSWERED,
     RETRY_PAUSE,
@@ -34,6 +36,7 @@ PROTOCOL_HEADER_VERSION = 11
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
 _PING = Shape(BY_NAME["simxGetIntegerParameter"])
+_STEPPED_MODE = BY_NAME["simxSynchronous"]
 
 
 def client_time() -> int:
@@ -82,6 +85,12 @@ class Connection:
 
         self._lock = threading.RLock()
         self._pauses = 0
+        self._is_stepping = False
+        """This client asked for stepped mode: nothing moves before its trigger."""
+
+        self._held: Alarm | None = None
+        """Sends what waits for the trigger, if that is long in coming; made with stepped mode."""
+
         self._connection_id = -1
         self._connections = 0
         self._next_greeting = 0.0
@@ -152,8 +161,11 @@ class Connection:
         finally:
             self._closed = True
             self._connection_id = -1
+            self._is_stepping = False
             if self._transport is not None:
                 self._transport.close()
+            if self._held is not None:
+                self._held.close()
             if is_free:
                 self._lock.release()
         if self._connecting is not None:
@@ -214,13 +226,23 @@ class Connection:
                 return shape.failure(c.simx_return_illegal_opmode_flag)
             return self.blocking(shape, values)
         with self._lock:
-            is_open = self._check_link() and not self._pauses
-            if is_open:
-                self._drain()
+            if not self._check_link() or self._pauses:
+                return self._modes.call(shape, values, mode)
+            if self._is_stepping and mode == c.simx_opmode_oneshot and shape.is_set:
+                assert self._held is not None
+                self._held.set(time.monotonic() + HOLD)
+                return self._modes.call(shape, values, mode)
+            self._drain()
             result = self._modes.call(shape, values, mode)
-            if is_open:
+            if mode != c.simx_opmode_buffer:  # that adds nothing, and what is held may wait
                 self._flush()
             return result
+
+    def _send_held(self) -> None:
+        """The alarm's thread: no trigger came."""
+        with self._lock:
+            if self._check_link() and not self._pauses:
+                self._flush()
 
     def blocking(self, shape: Shape, values: list[Any], timeout: float | None = None) -> Any:
         """Send and wait for the reply. Also waits, within the time-out, for a connection that may come."""
@@ -253,6 +275,10 @@ class Connection:
         elif self._connection_id != -1:
             self._flush(deadline)
             self._receive_until(lambda: self._modes.is_answered, deadline)
+            if shape.command is _STEPPED_MODE and self._modes.is_answered:
+                self._is_stepping = bool(values[0])
+                if self._held is None:
+                    self._held = Alarm(self._send_held)
         return self._modes.answer(shape)
 
     def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:

@@ -20,3 +20,7 @@ LAST_LOOK = 0.02
 
 RETRY_PAUSE = 0.1
 """Seconds between two attempts to greet a server that came back."""
+
+HOLD = 0.005
+"""Seconds that oneshot sets of a client that steps may wait for its trigger, to leave with it in one message. The
+original's thread sent every 5 ms, too."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
@@ -38,14 +37,17 @@ class Dispatch:
 
     def execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         """Execute a command; a Future when its result comes later. Never raises."""
-        began = time.perf_counter()
-        answer = self._execute(client, name, arguments)
-        self._metrics.executed(name, time.perf_counter() - began)
-        return answer
-
-    def _execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         try:
             command, checked = self.check(name, arguments)
+        except Exception as error:
+            return self._failure(client, name, error)
+        return self.carry_out(client, command, checked)
+
+    def carry_out(
+        self, client: ClientSession, command: Command, checked: list[Any]
+    ) -> Answer | Future[Answer]:
+        """As `execute`, with what `check` gave: a stream asks the same after each pass."""
+        try:
             if client.may_only_read and not command.only_reads:
                 raise CommandError(
                     f"{command.name} changes something, and {client.name} is a viewer, who may only read"
@@ -57,7 +59,7 @@ class Dispatch:
                 )
             result = handler(self._simulation, client, checked)
         except Exception as error:
-            return self._failure(client, name, error)
+            return self._failure(client, command.name, error)
         if isinstance(result, Future):
             return self._later(client, command, result)
         return Answer(STATUS_OK, _values(command, result))

@@ -330,9 +330,13 @@ class Engine:
             if call.operation == Operation.STREAM:
                 self._publisher.arm(session, call, answer)
             if isinstance(answer, Future):
-                later = partial(self._deliver_later, session, call.call_id, time_ms)
+                before: list[Reply] = []
+                if call.command == TRIGGER:
+                    # Whoever steps waits for the pass: all answers come in one message after it.
+                    before, replies = replies, []
+                later = partial(self._deliver_later, session, before, call.call_id, time_ms)
                 if call.command == TRIGGER and position < len(calls):
-                    session.interrupted = Interrupted(replies, calls[position:])
+                    session.interrupted = Interrupted(before, calls[position:])
                     later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
                 answer.add_done_callback(later)
                 if session.interrupted is not None:
@@ -361,8 +365,9 @@ class Engine:
             session.link.deliver(self._publisher.message(session, [reply]))
 
     def _deliver_later(
-        self, session: ClientSession, call_id: int, time_ms: int, done: Future[Answer]
+        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
         """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
         status, values = done.result()
-        session.link.deliver(self._publisher.message(session, [Reply(call_id, status, time_ms, values)]))
+        replies = [*before, Reply(call_id, status, time_ms, values)]
+        session.link.deliver(self._publisher.message(session, replies))

@@ -128,7 +128,7 @@ class Publisher:
                 question = stream.question()
                 answer = answers.get(question)
                 if answer is None:
-                    answer = self._dispatch.execute(session, command.name, stream.arguments)
+                    answer = self._dispatch.carry_out(session, command, stream.arguments)
                     answers.put(question, answer)
                 if isinstance(answer, Future):
                     stream.pending, stream.last = answer, None
@@ -159,7 +159,7 @@ class Publisher:
         assert shared is not None
         answer = answers.get(shared.question)
         if answer is None:
-            answer = self._dispatch.execute(session, stream.command.name, stream.arguments)
+            answer = self._dispatch.carry_out(session, stream.command, stream.arguments)
             answers.put(shared.question, answer)
         if isinstance(answer, Future):
             return False

@@ -75,3 +75,21 @@ def test_closing_ends_the_thread_and_a_deadline_afterwards_is_ignored(bell):
     assert not thread.is_alive()
     alarm.set(0.0)
     assert not rings.acquire(timeout=0.05)
+
+
+def test_who_is_setting_the_alarm_may_hold_what_the_bell_waits_for():
+    lock, rung = threading.Lock(), threading.Semaphore(0)
+
+    def ring():
+        rung.release()
+        with lock:
+            rung.release()
+
+    alarm = Alarm(ring)
+    with lock:
+        alarm.set(0.0)
+        assert rung.acquire(timeout=5)  # it rings now, and waits for the lock
+        alarm.set(time.monotonic() + 60)
+        alarm.set(0.0)
+        alarm.close()
+    assert rung.acquire(timeout=5)

@@ -154,8 +154,10 @@ def test_equal_streams_of_several_clients_are_computed_once_a_pass(world, monkey
         v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
     world.settle()
     executed = []
-    original = world.engine._dispatch.execute
-    monkeypatch.setattr(world.engine._dispatch, "execute", lambda *a: executed.append(a[1]) or original(*a))
+    original = world.engine._dispatch.carry_out
+    monkeypatch.setattr(
+        world.engine._dispatch, "carry_out", lambda *a: executed.append(a[1].name) or original(*a)
+    )
     world.simulation.start()
     world.settle()
     assert executed == ["simxGetJointPosition"]

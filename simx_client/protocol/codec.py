@@ -117,7 +117,9 @@ def _unpack(payload: bytes) -> list[Any]:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
         more = {} if len(payload) <= _SMALL else _bounded()
-        value = msgpack.unpackb(payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more))
+        value = msgpack.unpackb(
+            payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more)
+        )
     except Exception as error:  # msgpack raises many kinds, all of them mean the same here
         raise CodecError(f"not a message: {error}") from None
     if not isinstance(value, list):

@@ -54,7 +54,7 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
     for handle, copy in copies.items():
         sim.scene.override_parent(copy, copies.get(items[handle].parent, -1))
         if handle in scene.model_properties:
-            sim.scene.model_properties[copy] = scene.model_properties[handle]
+            sim.scene.set_model_property(copy, scene.model_properties[handle])
     properties.apply(sim)
     sim.joints.copy_settings(copies)
     sim.vision.copy_settings(copies)

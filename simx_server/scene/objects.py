@@ -87,13 +87,16 @@ class Scene:
         self.hidden_bodies: frozenset[str] = frozenset()
         """Names of bodies whose object was removed while others hang on them."""
         self.model_properties: dict[int, int] = {}
-        """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base."""
+        """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base.
+        Written by `set_model_property`, or before `reindex`."""
         self.made_static: set[str] = set()
         """Names of bodies that are fixed because their model is not dynamic."""
         self.withheld: dict[tuple[str, str], int] = {}
         """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
         self._children: dict[int, list[int]] = {-1: []}
         self._leaves_first: dict[int, int] = {}
+        self._of_kind: dict[int, list[int]] = {}
+        self._overridden: dict[int, int] = {}
         self._by_element: dict[tuple[str, int], int] = {}
         self._by_name: dict[str, int] = {}
         self.reindex()
@@ -107,6 +110,8 @@ class Scene:
         """Rebuild the look-ups; called after objects or parents changed."""
         self._children = {-1: []}
         self._leaves_first = {}
+        self._of_kind.clear()
+        self._overridden.clear()
         self._by_element.clear()
         self._by_name.clear()
         for handle, item in self.objects.items():
@@ -165,17 +170,26 @@ class Scene:
         base = self.get(handle).annotations.get("model", {}).get("base", False)
         return self.model_properties.get(handle, 0 if base else NOT_A_MODEL)
 
+    def set_model_property(self, handle: int, bits: int) -> None:
+        """Note `sim_modelproperty_*` bits, or NOT_A_MODEL; `properties.py` acts on them."""
+        self.model_properties[handle] = bits
+        self._overridden.clear()
+
     def is_model_base(self, handle: int) -> bool:
         """True for the object that stands for a model. Raises UnknownHandle."""
         return not self.model_property(handle) & NOT_A_MODEL
 
     def overridden(self, handle: int) -> int:
-        """`sim_modelproperty_*` bits that the models an object belongs to put on it."""
-        bits = 0
-        while handle in self.objects:
-            own = self.model_property(handle)
+        """`sim_modelproperty_*` bits that the models an object belongs to put on it. Found once until they change."""
+        known = self._overridden.get(handle)
+        if known is not None:
+            return known
+        bits, above = 0, handle
+        while above in self.objects:
+            own = self.model_property(above)
             bits |= 0 if own & NOT_A_MODEL else own
-            handle = self.objects[handle].parent
+            above = self.objects[above].parent
+        self._overridden[handle] = bits
         return bits
 
     def children(self, handle: int) -> list[int]:
@@ -204,7 +218,9 @@ class Scene:
 
     def of_kind(self, kind: ObjectKind | int) -> list[int]:
         """Handles of all objects of a kind, in scene order."""
-        return [handle for handle, item in self.objects.items() if item.kind == kind]
+        if kind not in self._of_kind:
+            self._of_kind[kind] = [handle for handle, item in self.objects.items() if item.kind == kind]
+        return list(self._of_kind[kind])
 
     def is_below(self, handle: int, ancestor: int) -> bool:
         """True when `ancestor` is the object itself or one of its ancestors."""

@@ -46,14 +46,14 @@ def set_model_property(sim: Simulation, handle: int, bits: int) -> None:
     """
     item = sim.scene.get(handle)
     if bits & NOT_A_MODEL:
-        sim.scene.model_properties[handle] = NOT_A_MODEL
+        sim.scene.set_model_property(handle, NOT_A_MODEL)
     else:
         if bits & ~_KNOWN:
             raise CommandError(
                 f"'{item.name}' cannot be a model with property 0x{bits & 0xFFFFFFFF:x}; "
                 f"valid are the bits 0x{_KNOWN:x}, and 0x{NOT_A_MODEL:x} for no model"
             )
-        sim.scene.model_properties[handle] = bits
+        sim.scene.set_model_property(handle, bits)
     apply(sim)
     sim.changed()
 

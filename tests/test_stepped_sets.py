@@ -1,0 +1,117 @@
+"""Oneshot sets of a client that steps: they leave with its trigger, in one message, or by themselves before long."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from plain_world import World
+
+import simx_client as v
+from simx_client.clients import CLIENTS
+from simx_client.protocol.codec import decode_batch
+
+ONESHOT, BLOCKING = v.simx_opmode_oneshot, v.simx_opmode_blocking
+
+
+class Sent(list[list[str]]):
+    """The commands of each message."""
+
+
+@pytest.fixture
+def world() -> Iterator[World]:
+    world = World()
+    yield world
+    world.close()
+
+
+@pytest.fixture
+def stepping(world: World, monkeypatch: pytest.MonkeyPatch) -> tuple[int, Sent]:
+    """A client in stepped mode, and what it sends from now on."""
+    cid = world.client()
+    assert v.simxSynchronous(cid, True) == 0
+    assert v.simxStartSimulation(cid, BLOCKING) == 0
+    connection = CLIENTS.get(cid)
+    assert connection is not None
+    transport = connection._transport
+    assert transport is not None
+    sent, send = Sent(), transport.send
+
+    def note(payload: bytes) -> None:
+        sent.append([call.command for call in decode_batch(payload).calls])
+        send(payload)
+
+    monkeypatch.setattr(transport, "send", note)
+    return cid, sent
+
+
+@pytest.fixture
+def forever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is sent because of the time alone."""
+    monkeypatch.setattr("simx_client.connection.HOLD", 3600.0)
+
+
+def test_sets_leave_with_the_trigger_in_order_and_act_on_its_pass(forever, world, stepping):
+    cid, sent = stepping
+    for joint, value in ((1, 0.5), (2, 1.5), (1, 0.75)):
+        v.simxSetJointPosition(cid, joint, value, ONESHOT)
+    assert sent == []
+    assert v.simxSynchronousTrigger(cid) == 0
+    assert sent == [["simxSetJointPosition", "simxSetJointPosition", "simxSynchronousTrigger"]]
+    assert world.simulation.log[-3:-1] == [("set", 2, 1.5), ("set", 1, 0.75)]
+
+
+def test_the_answers_of_the_sets_come_with_that_of_the_trigger(forever, stepping):
+    cid, _ = stepping
+    assert v.simxSetJointPosition(cid, 1, 0.5, ONESHOT) == v.simx_return_novalue_flag
+    v.simxSynchronousTrigger(cid)
+    assert v.simxSetJointPosition(cid, 1, 0.6, ONESHOT) == v.simx_return_ok
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda cid: v.simxGetJointPosition(cid, 2, BLOCKING),
+        lambda cid: v.simxGetJointPosition(cid, 2, v.simx_opmode_streaming),
+        lambda cid: v.simxGetJointPosition(cid, 2, ONESHOT),
+        lambda cid: v.simxGetPingTime(cid),
+    ],
+    ids=["blocking", "streaming", "oneshot question", "ping"],
+)
+def test_whatever_else_is_called_comes_after_the_sets(forever, stepping, call):
+    cid, sent = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    call(cid)
+    assert sent[0][0] == "simxSetJointPosition"
+
+
+def test_a_look_into_the_buffer_does_not_send_them(forever, stepping):
+    cid, sent = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    v.simxGetJointPosition(cid, 2, v.simx_opmode_buffer)
+    assert sent == []
+
+
+def test_without_a_trigger_they_are_sent_before_long(world, stepping):
+    cid, sent = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    deadline = time.monotonic() + 10
+    while world.simulation.joints.get(1) != 0.5:
+        world.engine.turn(max_wait=0.01)
+        assert time.monotonic() < deadline
+    assert sent == [["simxSetJointPosition"]]
+
+
+def test_they_are_executed_when_the_client_leaves(forever, world, stepping):
+    cid, _ = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    v.simxFinish(cid)
+    assert world.simulation.joints[1] == 0.5
+
+
+def test_out_of_stepped_mode_each_is_sent_at_once_again(forever, stepping):
+    cid, sent = stepping
+    v.simxSynchronous(cid, False)
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    assert sent[-1] == ["simxSetJointPosition"]
