@@ -7,13 +7,15 @@ import logging
 import os
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
+from pathlib import Path
 from types import FrameType
 
-from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.roster import noted
 
 from .clock import Pacer
@@ -24,6 +26,9 @@ from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .library import find_scene
 from .parts import attach_parts
+from .recording import LogError, Recorder
+from .recording.log_file import LogReader
+from .recording.replaying import Divergence, Source, replay
 from .scene.objects import ObjectKind
 from .sensors.gl_backend import requested_backend
 from .sensors.render_thread import RenderThread
@@ -36,8 +41,13 @@ DEFAULT_SCENE = "ur5_rg2_kinect"
 """The tutorial's scene, which the package ships."""
 
 
-def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
+def build_simulation(
+    settings: Settings, stack: ExitStack, prepare: Callable[[Simulation, Path], None] | None = None
+) -> Simulation:
     """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
+
+    Args:
+        prepare: called when it has its parts, before it loads this file.
 
     Raises:
         CommandError: the scene cannot be used.
@@ -51,7 +61,10 @@ def build_simulation(settings: Settings, stack: ExitStack) -> Simulation:
     stack.callback(simulation.scripts.close)
     if settings.command_server:
         simulation.on_load.append(partial(add_command_server, simulation))
-    simulation.load(find_scene(settings.scene or DEFAULT_SCENE))
+    scene = find_scene(settings.scene or DEFAULT_SCENE)
+    if prepare is not None:
+        prepare(simulation, scene)
+    simulation.load(scene)
     if settings.time_step is not None:
         simulation.time_step = settings.time_step
     return simulation
@@ -64,13 +77,36 @@ def serve(settings: Settings) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
+    if settings.replay is not None:
+        return _replay(settings.replay, settings)
     with ExitStack() as stack:
+        recorder = None
         try:
-            simulation = build_simulation(settings, stack)
-        except CommandError as error:
+            if settings.record is not None:
+                recorder = Recorder(settings.record, settings)
+                stack.callback(recorder.close)
+            simulation = build_simulation(settings, stack, recorder and recorder.watch)
+        except (CommandError, LogError) as error:
             logger.error("%s", error)
             return FAILURE
-        return run_server(simulation, settings, _say_ready)
+        return run_server(simulation, settings, _say_ready, recorder=recorder)
+
+
+def _replay(recording: Path, settings: Settings) -> int:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
+        try:
+            source = Source(LogReader(recording), folder)
+            simulation = build_simulation(source.settings(settings), stack, lambda sim, _: source.attach(sim))
+            outcome = replay(source, simulation)
+        except Divergence as problem:
+            logger.error("the replay of '%s' differs %s", recording, problem)
+            return DIVERGED
+        except (CommandError, LogError) as error:
+            logger.error("%s", error)
+            return FAILURE
+    logger.info("'%s' is replayed: %s", recording, outcome)
+    return DONE
 
 
 def run_server(
@@ -78,6 +114,7 @@ def run_server(
     settings: Settings,
     say_ready: Callable[[ZenohGateway, Simulation], None],
     *,
+    recorder: Recorder | None = None,
     is_one_of_many: bool = False,
 ) -> int:
     """Serve one simulation until it is told to end. Returns the process's exit code.
@@ -117,7 +154,11 @@ def run_server(
         simulation.on_stop.append(engine.end)
     try:
         with noted(gateway.endpoints), _ending_by_signal(engine), engine.metrics.log.attached():
+            if recorder is not None:
+                recorder.begin(engine)
             if settings.start:
+                if recorder is not None:
+                    recorder.started()
                 simulation.start()
             # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
             gc.collect()
@@ -126,6 +167,8 @@ def run_server(
             if not is_one_of_many and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
                 simulation.rendering.prepare(simulation.model)
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
+            if recorder is not None:
+                recorder.ending()
             simulation.stop()
     finally:
         gateway.close()

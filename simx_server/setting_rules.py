@@ -123,6 +123,13 @@ def file(text: str) -> Path:
     return path.resolve()
 
 
+def new_file(text: str) -> Path:
+    path = Path(text).expanduser()
+    if path.is_dir() or not path.parent.is_dir():
+        raise ValueError(text)
+    return path.resolve()
+
+
 def folder(text: str) -> Path:
     path = Path(text).expanduser()
     if not path.is_dir():

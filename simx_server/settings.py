@@ -28,6 +28,7 @@ from simx_server.setting_rules import (
     file,
     folder,
     matching,
+    new_file,
     one_of,
     only_yes,
     port,
@@ -210,6 +211,24 @@ class Settings:
         letter="-g",
         many=True,
     )
+    record: Path | None = _setting(
+        None,
+        "--record",
+        "record all calls, to be replayed (docs/recording.md)",
+        "a file in an existing folder",
+        new_file,
+        metavar="FILE",
+        unset="nothing",
+    )
+    replay: Path | None = _setting(
+        None,
+        "--replay",
+        "serve nobody: do what was recorded, and compare",
+        "an existing file that --record made",
+        file,
+        metavar="FILE",
+        unset="nothing",
+    )
     log_level: str = _setting(
         "info",
         "--log-level",
@@ -263,6 +282,7 @@ class Settings:
         settings = cls(**values, origins=MappingProxyType(origins))
         settings._refuse_repeated_ports()
         settings._refuse_impossible_count()
+        settings._refuse_impossible_recording()
         return settings
 
     def _refuse_repeated_ports(self) -> None:
@@ -286,6 +306,18 @@ class Settings:
             raise SettingError(
                 f"{self.origins['count']}: the ports of {self.count} servers go beyond 65535; "
                 "valid: fewer, lower ports, or --port 0 for free ones"
+            )
+
+    def _refuse_impossible_recording(self) -> None:
+        if self.record and self.count is not None:
+            raise SettingError(
+                f"{self.origins['record']}: with --count all servers would write the same file; "
+                "valid: one of both"
+            )
+        if self.replay and (self.record or self.scene or self.count is not None):
+            raise SettingError(
+                f"{self.origins['replay']}: a recording brings its scene, and a replay is not recorded; "
+                "valid: no SCENE, --record or --count beside it"
             )
 
     def member(self, number: int) -> Settings:

@@ -7,5 +7,8 @@ FAILURE = 1
 USAGE = 2
 """As argparse has it."""
 
+DIVERGED = 3
+"""A replay came to another state than the recording."""
+
 INTERRUPTED = 130
 """As shells have it after Ctrl-C."""

@@ -1,0 +1,257 @@
+"""The file of a recording: a line that names the format, then blocks of records.
+
+    simxlog 1\\n
+    block: length of its content (uint32), CRC-32 of its content (uint32), both little-endian; content
+    content: msgpack values one behind the other, each a record: [kind, ...]
+
+A thread of its own writes what has come together, twice a second, so the physics thread never waits for a disk. A
+block is there as a whole or not at all: what a kill or a full disk tore off is noticed, and the rest is good.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import struct
+import threading
+import zlib
+from collections import deque
+from collections.abc import Iterator
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import msgpack
+
+logger = logging.getLogger(__name__)
+
+MAGIC = b"simxlog 1\n"
+"""The number counts up when an older reader could misread a recording."""
+
+PERIOD = 0.5
+"""Seconds between two blocks: what a kill may cost at most, with the time that writing one takes."""
+
+MOST_WAITING = 512 << 20
+"""Bytes that may wait for a slow disk."""
+
+_MOST_BLOCK = 1 << 30
+_HEAD = struct.Struct("<II")
+
+
+class LogError(Exception):
+    """A recording that cannot be written, read or replayed; the text says why."""
+
+
+class Kind(IntEnum):
+    """What a record is; its fields follow. `point` is -1, or where in a script's run it was done (`recorder`)."""
+
+    HEADER = 0
+    """dict: versions, scene, workspace, settings."""
+
+    FILE = 1
+    """path, SHA-256, content or nil: a file as it was when it was read."""
+
+    FOUND = 2
+    """text, whether a model was looked for, path: what a file's name meant."""
+
+    JOINED = 3
+    """point, number of the client in this recording, its id, name, port."""
+
+    LEFT = 4
+    """point, number."""
+
+    BATCH = 5
+    """point, number, the message as it came."""
+
+    WENT_ON = 6
+    """number: what follows the trigger in this client's last batch was executed."""
+
+    STARTED = 7
+    """The server started the simulation, as it was told at its start, or by a client on the temporary port."""
+
+    PASS = 8
+    """CRC-32 of the positions and of the velocities after it."""
+
+    IDLE = 9
+    """Streams were executed, and scripts that wait while no pass comes."""
+
+    STATE = 10
+    """whether at a stop, digests of the quantities of `state`."""
+
+    ENDING = 11
+    """The server was told to end and stopped the simulation."""
+
+    END = 12
+    """Nothing comes after it."""
+
+
+Record = list[Any]
+
+
+class LogWriter:
+    """Appends records. For one thread; never raises once it is made."""
+
+    def __init__(self, path: Path) -> None:
+        """Begin a recording. Raises LogError: it cannot be written there, or there is something already."""
+        self.path = path
+        try:
+            if path.is_file() and path.stat().st_size:
+                raise LogError(
+                    f"'{path}' exists already and is not written over; give another --record, or delete it"
+                )
+            self._file: BinaryIO = cast(BinaryIO, path.open("wb", buffering=0))
+            self._write(MAGIC)
+        except OSError as error:
+            raise LogError(
+                f"'{path}' cannot be written: {error.strerror}; give --record a file in a folder that may be written"
+            ) from None
+        self._size = len(MAGIC)
+        self._pack = msgpack.Packer(unicode_errors="surrogateescape").pack
+        self._waiting: deque[bytes] = deque()
+        self._come = self._gone = 0
+        """Bytes, so far; each counted by one thread alone."""
+
+        self.has_failed = False
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="simx-record", daemon=True)
+        self._thread.start()
+
+    def put(self, *record: Any) -> None:
+        """One record. It is written within `PERIOD`."""
+        self.put_packed(self._pack(record))
+
+    def put_packed(self, record: bytes) -> None:
+        if self.has_failed:
+            return
+        self._come += len(record)
+        self._waiting.append(record)
+        if self._come - self._gone > MOST_WAITING:
+            self._fail(f"the disk is too slow: {MOST_WAITING >> 20} MiB wait for it")
+
+    def close(self) -> None:
+        """Write what is left."""
+        self._is_over.set()
+        self._thread.join()
+        self._file.close()
+
+    def _run(self) -> None:
+        while not self._is_over.wait(PERIOD):
+            self._write_block()
+        self._write_block()
+
+    def _write_block(self) -> None:
+        while (count := len(self._waiting)) and not self.has_failed:
+            records: list[bytes] = []
+            size = 0
+            while len(records) < count and size < MOST_WAITING:
+                records.append(self._waiting.popleft())
+                size += len(records[-1])
+            content = b"".join(records)
+            try:
+                self._write(_HEAD.pack(len(content), zlib.crc32(content)) + content)
+            except OSError as error:
+                self._fail(error.strerror or str(error))
+                with contextlib.suppress(OSError):  # a torn block does no harm either
+                    os.ftruncate(self._file.fileno(), self._size)
+                return
+            self._size += _HEAD.size + size
+            self._gone += size
+
+    def _write(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[self._file.write(rest) :]
+
+    def _fail(self, why: str) -> None:
+        self.has_failed = True
+        self._waiting.clear()
+        logger.error(
+            "the recording '%s' ends here: %s; what is in it can be replayed, and the server goes on",
+            self.path,
+            why,
+        )
+
+
+class LogReader:
+    """The records of a file, in order."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises LogError: there is no recording."""
+        self.path = path
+        self.damage = ""
+        """After the last record: why no more could be read, if the file does not end with a whole block."""
+
+        try:
+            with path.open("rb") as file:
+                begin = file.read(len(MAGIC))
+        except OSError as error:
+            raise LogError(f"'{path}' cannot be read: {error.strerror}") from None
+        if begin != MAGIC:
+            known = MAGIC.decode().strip()
+            if begin.startswith(MAGIC[:8]):
+                raise LogError(
+                    f"'{path}' is a recording in another format; this server reads '{known}': replay it with the "
+                    "version that made it"
+                )
+            raise LogError(f"'{path}' is no recording: those begin with '{known}' and are made with --record")
+
+    def __iter__(self) -> Iterator[Record]:
+        """Raises LogError for a block that is whole and holds something else than records."""
+        with self.path.open("rb") as file:
+            file.seek(len(MAGIC))
+            while content := self._block(file):
+                unpacker = msgpack.Unpacker(
+                    unicode_errors="surrogateescape", strict_map_key=False, max_buffer_size=len(content)
+                )
+                unpacker.feed(content)
+                try:
+                    for record in unpacker:
+                        yield _checked(record)
+                except (ValueError, msgpack.UnpackException) as error:
+                    raise LogError(f"'{self.path}' holds something else than records: {error}") from None
+
+    def _block(self, file: BinaryIO) -> bytes:
+        """The next one; empty at the end."""
+        place = file.tell()
+        head = file.read(_HEAD.size)
+        if not head:
+            return b""
+        if len(head) == _HEAD.size:
+            length, check = _HEAD.unpack(head)
+            content = file.read(length) if 0 < length <= _MOST_BLOCK else b""
+            if len(content) == length and zlib.crc32(content) == check:
+                return content
+        self.damage = f"what begins at byte {place} is torn off or damaged"
+        return b""
+
+
+def _checked(record: Any) -> Record:
+    """Raises ValueError."""
+    if not isinstance(record, list) or not record:
+        raise ValueError("no list")
+    fields = cast(Record, record)
+    if (fields[0], len(fields)) not in _LENGTHS:
+        raise ValueError(f"no record begins with {fields[0]!r:.40} and has {len(fields)} fields")
+    if any(type(field) not in kinds for field, kinds in zip(fields[1:], _FIELDS[fields[0]], strict=True)):
+        raise ValueError(f"fields of a {Kind(fields[0]).name} are of other types")
+    return fields
+
+
+_NUMBER, _TEXT, _BYTES = (int,), (str,), (bytes,)
+_FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
+    Kind.HEADER: ((dict,),),
+    Kind.FILE: (_TEXT, _BYTES, (bytes, type(None))),
+    Kind.FOUND: (_TEXT, (bool,), _TEXT),
+    Kind.JOINED: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
+    Kind.LEFT: (_NUMBER, _NUMBER),
+    Kind.BATCH: (_NUMBER, _NUMBER, _BYTES),
+    Kind.WENT_ON: (_NUMBER,),
+    Kind.STARTED: (),
+    Kind.PASS: (_BYTES,),
+    Kind.IDLE: (),
+    Kind.STATE: ((bool,), (list,)),
+    Kind.ENDING: (),
+    Kind.END: (),
+}
+_LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}

@@ -1,0 +1,157 @@
+"""What the engine tells, as records.
+
+**Points.** A script that runs long lets other clients' calls in between (`Engine.serve_others`), wherever the clock
+wants it. But a script notices what these changed only in its next call into the API, so it is enough to know between
+which two of these calls they came: points are counted, at each call into the API and at the end of each call into a
+script, and what was done within a script's run is recorded with the number of the last one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+
+from .. import __version__
+from . import state
+from .log_file import Kind, LogWriter
+from .sources import files_of
+
+if TYPE_CHECKING:
+    from ..engine import Engine
+    from ..settings import Settings
+    from ..simulation import Simulation
+
+DIGEST_EVERY = 20
+"""Passes between two digests of all quantities; positions and velocities are noted after each."""
+
+MOST_COPIED = 256 << 20
+"""Bytes of files that a recording holds; of others it has the path and the digest."""
+
+RECORDED_SETTINGS = ("time_step", "arguments", "command_server", "allow_code", "limit")
+"""Those that decide what a simulation does."""
+
+OUTSIDE = -1
+"""The point of what was done while no script ran."""
+
+_IDLE = bytes((0x91, Kind.IDLE))
+
+
+class Recorder:
+    """Listens to a simulation and its engine. Physics thread only."""
+
+    def __init__(self, path: Path, settings: Settings) -> None:
+        """Begin a recording. Raises LogError."""
+        self._log = LogWriter(path)
+        self._settings = settings
+        self._numbers: dict[str, int] = {}
+        self._known: dict[str, bytes] = {}
+        self._copied = 0
+        self._passes = 0
+        self._points = 0
+        self._engine: Engine | None = None
+        self._sim: Simulation
+
+    def watch(self, simulation: Simulation, scene: Path) -> None:
+        """Note which files are read; to be called when the simulation has its parts, before it loads this one."""
+        self._sim = simulation
+        header: dict[str, Any] = {
+            "server": __version__,
+            "mujoco": mujoco.__version__,
+            "machine": platform.machine(),
+            "python": platform.python_version(),
+            "scene": str(scene.resolve()),
+            "workspace": str(simulation.workspace),
+            **{name: _as_flag(getattr(self._settings, name)) for name in RECORDED_SETTINGS},
+        }
+        self._log.put(Kind.HEADER, header)
+        simulation.on_file.append(self._read)
+        find = simulation.find_file
+
+        def find_and_note(text: str, is_model: bool) -> Path:
+            found = find(text, is_model)
+            self._log.put(Kind.FOUND, text, is_model, str(found))
+            return found
+
+        simulation.find_file = find_and_note
+        self._read(scene)
+
+    def begin(self, engine: Engine) -> None:
+        """Record from now on what this engine does."""
+        self._engine = engine
+        engine.recorder = self
+        self._sim.script_point = self._count_point
+        self._sim.on_stopping.append(self._stopping)
+
+    def close(self) -> None:
+        """End the recording."""
+        self._log.put(Kind.END)
+        self._log.close()
+
+    # --- the engine ------------------------------------------------------------------------------
+
+    def joined(self, client: str, name: str, port: int) -> None:
+        self._numbers[client] = number = len(self._numbers)
+        self._log.put(Kind.JOINED, self._point(), number, client, name, port)
+
+    def left(self, client: str) -> None:
+        self._log.put(Kind.LEFT, self._point(), self._numbers[client])
+
+    def batch(self, client: str, payload: bytes) -> None:
+        """A batch is going to be executed."""
+        self._log.put(Kind.BATCH, self._point(), self._numbers[client], payload)
+
+    def went_on(self, client: str) -> None:
+        """What follows a trigger in a batch is going to be executed."""
+        self._log.put(Kind.WENT_ON, self._numbers[client])
+
+    def started(self) -> None:
+        """The engine or the server is going to start the simulation."""
+        self._log.put(Kind.STARTED)
+
+    def passed(self, *, is_advancing: bool) -> None:
+        """A pass is over; `is_advancing`: a real one."""
+        if not is_advancing:
+            self._log.put_packed(_IDLE)
+            return
+        self._log.put(Kind.PASS, state.of_pass(self._sim.data))
+        self._passes += 1
+        if self._passes % DIGEST_EVERY == 0:
+            self._log.put(Kind.STATE, False, state.digests(self._sim))
+
+    def ending(self) -> None:
+        """The server is going to stop the simulation and to leave."""
+        self._log.put(Kind.ENDING)
+
+    # --- the simulation --------------------------------------------------------------------------
+
+    def _point(self) -> int:
+        return self._points if self._engine is not None and self._engine.is_serving else OUTSIDE
+
+    def _count_point(self) -> None:
+        self._points += 1
+
+    def _stopping(self) -> None:
+        self._log.put(Kind.STATE, True, state.digests(self._sim))
+
+    def _read(self, path: Path) -> None:
+        for file in files_of(path):
+            try:
+                content = file.read_bytes()
+            except OSError:
+                continue  # who reads it says what is wrong
+            digest = hashlib.sha256(content).digest()
+            if self._known.get(str(file)) == digest:
+                continue
+            self._known[str(file)] = digest
+            is_copied = self._copied + len(content) <= MOST_COPIED
+            self._copied += len(content) if is_copied else 0
+            self._log.put(Kind.FILE, str(file), digest, content if is_copied else None)
+
+
+def _as_flag(value: Any) -> Any:
+    """A setting's value as a flag would give it."""
+    return repr(value) if isinstance(value, float) else value

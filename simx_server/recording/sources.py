@@ -1,0 +1,47 @@
+"""Which files a scene or model is made of: itself and what it names, as MuJoCo looks for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+_XML = (".xml", ".mjcf", ".urdf")
+_PACKAGE = "package://"
+
+
+def files_of(path: Path) -> list[Path]:
+    """The file itself first, then each relative name in it, and in what it includes, that is a file's; resolved.
+
+    Looked for beside the scene, beside what it includes, and in all folders that one of them gives as a directory: more
+    than MuJoCo would take is harmless. Of an archive or a mesh the file alone.
+    """
+    first = path.resolve()
+    found = [first]
+    folders = [first.parent]
+    named: list[str] = []
+    for file in found:  # grows
+        if file.suffix.lower() not in _XML:
+            continue
+        try:
+            elements = list(ElementTree.parse(file).getroot().iter())
+        except (ElementTree.ParseError, OSError, ValueError, LookupError):
+            continue  # what is wrong with it is told by who loads it
+        attributes = [(key, value) for element in elements for key, value in element.attrib.items()]
+        folders += [first.parent / value for key, value in attributes if key.endswith("dir")]
+        folders.append(file.parent)
+        named += [value.removeprefix(_PACKAGE) for key, value in attributes if key.startswith("file")]
+        folders, named = list(dict.fromkeys(folders)), list(dict.fromkeys(named))
+        found += [each for each in _existing(folders, named) if each not in found]
+    return found
+
+
+def _existing(folders: list[Path], names: list[str]) -> list[Path]:
+    paths = (folder / name for folder in folders for name in names if not Path(name).is_absolute())
+    return list(dict.fromkeys(path.resolve() for path in paths if _is_file(path)))
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
