@@ -114,19 +114,30 @@ def _tell(options: argparse.Namespace, place: Where, named: Sequence[str]) -> in
     elif options.prometheus:
         sys.stdout.write(exposition(found))
     else:
-        page = "\n\n".join("\n".join(description(server)) for server in found)
-        sys.stdout.write(f"{CLEAR if options.watch and sys.stdout.isatty() else ''}{page}\n")
-    problems = [] if is_local else _problems(unreachable, place, is_found=bool(found))
+        pages = ["\n".join(description(server)) + "\n" for server in found]
+        if options.watch and sys.stdout.isatty():
+            sys.stdout.write(CLEAR)
+        sys.stdout.write("\n".join(pages))
+    problems = _problems(unreachable, place, is_local=is_local, is_found=bool(found))
     if not found and not problems:
         problems = [f"no simulator{_called(place)} is there; python -m simx_client list shows which are"]
     sys.stderr.writelines(f"{problem}\n" for problem in problems)
     return DONE if not problems and all(server.metrics is not None for server in found) else FAILURE
 
 
-def _problems(unreachable: Sequence[Unreachable], place: Where, *, is_found: bool) -> list[str]:
-    """Of several routers one that knows the name is enough."""
+def _problems(
+    unreachable: Sequence[Unreachable], place: Where, *, is_local: bool, is_found: bool
+) -> list[str]:
+    """What is wrong with the places that could not be asked."""
     if place.realm is not None and is_found:
-        return []
+        return []  # of several places one that knows the name is enough
+    if is_local:
+        alive = roster.endpoints()  # one that ended meanwhile is no failure
+        return [
+            f"the server of this host at {one.endpoint} does not answer; it is frozen, or just starts or ends"
+            for one in unreachable
+            if one.endpoint in alive
+        ]
     return [f"{one.reason}; check the address, and that something runs there" for one in unreachable]
 
 

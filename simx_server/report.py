@@ -18,6 +18,7 @@ from simx_client.protocol.reports import (
     Health,
     Metrics,
     Passes,
+    Percentiles,
     Pictures,
     Process,
     Timing,
@@ -119,16 +120,14 @@ def _timing(times: Histogram, before: Sequence[int], window: float) -> Timing:
         "count": sum(counts),
         "seconds": times.seconds,
         "longest": times.longest,
-        "p50": percentile(counts, 0.5),
-        "p90": percentile(counts, 0.9),
-        "p99": percentile(counts, 0.99),
-        "recent": {
-            "per_second": sum(recent) / window,
-            "p50": percentile(recent, 0.5),
-            "p90": percentile(recent, 0.9),
-            "p99": percentile(recent, 0.99),
-        },
+        **_percentiles(counts, times.longest),
+        "recent": {"per_second": sum(recent) / window, **_percentiles(recent, times.longest)},
     }
+
+
+def _percentiles(counts: Sequence[int], longest: float) -> Percentiles:
+    p50, p90, p99 = (min(percentile(counts, share), longest) for share in (0.5, 0.9, 0.99))
+    return {"p50": p50, "p90": p90, "p99": p99}
 
 
 def _timings(

@@ -35,24 +35,26 @@ class Health(TypedDict):
     """Sentences on what has gone wrong in recent seconds, although it answers."""
 
 
-class Recent(TypedDict):
-    per_second: float
+class Percentiles(TypedDict):
+    """Within 10 %; 0 when there was nothing."""
+
     p50: float
     p90: float
     p99: float
 
 
-class Timing(TypedDict):
-    """How often something happened, and how long it took. Percentiles are within 10 %, 0 when there are none."""
+class Recent(Percentiles):
+    per_second: float
+
+
+class Timing(Percentiles):
+    """How often something happened, and how long it took."""
 
     count: int
     seconds: float
     """Of all together."""
 
     longest: float
-    p50: float
-    p90: float
-    p99: float
     recent: Recent
 
 
