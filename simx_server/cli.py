@@ -120,13 +120,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
     # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    import_mujoco()
-    if settings.count is None:
-        from simx_server.server import serve
-    else:
-        from simx_server.fleet import serve
-
     try:
+        import_mujoco()
+        if settings.count is None:
+            from simx_server.server import serve
+        else:
+            from simx_server.fleet import serve
+
         return serve(settings)
     except KeyboardInterrupt:
         return INTERRUPTED
