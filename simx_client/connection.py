@@ -161,7 +161,6 @@ class Connection:
         finally:
             self._closed = True
             self._connection_id = -1
-            self._is_stepping = False
             if self._transport is not None:
                 self._transport.close()
             if self._held is not None:
@@ -190,6 +189,7 @@ class Connection:
             return False
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
+            self._is_stepping = False
             self._modes.lose(arms_again=self._may_reconnect)
             self._takers.clear()
             self._header = None

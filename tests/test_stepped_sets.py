@@ -38,9 +38,9 @@ def stepping(world: World, monkeypatch: pytest.MonkeyPatch) -> tuple[int, Sent]:
     assert transport is not None
     sent, send = Sent(), transport.send
 
-    def note(payload: bytes) -> None:
+    def note(payload: bytes, deadline: float) -> None:
         sent.append([call.command for call in decode_batch(payload).calls])
-        send(payload)
+        send(payload, deadline)
 
     monkeypatch.setattr(transport, "send", note)
     return cid, sent
