@@ -35,7 +35,7 @@ BUSY = """
       -- A thread that never waits: when it gives way decides how far it counts in a pass.
       function sysCall_thread()
           local hinge, count = sim.getObject('/hinge'), 0
-          while true do
+          while not sim.getThreadExistRequest() do
               count = count + 1
               sim.setJointTargetVelocity(hinge, math.sin(0.01 * count) + 0.1 * math.random() + 0.1 * sim.getRandom())
           end
@@ -44,7 +44,7 @@ BUSY = """
       def sysCall_thread():
           import random
           wrist, count = sim.getObject('/wrist'), 0
-          while True:
+          while not sim.getThreadExistRequest():
               count += 1
               sim.setJointTargetVelocity(wrist, 0.001 * count * random.random())
               sim.setInt32Signal('count', count)"/>

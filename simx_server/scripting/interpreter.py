@@ -42,10 +42,6 @@ PATIENCE = 0.003
 MAX_DEPTH = 16
 """Tables within tables that may cross the border; deeper, and endless ones, are an error."""
 
-CALL_TIME = 10e-6
-"""Seconds that a call of the API counts for where a thread is to give way after some time. One from Lua takes 6 or 7
-microseconds, one from Python 20 to 40; the clock itself would make every run of a scene with threads another one."""
-
 NOT_IN_A_THREAD = (
     "waits, so it works only in a thread: sysCall_thread, a threaded script, or a script's coroutine"
 )
@@ -89,10 +85,10 @@ class Switching:
     spent: float = 0.0
     """Processor seconds that functions of the API with limits of their own took in the present call into the script."""
 
-    def gives_way(self) -> bool:
-        """Whether a call by the thread does so; to be asked once for each."""
+    def gives_way(self, call_time: float) -> bool:
+        """Whether a call by the thread does so; to be asked once for each. `call_time`: seconds that one counts for."""
         self.calls += 1
-        return not self.level and self.calls * CALL_TIME > self.seconds
+        return not self.level and self.calls * call_time > self.seconds
 
 
 class Api(Protocol):

@@ -59,6 +59,10 @@ class LuaFunction:
         return self.interpreter.apply(self, arguments)
 
 
+_CALL_TIME = 10e-6
+"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 6 to 10 microseconds."""
+
+
 class LuaInterpreter:
     """The state of one running script; see `interpreter.Interpreter`."""
 
@@ -196,7 +200,7 @@ class LuaInterpreter:
                 token = next(self._tokens)
                 self._waiting[token] = results
                 return self._advance(token)
-            is_over = level > 0 and self._api.switching.gives_way()
+            is_over = level > 0 and self._api.switching.gives_way(_CALL_TIME)
             return (b"switch" if is_over and level == 1 else True, *map(self._to_lua, results))
 
         return self._answer(function, act)

@@ -60,6 +60,10 @@ class PythonFunction:
         return self.interpreter.apply(self, arguments)
 
 
+_CALL_TIME = 40e-6
+"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 20 to 40 microseconds."""
+
+
 class PythonInterpreter:
     """The parent's side of one running script."""
 
@@ -220,7 +224,7 @@ class PythonInterpreter:
             ]
         except Exception as problem:
             return self._refusal(name, problem)
-        if self._in_thread and self._api.switching.gives_way():
+        if self._in_thread and self._api.switching.gives_way(_CALL_TIME):
             self._held = answer
             return None
         return answer

@@ -80,7 +80,8 @@ class ThreadFunctions(ApiPart):
         return self.setThreadAutomaticSwitch(not enable if isinstance(enable, bool) else enable)
 
     def setThreadSwitchTiming(self, milliseconds: float) -> None:
-        """After how much time a call of ``sim`` gives way; at first 2 ms. Each call counts for 0.01 ms.
+        """After how much time a call of ``sim`` gives way; at first 2 ms. Each call counts for 0.01 ms, in Python
+        for 0.04 ms.
 
         Differs: V-REP looked at the wall clock, by which no run was quite like the one before.
         """
