@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
@@ -47,6 +48,7 @@ class Dispatch:
         self, client: ClientSession, command: Command, checked: list[Any]
     ) -> Answer | Future[Answer]:
         """As `execute`, with what `check` gave: a stream asks the same after each pass."""
+        began = time.perf_counter()
         try:
             if client.may_only_read and not command.only_reads:
                 raise CommandError(
@@ -60,6 +62,8 @@ class Dispatch:
             result = handler(self._simulation, client, checked)
         except Exception as error:
             return self._failure(client, command.name, error)
+        finally:
+            self._metrics.executed(command.name, time.perf_counter() - began)
         if isinstance(result, Future):
             return self._later(client, command, result)
         return Answer(STATUS_OK, _values(command, result))
