@@ -53,7 +53,8 @@ def write_script(folder: Path, text: str, name: str = "script.py") -> Path:
 
 
 def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
+    path = filter(None, [os.environ.get("PYTHONPATH"), str(ROOT)])
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 def python(folder: Path, *arguments: str, stdin: str = "") -> Finished:

@@ -16,7 +16,7 @@ import json, os, signal, sys, threading
 gone = threading.Event()
 signal.signal(signal.SIGTERM, lambda number, frame: gone.set())
 with open('server.json', 'w') as file:
-    json.dump({'arguments': sys.argv[1:], 'pid': os.getpid()}, file)
+    json.dump({'arguments': sys.argv[1:], 'config': os.environ.get('SIMX_CONFIG', '')}, file)
 print('starting', flush=True)
 print('ready tcp/127.0.0.1:4001 tcp/127.0.0.1:4002 realm=tutorial', flush=True)
 for line in range(5000):
@@ -27,8 +27,9 @@ os.rename('server.json', 'stopped.json')
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A working folder whose simx_server is a stand-in; `python -m` looks there first."""
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with a simx_server that is a stand-in, and is found first."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     (tmp_path / "simx_server").mkdir()
     (tmp_path / "simx_server" / "__main__.py").write_text(STAND_IN)
     (tmp_path / "simx_server" / "__init__.py").write_text("")
@@ -47,6 +48,33 @@ def test_server_is_ready_before_and_stopped_after(folder: Path) -> None:
         "19997=127.0.0.1:4001 19999=127.0.0.1:4002\n"
     )
     assert (folder / "stopped.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "kept"), [((), ""), (("--server-args", "--config s.json5"), "client.json5")]
+)
+def test_config_of_a_client_is_not_the_servers_and_the_scripts_only_if_the_server_has_its_own(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], kept: str
+) -> None:
+    """A server that asks for no login does not let in who has one."""
+    monkeypatch.setenv("SIMX_CONFIG", "client.json5")
+    text = "import json, os\nprint([json.load(open('server.json'))['config'], os.environ.get('SIMX_CONFIG', '')])"
+    finished = simx_run(folder, text, flags=("-v", "--server", "scene.xml", *more))
+    assert finished.stdout == f"{['', kept]}\n", finished.stderr
+    assert ("SIMX_CONFIG" in finished.stderr) == (not kept)
+
+
+def test_module_in_the_working_folder_takes_no_place_of_the_servers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is the server's workspace, where clients may write."""
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    (tmp_path / "mujoco.py").write_text("open('evil', 'w').close()\n")
+    (tmp_path / "simx_server").mkdir()
+    (tmp_path / "simx_server" / "__main__.py").write_text("open('evil', 'w').close()\n")
+    finished = simx_run(tmp_path, "print('done')", flags=("--server", "two_link_arm"))
+    assert finished.stdout == "done\n", finished.stderr
+    assert not (tmp_path / "evil").exists()
 
 
 @pytest.mark.parametrize(

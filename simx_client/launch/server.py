@@ -13,6 +13,7 @@ from typing import IO
 
 from simx_client.errors import SimxError
 from simx_client.redirect import VARIABLE, format_redirects
+from simx_client.session import CONFIG_VARIABLE
 
 logger = logging.getLogger(__name__)
 
@@ -35,7 +36,9 @@ class OwnServer:
 
     def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
         free = [] if "--port" in arguments else ["--port", "0"] * len(USUAL_PORTS)
-        self._command = [sys.executable, "-m", "simx_server", scene, *free, *arguments]
+        # -P: the working folder is its workspace, where clients may put modules.
+        self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments]
+        self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)
         self._redirects: dict[int, tuple[str, int]] = {}
         self._process: subprocess.Popen[str] | None = None
         self._is_ready = False
@@ -45,6 +48,8 @@ class OwnServer:
         """Returns when the server has said that it is ready; raises ServerNotReady otherwise."""
         self._process = subprocess.Popen(
             self._command,
+            # What the variable names is the client's configuration, with its login and keys.
+            env={name: value for name, value in os.environ.items() if name != CONFIG_VARIABLE},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             text=True,
@@ -57,6 +62,8 @@ class OwnServer:
         if self._is_ready:
             if self._redirects and VARIABLE not in os.environ:
                 os.environ[VARIABLE] = format_redirects(self._redirects)
+            if not self._has_config and os.environ.pop(CONFIG_VARIABLE, ""):
+                logger.info("%s is left out: the script's own server asks for no login", CONFIG_VARIABLE)
             return
         if has_answered:
             code, self._process = self._process.wait(), None
