@@ -63,7 +63,7 @@ def where(text: str) -> Where:
 
 def main(argv: Sequence[str]) -> int:
     """Ask and print; 0 when all have answered, 1 when one did not or there is none."""
-    parser = _parser()
+    parser = make_parser()
     options = parser.parse_args(argv)
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
     named = asking.endpoints(parser, options)
@@ -81,7 +81,8 @@ def main(argv: Sequence[str]) -> int:
         time.sleep(options.watch)
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the command."""
     parser = argparse.ArgumentParser(
         "python -m simx_client status",
         description="Tell whether simulators work, how fast, what is asked of them, and what fails.",
