@@ -17,7 +17,7 @@ from real_world import BLOCKING
 
 import simx_client as v
 from simx_client.clients import CLIENTS
-from simx_client.discovery import find_servers
+from simx_client.discovery import find_servers, measure_servers
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import ANSWERED
@@ -301,6 +301,19 @@ def test_viewer_cannot_speak_in_the_name_of_another(guard: Guard, recipes: Path)
         assert running == (config == "password-client.json5")
     # the teacher may know who is there and speak for them: rules tell users apart, not their clients
     assert spoken == {"viewer-client.json5": False, "password-client.json5": True}
+
+
+@needs_openssl
+def test_viewer_may_ask_what_the_server_counts(guard: Guard, recipes: Path, monkeypatch) -> None:
+    place = guard("roles-server.json5")
+    teacher, student = place.come("password-client.json5"), place.come("viewer-client.json5", role="viewer")
+    assert hinge(teacher)
+    assert hinge(student)
+    monkeypatch.setenv("SIMX_CONFIG", str(recipes / "viewer-client.json5"))
+    ((found,), unreachable) = measure_servers([place.endpoint])
+    assert unreachable == []
+    assert found.metrics is not None
+    assert {client["role"] for client in found.metrics["clients"]} == {"driver", "viewer"}
 
 
 def test_viewer_is_refused_every_command_that_changes_something(tmp_path, monkeypatch) -> None:
