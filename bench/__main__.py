@@ -13,17 +13,23 @@ from pathlib import Path
 from types import FrameType
 
 from .client import CallFailed
+from .machine import Watch, description
 from .measure import FULL, QUICK
 from .processes import NotReady
-from .report import Findings, compose
+from .report import PLOTS, Findings, Plot, compose
 
 logger = logging.getLogger("bench")
 
 MEASUREMENTS = (
     "blocking",
     "streaming",
-    "picture",
+    "clients",
+    "values",
+    "parts",
     "stepping",
+    "picture",
+    "sizes",
+    "servers",
     "batch",
     "scenes",
     "sensors",
@@ -32,14 +38,15 @@ MEASUREMENTS = (
 )
 """Modules of this package with a function ``measure``, in the order of the report."""
 
-REPORT = Path(__file__).with_name("report.md")
+REPORT = Path(__file__).with_name("REPORT.md")
 
 
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m bench",
         description="Measure what a call, a pass and a picture cost here, each beside its baseline.",
-        epilog="A full run also writes bench/report.md; a shorter one only prints, unless --report is given.",
+        epilog="A full run also writes bench/REPORT.md and bench/plots/; a shorter one only prints, "
+        "unless --report is given.",
     )
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help=f"some of {', '.join(MEASUREMENTS)}; all by default"
@@ -58,17 +65,28 @@ def _leave(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
 
 
-def run(names: Sequence[str], *, quick: bool = False) -> str:
-    """Run measurements by name; returns the report."""
-    effort, began = (QUICK if quick else FULL), time.monotonic()
+def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Findings]]:
+    """Run measurements by name; returns the report and what it is made of."""
+    effort, watch = (QUICK if quick else FULL), Watch()
     findings: list[Findings] = []
+    took: dict[str, float] = {}
     for place, name in enumerate(names, 1):
         logger.info("[%d/%d] %s", place, len(names), name)
         # Imported when it is needed: some load MuJoCo, and a blocking call is timed in a process as lean as a script.
         measure = importlib.import_module(f"{__package__}.{name}").measure
+        began = time.monotonic()
         findings.append(measure(effort))
-    took = f"{'a quick' if quick else 'a full'} run of {', '.join(names)}: {time.monotonic() - began:.0f} s"
-    return compose(findings, effort=took)
+        took[name] = time.monotonic() - began
+    parts = ", ".join(f"{name} {seconds:.0f}" for name, seconds in took.items())
+    run_time = f"{'a quick' if quick else 'a full'} run of {sum(took.values()):.0f} s ({parts})"
+    return compose(findings, conditions=[*description(), *watch.lines(), run_time]), findings
+
+
+def _draw(folder: Path, plots: Sequence[Plot]) -> None:
+    from .plot import draw  # afterwards: OpenCV would make the process fatter than a script's
+
+    for plot in plots:
+        draw(folder, plot)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -80,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, _leave)
     is_whole = not chosen.names and not chosen.quick
     try:
-        report = run(chosen.names or MEASUREMENTS, quick=chosen.quick)
+        report, findings = run(chosen.names or MEASUREMENTS, quick=chosen.quick)
     except (CallFailed, NotReady) as error:
         logger.error("%s", error)
         return 1
@@ -89,6 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sys.stdout.write(report)
     if target := chosen.report or (REPORT if is_whole else None):
         target.write_text(report, encoding="utf-8")
+        _draw(target.parent / PLOTS, [plot for found in findings for plot in found.plots])
         logger.info("written to %s", target)
     return 0
 

@@ -1,7 +1,8 @@
 """Many clients of one server, in a few processes: they connect, and then call all at once when told to.
 
 ``python -m bench.crowd PORT COUNT`` is one such process: a line when all its clients are connected, then for every
-line with a number it makes that many blocking reads with each client at once, and prints how long that took.
+line with a number it makes that many blocking reads with each client at once, and prints how long that took. For a
+line ``stream`` each client asks for the joints as streams.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ PROCESSES = 4
 """At most so many; one Python process cannot call fast enough for sixty-four clients."""
 
 
+STREAM = "stream"
+
+
 class Crowd:
     """Clients that are connected, in processes of their own."""
 
@@ -32,6 +36,13 @@ class Crowd:
     @property
     def process_ids(self) -> list[int]:
         return [process.pid for process in self._processes]
+
+    def stream(self) -> None:
+        """Every client streams the arm's joints from now on."""
+        for process in self._processes:
+            _tell(process, STREAM)
+        for process in self._processes:
+            _answer(process)
 
     def calls_per_second(self, calls: int) -> float:
         """Of all clients together, when each makes that many blocking reads."""
@@ -88,6 +99,14 @@ def _say(line: str) -> None:
     sys.stdout.flush()
 
 
+def _stream(clients: Sequence[int]) -> None:
+    joints = [handle_of(clients[0], name) for name in JOINTS]
+    for client in clients:
+        for joint in joints:
+            vrep.simxGetJointPosition(client, joint, vrep.simx_opmode_streaming)
+        check(vrep.simxGetPingTime(client))
+
+
 def main() -> None:
     port, count = int(sys.argv[1]), int(sys.argv[2])
     # One client per address and process; every loopback address is this host.
@@ -95,6 +114,10 @@ def main() -> None:
     _say(str(sum(client >= 0 for client in clients)))
     handle = handle_of(clients[0], JOINTS[0])
     for line in sys.stdin:
+        if line.strip() == STREAM:
+            _stream(clients)
+            _say(STREAM)
+            continue
         calls = int(line)
 
         def read(client: int, calls: int = calls) -> None:

@@ -76,7 +76,7 @@ def measure(effort: Effort) -> Findings:
 def _transport(stack: ExitStack) -> dict[str, Callable[[], object]]:
     client = stack.enter_context(simulator())
     camera, joints = handle_of(client, CAMERA), [handle_of(client, name) for name in JOINTS]
-    _pose(client, joints)
+    pose(client, joints)
     query, publications, tcp = (
         stack.enter_context(closing(near(stack.enter_context(processes.baseline(far)).port)))
         for near, far in (
@@ -126,7 +126,8 @@ def _channel(pixels: Any, first: int) -> Any:
     return numbers.reshape(HEIGHT, WIDTH).astype(np.uint8)
 
 
-def _pose(client: int, joints: list[int]) -> None:
+def pose(client: int, joints: list[int]) -> None:
+    """Let the hand camera see the ball."""
     for handle, degrees in zip(joints, rendering.SEES_THE_BALL, strict=True):
         check(
             vrep.simxSetJointPosition(

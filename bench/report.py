@@ -1,18 +1,18 @@
-"""What was found, and the page that says it: ratios first, since they hold on other machines too."""
+"""What was found, and the page that says it: what should be kept first, then a section for each measurement."""
 
 from __future__ import annotations
 
-import datetime
-import importlib.metadata
-import os
-import platform
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from .measure import Rounds
 
-PACKAGES = ("mujoco", "eclipse-zenoh", "numpy", "msgpack")
+PLOTS = "plots"
+"""The folder beside the page with its pictures."""
+
+Curve = Sequence[tuple[float, float]]
+"""Points (x, y), both above zero, by rising x."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,39 @@ class Row:
         return cls(what, rounds.median * scale, rounds.p99 * scale if has_tail else None, unit)
 
 
+@dataclass(frozen=True)
+class Grid:
+    """Figures by something counted: a line for each count or name, a column for each figure."""
+
+    head: Sequence[str]
+    lines: Sequence[tuple[str, Sequence[float | None]]]
+    """Name and figures; None where there is none."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One diagram. The x axis is logarithmic: sizes are doubled."""
+
+    title: str
+    x: str
+    curves: Mapping[str, Curve]
+    baselines: Mapping[str, Curve]
+    """Drawn in grey: the cheapest thing that does the same work, or nothing at all."""
+
+    is_log: bool = False
+    """The y axis too."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Panels side by side, one picture."""
+
+    name: str
+    """Of the file, without its suffix."""
+
+    panels: Sequence[Panel]
+
+
 @dataclass
 class Findings:
     """What one measurement brought."""
@@ -57,6 +90,8 @@ class Findings:
     ratios: list[Ratio] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    grids: list[Grid] = field(default_factory=list)
+    plots: list[Plot] = field(default_factory=list)
 
 
 def number(value: float) -> str:
@@ -83,52 +118,74 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return [line(head), rule + "|", *map(line, rows)]
 
 
-def machine() -> list[str]:
-    """Where and with what: processor, cores, system, versions, date."""
-    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)
-    return [
-        f"- {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, {_processor()}, {os.cpu_count()} cores, "
-        f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}",
-        f"- Python {platform.python_version()}, {versions}",
-        f"- load average when it ended: {', '.join(f'{load:.1f}' for load in os.getloadavg())}",
-    ]
+def compose(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
+    """The page.
 
-
-def _processor() -> str:
-    information = Path("/proc/cpuinfo")
-    if information.is_file():
-        for line in information.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def compose(findings: Sequence[Findings], *, effort: str) -> str:
-    """The page."""
-    lines = ["# What simx costs", "", *machine(), f"- {effort}", ""]
+    Args:
+        conditions: what is said of the machine and the run, a line each.
+    """
+    lines = ["# What simx costs", "", *(f"- {condition}" for condition in conditions), ""]
     lines += [
         "Each figure was taken beside its baseline in the same minutes, in short rounds by turns. A figure is the",
         "median of the rounds' medians (p99: of their 99th percentiles), a ratio the median of the rounds' ratios.",
+        "Ratios hold on other machines too; figures do not.",
         "",
-        "## Ratios and targets",
+        "Sections: " + ", ".join(f"[{found.title}](#{_anchor(found.title)})" for found in findings),
         "",
+        *_aims([ratio for found in findings for ratio in found.ratios if ratio.target is not None]),
     ]
-    ratios = [
-        (ratio.what, f"{number(ratio.value)} {ratio.unit}", _bound(ratio), ratio.verdict)
-        for found in findings
-        for ratio in found.ratios
-    ]
-    lines += table(("what", "found", "at most", "kept"), ratios)
     for found in findings:
-        lines += ["", f"## {found.title}", ""]
-        rows = [
-            (row.what, number(row.median), "" if row.p99 is None else number(row.p99), row.unit)
-            for row in found.rows
-        ]
-        lines += table(("what", "median", "p99", "unit"), rows)
-        lines += ["", *(f"- {note}" for note in found.notes)] if found.notes else []
+        lines += _section(found)
     return "\n".join(lines) + "\n"
 
 
-def _bound(ratio: Ratio) -> str:
-    return "" if ratio.target is None else f"{number(ratio.target)} {ratio.unit}"
+def _aims(aims: Sequence[Ratio]) -> list[str]:
+    if not aims:
+        return []
+    kept = sum(aim.verdict == "yes" for aim in aims)
+    rows = [(aim.what, _with_unit(aim.value, aim), _with_unit(aim.target, aim), aim.verdict) for aim in aims]
+    return [
+        "## Aims",
+        "",
+        f"{kept} of {len(aims)} are kept.",
+        "",
+        *table(("what", "found", "at most", "kept"), rows),
+    ]
+
+
+def _section(found: Findings) -> list[str]:
+    parts: list[list[str]] = [[f"![{plot.name}]({PLOTS}/{plot.name}.png)"] for plot in found.plots]
+    for grid in found.grids:
+        cells = [
+            (name, *("" if value is None else number(value) for value in values))
+            for name, values in grid.lines
+        ]
+        parts.append(table(grid.head, cells))
+    if beside := [ratio for ratio in found.ratios if ratio.target is None]:
+        parts.append(
+            table(
+                ("beside its baseline", "ratio"),
+                [(each.what, _with_unit(each.value, each)) for each in beside],
+            )
+        )
+    if found.rows:
+        figures = [
+            (row.what, number(row.median), "" if row.p99 is None else number(row.p99), row.unit)
+            for row in found.rows
+        ]
+        parts.append(table(("what", "median", "p99", "unit"), figures))
+    if found.notes:
+        parts.append([f"- {note}" for note in found.notes])
+    lines = ["", f"## {found.title}"]
+    for part in parts:
+        lines += ["", *part]
+    return lines
+
+
+def _with_unit(value: float | None, ratio: Ratio) -> str:
+    return "" if value is None else f"{number(value)} {ratio.unit}"
+
+
+def _anchor(title: str) -> str:
+    """As the usual sites make it of a heading."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")

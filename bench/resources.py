@@ -51,11 +51,13 @@ def bytes_to_port(port: int) -> tuple[int, int]:
     sent = received = 0
     for entry in os.listdir("/proc/self/fd"):
         try:
+            if not os.readlink(f"/proc/self/fd/{entry}").startswith("socket:"):
+                continue  # what is no socket would leave its copy open
             with socket.socket(fileno=os.dup(int(entry))) as copy:
                 if copy.type == socket.SOCK_STREAM and copy.getpeername()[1] == port:
                     info = copy.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 256)
                     counts = struct.unpack_from("QQ", info, _TCP_INFO_BYTES)
                     sent, received = sent + counts[0], received + counts[1]
-        except (OSError, IndexError, TypeError):  # no socket, or one without a peer
+        except (OSError, IndexError, TypeError):  # closed by now, or without a peer
             continue
     return sent, received

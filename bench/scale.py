@@ -1,4 +1,4 @@
-"""How cost grows with clients and with servers: memory, processor time, time of a call, bytes; and through a router."""
+"""Servers of one command: start, memory, processor time. And what a call through a router takes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ import simx_client as vrep
 
 from . import processes
 from .client import CAMERA, JOINTS, CallFailed, check, connected, handle_of
-from .crowd import crowd
 from .measure import Effort, in_turn, ratio, side_by_side
 from .processes import ROOT, NotReady
 from .report import Findings, Ratio, Row
@@ -25,10 +24,8 @@ from .resources import bytes_to_port, core_share, memory_mb, private_mb, process
 MEMORY_TARGET_MB = 60
 START_TARGET_S = 0.6
 FLEET = 8
-CLIENTS = (1, 8, 64)
 
 START = "start to the ready line, {} servers"
-READ = "blocking read, {} clients connected"
 DIRECT, ROUTED = "blocking read, directly", "blocking read, through a router"
 
 
@@ -43,11 +40,10 @@ class Fleet:
 
 
 def measure(effort: Effort) -> Findings:
-    """Servers of one command, clients of one server, one router between."""
+    """Servers of one command, then one server with a router between."""
     found = Findings("Scale")
     _starts(found, effort)
     _servers(found, effort)
-    _clients(found, effort)
     _router(found, effort)
     return found
 
@@ -123,47 +119,6 @@ def _servers(found: Findings, effort: Effort) -> None:
 def _picture(client: int) -> None:
     camera = handle_of(client, CAMERA)
     check(vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_blocking))
-
-
-def _clients(found: Findings, effort: Effort) -> None:
-    """One server for each number of clients, so that they can be compared at the same time."""
-    calls = effort.count(400, least=20)
-    with ExitStack() as stack:
-        cases: dict[str, Callable[[], object]] = {}
-        crowds = {}
-        memory: dict[int, float] = {}
-        for count in CLIENTS:
-            server = stack.enter_context(processes.server("--start"))
-            reader = stack.enter_context(connected(server.port))
-            handle = handle_of(reader, JOINTS[0])
-            _picture(reader)
-            before = memory_mb([server.process_id])
-            crowds[count] = stack.enter_context(crowd(server.port, count))
-            memory[count] = memory_mb([server.process_id]) - before
-            cases[READ.format(count)] = lambda client=reader, handle=handle: check(
-                vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)
-            )
-        most = crowds[CLIENTS[-1]]
-        _row(found, "a server, for each of 64 clients", memory[CLIENTS[-1]] / CLIENTS[-1], "MB")
-        few, many = memory_mb(crowds[CLIENTS[1]].process_ids), memory_mb(most.process_ids)
-        per_client = (many - few) / (CLIENTS[-1] - CLIENTS[1])
-        _row(found, "a client's process, for each further connection", per_client, "MB")
-        taken = side_by_side("scale, reads", cases, rounds=2 * effort.sets, calls=calls)
-        together = in_turn(
-            "scale, all clients call",
-            {
-                f"calls per second, {count} clients at once": lambda some=some: (
-                    some.calls_per_second(max(5, calls // some.count)),
-                )
-                for count, some in crowds.items()
-            },
-            effort.sets,
-        )
-    found.rows += [Row.of(what, rounds, "us") for what, rounds in taken.items()]
-    found.rows += [Row(what, rounds.median, None, "1/s") for what, rounds in together.items()]
-    for count in CLIENTS[1:]:
-        slower = ratio(taken[READ.format(count)], taken[READ.format(CLIENTS[0])])
-        found.ratios.append(Ratio(f"blocking read, {count} clients connected / 1", slower))
 
 
 def _router(found: Findings, effort: Effort) -> None:

@@ -160,13 +160,16 @@ def _time_of_value(client: int, handle: int) -> int:
     return vrep.simxGetLastCmdTime(client)
 
 
+def pendulums(count: int) -> str:
+    """A scene of so many, one physics step a pass; their joints are joint0, joint1, ..."""
+    bodies = "".join(_JOINT.format(place=place) for place in range(count))
+    return f'<mujoco><option timestep="{PASS_S}"/><worldbody>{bodies}</worldbody></mujoco>'
+
+
 def _cores(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     """What a server computes for many listeners, as a share of one core; physics included."""
     scene = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "pendulums.xml"
-    bodies = "".join(_JOINT.format(place=place) for place in range(VALUES))
-    scene.write_text(
-        f'<mujoco><option timestep="{PASS_S}"/><worldbody>{bodies}</worldbody></mujoco>', encoding="utf-8"
-    )
+    scene.write_text(pendulums(VALUES), encoding="utf-8")
     with processes.server(str(scene), "--time-step", str(PASS_S)) as server, ExitStack() as clients:
         # One client per address and process; every loopback address is this host.
         ids = [
