@@ -28,7 +28,9 @@ from .library import find_scene
 from .parts import attach_parts
 from .recording import LogError, Recorder
 from .recording.log_file import LogReader
-from .recording.replaying import Divergence, Source, replay
+from .recording.opened import Opened
+from .recording.replay_engine import Divergence
+from .recording.replaying import replay
 from .scene.objects import ObjectKind
 from .sensors.gl_backend import requested_backend
 from .sensors.render_thread import RenderThread
@@ -96,16 +98,16 @@ def _replay(recording: Path, settings: Settings) -> int:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
         try:
-            source = Source(LogReader(recording), folder)
-            simulation = build_simulation(source.settings(settings), stack, lambda sim, _: source.attach(sim))
-            outcome = replay(source, simulation)
+            opened = Opened(LogReader(recording), folder)
+            simulation = build_simulation(opened.settings(settings), stack, lambda sim, _: opened.attach(sim))
+            outcome = replay(opened, simulation)
         except Divergence as problem:
             logger.error("the replay of '%s' differs %s", recording, problem)
             return DIVERGED
         except (CommandError, LogError) as error:
             logger.error("%s", error)
             return FAILURE
-    logger.info("'%s' is replayed: %s", recording, outcome)
+    logger.info("the replay of '%s' is equal: %s", recording, outcome)
     return DONE
 
 

@@ -5,8 +5,9 @@ came from a client or a script. So a recording has the scene's files, every clie
 calls as they travelled, and every pass; what the wall clock decides (when a batch comes, when a pass is due) is in
 their order. Numbers made of the state, after every pass, tell whether a replay is the same.
 
-`log_file` is the file, `recorder` what the engine tells, `state` those numbers, `sources` the files of a scene,
-`replaying` goes through it again. See docs/recording.md.
+`log_file` is the file and `records` what is in it; `recorder` hears what the engine does, `state` makes those numbers,
+`scene_files` finds the files of a scene. `replaying` goes through an `opened` recording again, with a `replay_engine`.
+See docs/recording.md.
 """
 
 from .log_file import LogError

@@ -17,8 +17,9 @@ import mujoco
 
 from .. import __version__
 from . import state
-from .log_file import Kind, LogWriter
-from .sources import files_of
+from .log_file import LogWriter
+from .records import Kind
+from .scene_files import files_of
 
 if TYPE_CHECKING:
     from ..engine import Engine

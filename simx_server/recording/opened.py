@@ -1,0 +1,144 @@
+"""A recording that was opened: its header, its files in a folder of the replay's own, and what was done.
+
+Files lie there under the paths they had, so nothing of the host is written, and what was loaded need not be there any
+more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from .. import __version__
+from ..errors import CommandError
+from ..settings import SettingError, Settings
+from ..simulation import Simulation
+from .log_file import LogError, LogReader
+from .recorder import OUTSIDE, RECORDED_SETTINGS
+from .records import Kind, Record
+
+logger = logging.getLogger(__name__)
+
+_EVENTS = (Kind.JOINED, Kind.LEFT, Kind.BATCH)
+"""What may also have come while a script ran."""
+
+
+class Opened:
+    """A recording, to be gone through once."""
+
+    def __init__(self, reader: LogReader, folder: Path) -> None:
+        """Raises LogError."""
+        self._reader = reader
+        self._records = iter(reader)
+        self._folder = folder.resolve()
+        self._found: dict[tuple[str, bool], Path] = {}
+        first = next(self._records, None)
+        if first is None or first[0] != Kind.HEADER:
+            raise LogError(f"'{reader.path}' holds nothing: it was cut before its first block was written")
+        self.header: Mapping[str, Any] = first[1]
+        self._warn()
+        self._next = self._take_files()
+
+    @property
+    def damage(self) -> str:
+        """After the last event: why it ends without the record that says so."""
+        return "the recording goes no further: " + (
+            self._reader.damage or "the server was killed, or could not write on"
+        )
+
+    def settings(self, chosen: Settings) -> Settings:
+        """What the server had that was recorded. Raises LogError: it needs what was not chosen now."""
+        try:
+            scene, workspace = (self._own(self.header[name]) for name in ("scene", "workspace"))
+        except (KeyError, TypeError):
+            raise LogError("the recording's header is not complete") from None
+        workspace.mkdir(parents=True, exist_ok=True)
+        flags = {name: self.header[name] for name in RECORDED_SETTINGS if self.header.get(name) is not None}
+        if flags.get("allow_code") and not chosen.allow_code:
+            raise LogError(
+                "clients had their own code run in scripts in this recording; add --allow-code if you trust it"
+            )
+        try:
+            return Settings.gather({**flags, "scene": str(scene), "workspace": str(workspace)}, {})
+        except (SettingError, AttributeError, TypeError, ValueError) as error:
+            raise LogError(f"the recording's header cannot be used: {error}") from None
+
+    def attach(self, simulation: Simulation) -> None:
+        """Let files' names mean what they meant."""
+        simulation.more_folders.append(self._folder)
+        simulation.find_file = self._find
+
+    def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:
+        """(an event, what stands behind it and belongs to it or to a pass that follows, the next event)."""
+        event = self._next
+        while event is not None:
+            belonging: list[Record] = []
+            following: Record | None = None
+            for record in self._records:
+                if record[0] in (Kind.FILE, Kind.FOUND):
+                    self._take(record)
+                elif record[0] == Kind.STATE or (record[0] in _EVENTS and record[1] != OUTSIDE):
+                    belonging.append(record)
+                else:
+                    following = record
+                    break
+            yield event, belonging, following
+            event = following
+
+    def _take_files(self) -> Record | None:
+        """Those at the begin; the first event."""
+        for record in self._records:
+            if record[0] not in (Kind.FILE, Kind.FOUND):
+                return record
+            self._take(record)
+        return None
+
+    def _take(self, record: Record) -> None:
+        match record:
+            case [Kind.FILE, path, digest, content]:
+                if content is None:
+                    content = _content_of(path, digest)
+                own = self._own(path)
+                own.parent.mkdir(parents=True, exist_ok=True)
+                own.write_bytes(content)
+            case [_, text, is_model, path]:
+                self._found[text, is_model] = self._own(path)
+
+    def _own(self, path: str) -> Path:
+        """Where the file of this path is here. Raises LogError for one that leads out of the folder."""
+        given = Path(path)
+        own = self._folder.joinpath(*given.parts[1:]) if given.is_absolute() else self._folder / given
+        if ".." in given.parts:
+            raise LogError(f"the recording names a file by {path!r}, which no recorder does")
+        return own
+
+    def _find(self, text: str, is_model: bool) -> Path:
+        try:
+            return self._found[text, is_model]
+        except KeyError:
+            raise CommandError(f"the recording has no file '{text}'") from None
+
+    def _warn(self) -> None:
+        for name, mine in (("mujoco", mujoco.__version__), ("server", __version__)):
+            if (its := self.header.get(name)) != mine:
+                logger.warning(
+                    "recorded with %s %s, replayed with %s: the numbers may differ", name, its, mine
+                )
+
+
+def _content_of(path: str, digest: bytes) -> bytes:
+    """Of a file that was too large to be recorded. Raises LogError unless it is there as it was."""
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise LogError(
+            f"'{path}', which was too large to be recorded, cannot be read: {error.strerror}"
+        ) from None
+    if hashlib.sha256(content).digest() != digest:
+        raise LogError(f"'{path}', which was too large to be recorded, has changed since then")
+    return content

@@ -1,0 +1,83 @@
+"""What a recording is made of: records, each a msgpack list of a kind and its fields."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, cast
+
+
+class Kind(IntEnum):
+    """What a record is; its fields follow. `point` is -1, or where in a script's run it was done (`recorder`)."""
+
+    HEADER = 0
+    """dict: versions, scene, workspace, settings."""
+
+    FILE = 1
+    """path, SHA-256, content or nil: a file as it was when it was read."""
+
+    FOUND = 2
+    """text, whether a model was looked for, path: what a file's name meant."""
+
+    JOINED = 3
+    """point, number of the client in this recording, its id, name, port."""
+
+    LEFT = 4
+    """point, number."""
+
+    BATCH = 5
+    """point, number, the message as it came."""
+
+    WENT_ON = 6
+    """number: what follows the trigger in this client's last batch was executed."""
+
+    STARTED = 7
+    """The server started the simulation, as it was told at its start, or by a client on the temporary port."""
+
+    PASS = 8
+    """CRC-32 of the positions and of the velocities after it."""
+
+    IDLE = 9
+    """Streams were executed, and scripts that wait while no pass comes."""
+
+    STATE = 10
+    """whether at a stop, digests of the quantities of `state`."""
+
+    ENDING = 11
+    """The server was told to end and stopped the simulation."""
+
+    END = 12
+    """Nothing comes after it."""
+
+
+Record = list[Any]
+
+
+def checked(record: Any) -> Record:
+    """What was unpacked, as a record. Raises ValueError."""
+    if not isinstance(record, list) or not record:
+        raise ValueError("no list")
+    fields = cast(Record, record)
+    if (fields[0], len(fields)) not in _LENGTHS:
+        raise ValueError(f"no record begins with {fields[0]!r:.40} and has {len(fields)} fields")
+    if any(type(field) not in kinds for field, kinds in zip(fields[1:], _FIELDS[fields[0]], strict=True)):
+        raise ValueError(f"fields of a {Kind(fields[0]).name} are of other types")
+    return fields
+
+
+_NUMBER, _TEXT, _BYTES = (int,), (str,), (bytes,)
+_FIELDS: dict[int, tuple[tuple[type, ...], ...]] = {
+    Kind.HEADER: ((dict,),),
+    Kind.FILE: (_TEXT, _BYTES, (bytes, type(None))),
+    Kind.FOUND: (_TEXT, (bool,), _TEXT),
+    Kind.JOINED: (_NUMBER, _NUMBER, _TEXT, _TEXT, _NUMBER),
+    Kind.LEFT: (_NUMBER, _NUMBER),
+    Kind.BATCH: (_NUMBER, _NUMBER, _BYTES),
+    Kind.WENT_ON: (_NUMBER,),
+    Kind.STARTED: (),
+    Kind.PASS: (_BYTES,),
+    Kind.IDLE: (),
+    Kind.STATE: ((bool,), (list,)),
+    Kind.ENDING: (),
+    Kind.END: (),
+}
+_LENGTHS = {(int(kind), 1 + len(fields)) for kind, fields in _FIELDS.items()}
