@@ -9,11 +9,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import statistics
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from processes import PENDULUM, ROOT, read_line, running, wait_until
@@ -49,11 +52,13 @@ def _namespaces_are_allowed() -> bool:
 class Lab:
     """One namespace per host and one for the router, each host with a cable of its own to it."""
 
-    def __init__(self, stack: ExitStack) -> None:
+    def __init__(self, stack: ExitStack, hosts: Sequence[str]) -> None:
+        """The first of the hosts is the client's."""
         self._stack = stack
+        self._hosts = hosts
         self._cables: dict[str, subprocess.Popen[str]] = {}
         router = self._namespace("router")
-        for number, host in enumerate(HOSTS, 1):
+        for number, host in enumerate(hosts, 1):
             namespace = self._namespace(host)
             self._cables[host] = self._started(
                 [sys.executable, str(ROOT / "tests" / "tun_cable.py"), router, host, namespace, "wire"]
@@ -61,7 +66,6 @@ class Lab:
             for owner, device, end in ((router, host, 1), (namespace, "wire", 2)):
                 _ip("-n", owner, "address", "add", f"10.77.{number}.{end}/24", "dev", device)
                 _ip("-n", owner, "link", "set", device, "up")
-        self.start("router", ROOT / "tests" / "zenoh_router.py", "tcp/0.0.0.0:7447")
 
     def _namespace(self, host: str) -> str:
         name = self._name(host)
@@ -75,14 +79,14 @@ class Lab:
 
     def router_of(self, host: str) -> str:
         """The router's address as this host knows it."""
-        return f"10.77.{1 + HOSTS.index(host)}.1"
+        return f"10.77.{1 + self._hosts.index(host)}.1"
 
     def command(self, host: str, *arguments: object) -> list[str]:
         return ["ip", "netns", "exec", self._name(host), sys.executable, *map(str, arguments)]
 
-    def start(self, host: str, *arguments: object) -> None:
+    def start(self, host: str, *arguments: object) -> subprocess.Popen[str]:
         """Start Python on a host; returns when it says that it is ready."""
-        self._started(self.command(host, *arguments))
+        return self._started(self.command(host, *arguments))
 
     def _started(self, command: list[str]) -> subprocess.Popen[str]:
         process = subprocess.Popen(
@@ -101,7 +105,7 @@ class Lab:
         return done.stdout
 
     def tell_cable(self, host: str, word: str) -> None:
-        """``cut`` or ``mend``."""
+        """See `tun_cable.py`; its second end is the host's."""
         cable = self._cables[host]
         assert cable.stdin is not None
         cable.stdin.write(word + "\n")
@@ -121,17 +125,23 @@ class Lab:
 
 
 @contextmanager
-def lab() -> Iterator[Lab]:
-    with ExitStack() as stack:
-        yield Lab(stack)
-
-
-def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(tmp_path: Path) -> None:
+def lab(hosts: Sequence[str] = HOSTS) -> Iterator[Lab]:
     if not _namespaces_are_allowed():
         pytest.skip("no rights to make network namespaces")
-    scene = tmp_path / "pendulum.xml"
-    scene.write_text(PENDULUM)
+    with ExitStack() as stack:
+        yield Lab(stack, hosts)
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "pendulum.xml"
+    path.write_text(PENDULUM)
+    return path
+
+
+def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(scene: Path) -> None:
     with lab() as hosts:
+        hosts.start("router", ROOT / "tests" / "zenoh_router.py", "tcp/0.0.0.0:7447")
         for realm in ("north", "east"):
             router = f"tcp/{hosts.router_of(realm)}:7447"
             hosts.start(realm, "-m", "simx_server", scene, "--port", 0, "--realm", realm, "--connect", router)
@@ -145,3 +155,70 @@ def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(tmp_p
         hosts.tell_cable("east", "mend")
         assert wait_until(lambda: hosts.listed() == both, PATIENCE)
         assert hosts.read("east") == "0"
+
+
+class Caller:
+    """A client on a host of its own that calls when it is told to, see `link_client.py`."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._process = process
+
+    def tell(self, *words: object) -> dict[str, Any]:
+        """Its answer."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(" ".join(map(str, words)) + "\n")
+        self._process.stdin.flush()
+        return json.loads(read_line(self._process))
+
+    def calls(self, number: int) -> tuple[set[int], float, float]:
+        """(codes, median milliseconds, longest) of so many blocking calls."""
+        answer = self.tell("call", number)
+        took = [1000 * seconds for seconds in answer["seconds"]]
+        return set(answer["codes"]), statistics.median(took), max(took)
+
+
+def test_a_slow_network_that_loses_packets_is_slow_and_loses_no_call(
+    scene: Path, record_property: Callable[[str, object], None]
+) -> None:
+    """After a short cut it is the same connection; half open it is given up, and taken up again when it is mended."""
+    with lab(["client"]) as hosts:
+        address = f"tcp/{hosts.router_of('client')}:19997"
+        hosts.start("router", "-m", "simx_server", scene, "--start", "--port", 0, "--listen", address)
+        caller = Caller(
+            hosts.start("client", ROOT / "tests" / "link_client.py", hosts.router_of("client"), 19997)
+        )
+
+        def seconds_until(is_so: Callable[[dict[str, Any]], bool]) -> float:
+            began = time.monotonic()
+            assert wait_until(lambda: is_so(caller.tell("look")), PATIENCE)
+            return time.monotonic() - began
+
+        figures = [f"{'well':>22}: {caller.calls(50)[1]:.1f} ms a call"]
+        for words in (["delay 0.02"], ["delay 0.02", "lose 20"]):
+            for word in words:
+                hosts.tell_cable("client", word)
+            codes, middle, most = caller.calls(20)
+            assert codes == {0}
+            assert middle > 40
+            figures.append(f"{', '.join(words):>22}: {middle:.0f} ms a call, most {most:.0f} ms, none lost")
+        for word in ("delay 0", "lose 0"):
+            hosts.tell_cable("client", word)
+
+        hosts.tell_cable("client", "cut")  # for less than the lease
+        codes, middle, _ = caller.calls(3)
+        assert codes == {3}
+        hosts.tell_cable("client", "mend")
+        back = seconds_until(lambda seen: seen["code"] == 0)
+        assert caller.tell("look")["connection"] == 1
+        figures.append(f"{'cut and mended':>22}: three calls time out, answered again after {back:.2f} s")
+
+        hosts.tell_cable("client", "deaf")  # what it sends is lost, what it is sent still comes
+        lost = seconds_until(lambda seen: seen["connection"] == -1)
+        assert caller.tell("look")["streamed"] == 1, "nothing old is given as new"
+        hosts.tell_cable("client", "mend")
+        back = seconds_until(lambda seen: seen["streamed"] == 0)
+        assert caller.tell("look")["connection"] == 2
+        figures.append(f"{'deaf in one direction':>22}: noticed after {lost:.1f} s")
+        figures.append(f"{'mended':>22}: streams come again after {back:.2f} s")
+    for figure in figures:
+        record_property("figures", f"network {figure}")
