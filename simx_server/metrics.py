@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -40,6 +40,9 @@ OTHERS = "(others)"
 BOUNDS = tuple(1e-6 * 2 ** (step / 4) for step in range(108))
 """Seconds, from a microsecond to two minutes; each is 19 % more than the one before."""
 
+_MIDDLES = (BOUNDS[0], *(bound * 2**0.125 for bound in BOUNDS))
+"""What a count between two bounds is taken for: the geometric middle."""
+
 
 class Histogram:
     """Counts durations by size. One thread adds; another may read, and misses the newest at worst."""
@@ -60,15 +63,12 @@ class Histogram:
             self.longest = seconds
 
 
-def percentile(counts: Sequence[int], share: float) -> float:
-    """Seconds that so large a share of the counted durations stays below, within 10 %; 0 when there are none."""
-    wanted = share * sum(counts)
-    if wanted <= 0:
-        return 0.0
-    places = (place for place, reached in enumerate(accumulate(counts)) if reached >= wanted)
-    place = next(places)
-    # The geometric middle of two bounds.
-    return BOUNDS[place - 1] * 2**0.125 if place else BOUNDS[0]
+def percentiles(counts: Sequence[int], shares: Sequence[float] = (0.5, 0.9, 0.99)) -> list[float]:
+    """Seconds that such shares of the counted durations stay below, within 10 %; 0 when there are none."""
+    reached = list(accumulate(counts))
+    if not reached[-1]:
+        return [0.0] * len(shares)
+    return [_MIDDLES[bisect_left(reached, share * reached[-1])] for share in shares]
 
 
 class Failures:

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from operator import sub
 from pathlib import Path
 
 from simx_client.protocol.messages import PROTOCOL_VERSION
@@ -26,7 +27,7 @@ from simx_client.protocol.reports import (
 
 from . import __version__
 from .engine import Engine
-from .metrics import Failures, Histogram, Sample, percentile
+from .metrics import Failures, Histogram, Sample, percentiles
 from .sensors.render_thread import RenderThread
 from .sessions import ClientSession
 
@@ -115,7 +116,7 @@ def _calls(before: Sample, now: Sample, window: float) -> Calls:
 
 def _timing(times: Histogram, before: Sequence[int], window: float) -> Timing:
     counts = list(times.counts)
-    recent = [late - early for late, early in zip(counts, before or [0] * len(counts), strict=True)]
+    recent = list(map(sub, counts, before)) if before else counts
     return {
         "count": sum(counts),
         "seconds": times.seconds,
@@ -126,7 +127,7 @@ def _timing(times: Histogram, before: Sequence[int], window: float) -> Timing:
 
 
 def _percentiles(counts: Sequence[int], longest: float) -> Percentiles:
-    p50, p90, p99 = (min(percentile(counts, share), longest) for share in (0.5, 0.9, 0.99))
+    p50, p90, p99 = (min(seconds, longest) for seconds in percentiles(counts))
     return {"p50": p50, "p90": p90, "p99": p99}
 
 
