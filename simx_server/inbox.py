@@ -28,39 +28,6 @@ class Arrival(NamedTuple):
 Read = Callable[[Any], Arrival]
 """Makes a batch of what a gateway was handed."""
 
-WAITS_FOR_SCRIPTS = frozenset(
-    {
-        # runs a script, which would run within the other
-        "simxCallScriptFunction",
-        # starts, stops or steps: within a pass, or within the start or stop that called the script
-        "simxStartSimulation",
-        "simxPauseSimulation",
-        "simxStopSimulation",
-        "simxSynchronous",
-        "simxSynchronousTrigger",
-        # replaces the model under the pass, or under the edit that called the script; parameters may do so too
-        "simxLoadScene",
-        "simxCloseScene",
-        "simxLoadModel",
-        "simxLoadUI",
-        "simxRemoveUI",
-        "simxCopyPasteObjects",
-        "simxCreateDummy",
-        "simxRemoveObject",
-        "simxRemoveModel",
-        "simxSetObjectParent",
-        "simxSetModelProperty",
-        "simxSetObjectIntParameter",
-        "simxSetObjectFloatParameter",
-        "simxBreakForceSensor",
-        "simxSetBooleanParameter",
-        "simxSetIntegerParameter",
-        "simxSetFloatingParameter",
-        "simxSetArrayParameter",
-    }
-)
-"""Names of commands of the table."""
-
 
 class Inbox:
     """Events and batches. Anyone may `put`; the rest is the physics thread's."""
@@ -131,4 +98,4 @@ class Inbox:
         except CodecError:
             return False
         commands = (ANSWERED.get(call.command) for call in calls)
-        return any(command is not None and command.name in WAITS_FOR_SCRIPTS for command in commands)
+        return any(command is not None and command.waits_for_scripts for command in commands)

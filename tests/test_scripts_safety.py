@@ -15,7 +15,6 @@ from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
 from simx_client.protocol.commands import ANSWERED
 from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.inbox import WAITS_FOR_SCRIPTS
 
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
@@ -171,8 +170,25 @@ def test_what_interferes_waits_and_keeps_its_order(worlds: list[RealWorld], fold
     assert vrep.simxGetObjectPosition(other, good, -1, BLOCKING)[0] == 8
 
 
-def test_commands_that_wait_for_scripts_are_in_the_table() -> None:
-    assert {command.name for command in ANSWERED.values()} >= WAITS_FOR_SCRIPTS
+def test_commands_that_run_scripts_step_or_edit_wait_for_scripts_and_readers_do_not() -> None:
+    waiting = {command.name for command in ANSWERED.values() if command.waits_for_scripts}
+    assert not [name for name in waiting if ANSWERED[name].only_reads]
+    words = (
+        "Load",
+        "Remove",
+        "Create",
+        "CopyPaste",
+        "Start",
+        "Stop",
+        "Pause",
+        "Synchronous",
+        "CallScript",
+        "Parent",
+    )
+    editing = {
+        c.name for c in ANSWERED.values() if any(word in c.name for word in words) and not c.only_reads
+    }
+    assert editing <= waiting
 
 
 def test_a_script_that_hangs_in_a_pass_is_stopped_and_the_others_go_on(

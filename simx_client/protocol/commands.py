@@ -49,8 +49,7 @@ def _values(words: str) -> tuple[Value, ...]:
 
 
 _READING = ("simxGet", "simxRead", "simxCheck", "simxJointGet")
-_READING_AND_CHANGING = ("simxGetAndClearStringSignal", "simxReadStringStream", "simxGetUIEventButton")
-"""What these give to one client is gone for all others."""
+"""Begins the names of commands that read. What is called otherwise counts as changing something, also a new one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +89,17 @@ class Command:
     may_be_here: bool = False
     """Bit 0 of its second argument says that the file named by the first lies on the client's side."""
 
+    takes_away: bool = False
+    """What it reads for one client is gone for all others."""
+
+    waits_for_scripts: bool = False
+    """It runs a script, steps, or replaces what a pass or an edit works on (parameters may do so too): while a script
+    runs it has to wait. Others may do what a script can find done between two of its own calls."""
+
     @property
     def only_reads(self) -> bool:
         """Whether it changes nothing that another client could notice, so that viewers may call it."""
-        return self.name.startswith(_READING) and self.name not in _READING_AND_CHANGING
+        return self.name.startswith(_READING) and not self.takes_away
 
     def is_hit(self, values: Sequence[Any]) -> bool:
         """Whether a success with these results ends a stream of this command."""
@@ -126,6 +132,8 @@ def _command(
     stream_ends_with_hit: bool = False,
     no_hit: int | None = None,
     may_be_here: bool = False,
+    takes_away: bool = False,
+    waits_for_scripts: bool = False,
 ) -> Command:
     arguments, results = _values(takes), _values(gives)
     names = tuple(argument.name for argument in arguments)
@@ -151,6 +159,8 @@ def _command(
         any(result.kind.name in ("pixels", "depths") for result in results),
         names,
         may_be_here,
+        takes_away,
+        waits_for_scripts,
     )
 
 
@@ -231,6 +241,7 @@ def _connection() -> Iterator[Command]:
         id=0x0001,
         twin="sim.setStepping",
         place=Place.WAITING,
+        waits_for_scripts=True,
     )
     yield _command(
         "simxSynchronousTrigger",
@@ -238,6 +249,7 @@ def _connection() -> Iterator[Command]:
         id=0x0003,
         twin="sim.step",
         place=Place.WAITING,
+        waits_for_scripts=True,
     )
 
 
@@ -247,13 +259,21 @@ def _simulation() -> Iterator[Command]:
         doc="Start the simulation, or resume it when paused.",
         id=0x1007,
         twin="sim.startSimulation",
+        waits_for_scripts=True,
     )
-    yield _command("simxPauseSimulation", doc="Pause the simulation.", id=0x1007, twin="sim.pauseSimulation")
+    yield _command(
+        "simxPauseSimulation",
+        doc="Pause the simulation.",
+        id=0x1007,
+        twin="sim.pauseSimulation",
+        waits_for_scripts=True,
+    )
     yield _command(
         "simxStopSimulation",
         doc="Stop the simulation and restore the state it was started from; stepped mode ends.",
         id=0x1007,
         twin="sim.stopSimulation",
+        waits_for_scripts=True,
     )
     yield _command(
         "simxLoadScene",
@@ -263,8 +283,15 @@ def _simulation() -> Iterator[Command]:
         id=0x3002,
         twin="sim.loadScene",
         may_be_here=True,
+        waits_for_scripts=True,
     )
-    yield _command("simxCloseScene", doc="Close the scene while stopped.", id=0x0005, twin="sim.closeScene")
+    yield _command(
+        "simxCloseScene",
+        doc="Close the scene while stopped.",
+        id=0x0005,
+        twin="sim.closeScene",
+        waits_for_scripts=True,
+    )
 
 
 def _objects() -> Iterator[Command]:
@@ -311,6 +338,7 @@ def _objects() -> Iterator[Command]:
         key="objectHandle",
         id=0x101C,
         twin="sim.setObjectParent",
+        waits_for_scripts=True,
     )
     for what, get_id, set_id, kind, argument, unit in (
         ("Position", 0x200E, 0x101B, "vector3", "position", "metres"),
@@ -359,6 +387,7 @@ def _objects() -> Iterator[Command]:
         key="objectHandle",
         id=0x1028,
         twin="sim.removeObjects",
+        waits_for_scripts=True,
     )
     yield _command(
         "simxRemoveModel",
@@ -367,6 +396,7 @@ def _objects() -> Iterator[Command]:
         key="objectHandle",
         id=0x1037,
         twin="sim.removeModel",
+        waits_for_scripts=True,
     )
     yield _command(
         "simxLoadModel",
@@ -377,6 +407,7 @@ def _objects() -> Iterator[Command]:
         id=0x3003,
         twin="sim.loadModel",
         may_be_here=True,
+        waits_for_scripts=True,
     )
     yield _command(
         "simxCopyPasteObjects",
@@ -386,6 +417,7 @@ def _objects() -> Iterator[Command]:
         id=0x102E,
         twin="sim.copyPasteObjects",
         keeps_every_call=True,
+        waits_for_scripts=True,
     )
     yield _command(
         "simxCreateDummy",
@@ -395,6 +427,7 @@ def _objects() -> Iterator[Command]:
         id=0x0009,
         twin="sim.createDummy",
         keeps_every_call=True,
+        waits_for_scripts=True,
     )
     yield _command(
         "simxGetObjectSelection",
@@ -517,6 +550,7 @@ def _sensors() -> Iterator[Command]:
         key="forceSensorHandle",
         id=0x1010,
         twin="sim.breakForceSensor",
+        waits_for_scripts=True,
     )
     yield of_sensor(
         "simxReadVisionSensor",
@@ -611,6 +645,7 @@ def _parameters() -> Iterator[Command]:
             aliases=f"simxSetObject{short}",
             id=set_id,
             twin=f"sim.setObject{short}",
+            waits_for_scripts=True,
         )
     yield _command(
         "simxGetModelProperty",
@@ -628,6 +663,7 @@ def _parameters() -> Iterator[Command]:
         key="objectHandle",
         id=0x1035,
         twin="sim.setModelProperty",
+        waits_for_scripts=True,
     )
     for what, short, kind, get_id, set_id in (
         ("BooleanParameter", "BoolParam", "bool", 0x101F, 0x1020),
@@ -656,6 +692,7 @@ def _parameters() -> Iterator[Command]:
                 aliases=f"simxSet{short}",
                 id=set_id,
                 twin=f"sim.set{short}",
+                waits_for_scripts=True,
             )
 
 
@@ -715,6 +752,7 @@ def _signals() -> Iterator[Command]:
         key="signalName",
         id=0x3018,
         takes_what_it_reads=True,
+        takes_away=True,
         never_blocking=True,
     )
     yield _command(
@@ -724,6 +762,7 @@ def _signals() -> Iterator[Command]:
         "The value of a string signal, which is then removed.",
         key="signalName",
         id=0x3017,
+        takes_away=True,
         stream_ends_with_hit=True,
     )
 
@@ -739,6 +778,7 @@ def _scripts() -> Iterator[Command]:
         id=0x3401,
         twin="sim.callScriptFunction",
         keeps_every_call=True,
+        waits_for_scripts=True,
     )
     yield _command(
         "simxGetLastErrors",
@@ -846,6 +886,7 @@ def _user_interface() -> Iterator[Command]:
         "The button pressed last, -1 for none.",
         key="uiHandle",
         id=0x2003,
+        takes_away=True,
         stream_ends_with_hit=True,
         no_hit=-1,
     )
@@ -879,8 +920,16 @@ def _user_interface() -> Iterator[Command]:
         key="uiPathAndName",
         id=0x3005,
         may_be_here=True,
+        waits_for_scripts=True,
     )
-    yield _command("simxRemoveUI", "uiHandle:int", doc="Remove a custom UI.", key="uiHandle", id=0x1029)
+    yield _command(
+        "simxRemoveUI",
+        "uiHandle:int",
+        doc="Remove a custom UI.",
+        key="uiHandle",
+        id=0x1029,
+        waits_for_scripts=True,
+    )
 
 
 TABLE: tuple[Command, ...] = (
