@@ -159,7 +159,7 @@ class Engine:
             logger.exception("a request could not be dealt with; the server goes on")
 
     def _end(self) -> None:
-        self._is_ending = True
+        self._is_ending = self.simulation.is_ending = True
 
     @property
     def is_ending(self) -> bool:

@@ -118,6 +118,8 @@ class Simulation:
         """The call-back of a script that is under way while physics is; empty at other times."""
         self.is_in_step = False
         """It is called from within a step of MuJoCo's, whose state cannot be copied then."""
+        self.is_ending = False
+        """The server has been told to end: no script is given long any more."""
         self._soon: list[Listener] = []
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []

@@ -54,6 +54,8 @@ class EchoApi:
             name
         )
 
+    is_ending = False
+
     def serve_others(self) -> None:
         self.served += 1
         if self.vanish:

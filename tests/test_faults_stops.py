@@ -112,7 +112,7 @@ def test_with_a_client_that_froze_with_megabytes_on_their_way(
 
 
 def test_within_a_script_that_never_ends(tmp_path: Path, record_property: Record) -> None:
-    """When the script's time is over, which is before a blocking client gives up."""
+    """The script has a second more."""
     with server(scene_file(tmp_path, ENDLESS), "--start") as busy:
         took = ended(busy.process, signal.SIGINT)
     record_property("figures", f"Ctrl-C within an endless script: ended after {took:.2f} s")

@@ -49,6 +49,8 @@ class EchoApi:
     def module(self, name: str) -> bytes | None:
         return {"tools": b"local t = {} function t.double(x) return 2 * x end return t"}.get(name)
 
+    is_ending = False
+
     def serve_others(self) -> None:
         self.served += 1
 

@@ -36,6 +36,9 @@ TIME_LIMIT = 2.0
 MEMORY_LIMIT = 64 << 20
 """Bytes that one script may hold."""
 
+ENDING_LIMIT = 1.0
+"""Seconds by the wall that a call into a script may take, also one to its cleanup, once the server is to end."""
+
 PATIENCE = 0.003
 """Seconds that a script may run before other clients are served in between, and between two times of that."""
 
@@ -123,6 +126,11 @@ class Api(Protocol):
 
         It never calls a script and never edits, starts, stops or steps the scene.
         """
+        ...
+
+    @property
+    def is_ending(self) -> bool:
+        """The server has been told to end, which a script may hold up for `ENDING_LIMIT` at most."""
         ...
 
     def output(self, text: str) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 
 from ..errors import CommandError
 from .interpreter import (
+    ENDING_LIMIT,
     MAX_DEPTH,
     MEMORY_LIMIT,
     NOT_IN_A_THREAD,
@@ -74,6 +75,7 @@ class LuaInterpreter:
         self._has_ended = False
         self._deadline = 0.0
         self._serve_next = 0.0
+        self._end_by = 0.0
         self._waiting: dict[int, Waiting] = {}
         self._tokens = itertools.count(1)
         lupa = load_lupa()
@@ -150,6 +152,7 @@ class LuaInterpreter:
             self._api.switching.spent = 0.0
             self._api.switching.calls = 0
             self._serve_next = time.monotonic() + PATIENCE
+            self._end_by = time.monotonic() + ENDING_LIMIT
         self._depth += 1
         try:
             answer = self._face[action](*arguments)
@@ -171,6 +174,8 @@ class LuaInterpreter:
             self._api.serve_others()
             self._deadline += time.thread_time() - before
             self._serve_next = time.monotonic() + PATIENCE
+            if self._api.is_ending and time.monotonic() > self._end_by:
+                return True
         return time.thread_time() > self._deadline + self._api.switching.spent
 
     def _print(self, text: bytes) -> None:

@@ -159,6 +159,10 @@ class ScriptSide:
         self.switching = script.switching
         self.serve_others = serve_others
 
+    @property
+    def is_ending(self) -> bool:
+        return self._sim.is_ending
+
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
         return self._spaces.names()
 
