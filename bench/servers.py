@@ -79,7 +79,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
-    span = max(0.2, effort.seconds(1.0))
+    span = max(0.2, effort.seconds(0.8))
     in_process = _in_process(effort)
     many = stack.enter_context(fleet(count, "--start", "--speed", "max"))
     clients = [stack.enter_context(connected(port)) for port in many.ports]
