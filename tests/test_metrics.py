@@ -183,6 +183,17 @@ def test_recent_figures_forget_what_is_over(world: World) -> None:
     assert report.metrics(engine, "lab", [])["commands"]["simxGetObjects"]["recent"] == nothing
 
 
+def test_a_running_engine_takes_a_sample_now_and_then(world: World) -> None:
+    clock = Clock()
+    world.engine.metrics = metrics = Metrics(Pacer(1.0), clock, clock)
+    for _ in range(7):
+        clock.now += 1.0
+        world.engine.end()
+        world.engine.run()
+        world.engine._is_ending = False
+    assert metrics.recent().wall == clock.now - 5.0
+
+
 # --- problems -------------------------------------------------------------------------------------
 
 
