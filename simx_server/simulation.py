@@ -23,6 +23,7 @@ from simx_server.limits import Limits
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
 from simx_server.signals import Signals
+from simx_server.sleepers import Sleepers
 from simx_server.snapshot import Snapshot
 from simx_server.velocities import Velocities
 
@@ -160,6 +161,7 @@ class Simulation:
         self.data: mujoco.MjData
         self.joints: Joints
         self._velocities = Velocities(self)
+        self.sleepers = Sleepers(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
         self._wanted_timestep = 0.002
@@ -285,6 +287,8 @@ class Simulation:
             return
         before = [self.data.warning[kind].number for kind in _DIVERGED]
         if self.dynamics_enabled:
+            if self.sleepers.are_to_wake:
+                self.refresh()
             self.joints.step(self.substeps)
         if [self.data.warning[kind].number for kind in _DIVERGED] != before:
             problem = f"the physics diverged at {self.time:.3f} s; the simulation is stopped"
@@ -295,7 +299,7 @@ class Simulation:
                     f"{problem}; a shorter physics step (timestep of <option>) or weaker forces may keep it stable"
                 )
             return
-        self.changed()
+        self._moved()
         self.refresh()
         self._velocities.remember()
         self.joints.measure()
@@ -348,11 +352,15 @@ class Simulation:
 
     def changed(self) -> None:
         """To be called after writing state or model: readers see a new version and fresh kinematics."""
+        self.sleepers.wake()
+        self._moved()
+
+    def _moved(self) -> None:
         self.version += 1
         self._stale = True
 
     def model_edited(self) -> None:
-        """To be called after writing arrays of the model that what keeps a copy of it must see."""
+        """To be called after writing arrays or options of the model that what keeps a copy of it must see."""
         self.model_version += 1
 
     def refresh(self) -> None:
@@ -360,13 +368,14 @@ class Simulation:
         if not self._stale:
             return
         model, data = self.model, self.data
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        if model.nflex:
-            mujoco.mj_flex(model, data)
-        if model.ntendon:
-            mujoco.mj_tendon(model, data)
+        with self.sleepers.woken_if_due():
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_camlight(model, data)
+            if model.nflex:
+                mujoco.mj_flex(model, data)
+            if model.ntendon:
+                mujoco.mj_tendon(model, data)
         self._stale = False
 
     def measured_velocity(self, handle: int) -> tuple[list[float], list[float], list[float]]:
@@ -377,6 +386,7 @@ class Simulation:
         """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
         old = self.model
         self.scene, self.model, self.data = scene, model, data
+        self.sleepers.keep_possible()
         self.joints.rebind()
         self.model_edited()
         self.changed()
@@ -386,6 +396,7 @@ class Simulation:
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
         self.scene, self.model = scene, model
+        self.sleepers.keep_possible()
         self.scene_id += 1
         self.data = mujoco.MjData(model)
         self.dynamics_enabled = True

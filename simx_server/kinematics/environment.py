@@ -19,6 +19,7 @@ from ..scene.frames import get_pose
 from ..scene.objects import ObjectKind
 from ..scene.placing import carrier_body, object_pose
 from ..scene.poses import IDENTITY, Pose, compose, inverse
+from ..sleepers import kinematics
 from .chain import Element, Joints, fixed_pose, make_arms
 from .scratch import Scratch
 from .solver import Calculation, Method, Solution, Solver, pose_of_body
@@ -196,7 +197,7 @@ class Environment:
         self._sim.refresh()
         body, local = carrier_body(self._sim, item), fixed_pose(self._sim, item)
         data = self._load()
-        mujoco.mj_kinematics(self._sim.model, data)
+        kinematics(self._sim.model, data)
         return compose(pose_of_body(data, body), local)
 
 

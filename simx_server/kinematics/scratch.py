@@ -8,6 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sleepers import kinematics
+
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
@@ -40,7 +42,7 @@ class Scratch:
         """Put joints there and bring up to date what follows: frames of bodies, geoms and sites, Jacobians."""
         data = self.data
         data.qpos[addresses] = values
-        mujoco.mj_kinematics(self._sim.model, data)
+        kinematics(self._sim.model, data)
         mujoco.mj_comPos(self._sim.model, data)
         return data
 

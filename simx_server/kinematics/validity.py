@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import CommandError
 from ..sensors.measuring import geoms_meet
+from ..sleepers import kinematics
 from .chain import Joints
 from .scratch import Array, copy_positions
 
@@ -86,7 +87,7 @@ class Validity:
             return True
         data = self._data
         place(data)
-        mujoco.mj_kinematics(self.model, data)
+        kinematics(self.model, data)
         places = data.geom_xpos
         away = places[self._first] - places[self._second]
         normals = data.geom_xmat[self._second, 2::3]

@@ -34,7 +34,7 @@ def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
 
     Those of the last physics step: a pass has several, and V-REP would list the contacts of each.
     """
-    scene, model, data = sim.scene, sim.model, sim.data
+    scene, model, data = sim.scene, sim.model, sim.sleepers.data_with_all_contacts()
     force = np.zeros(6)
     for index in range(data.ncon):
         contact = data.contact[index]
