@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM, ROOT
+from processes import PENDULUM, ROOT, read_line, running
 
 from simx_server import log_format
 from simx_server.settings import SettingError, Settings
@@ -143,12 +143,21 @@ def test_setting_is_a_flag_and_a_variable() -> None:
 def test_a_server_logs_objects_and_says_ready_as_ever(tmp_path: Path, flags: tuple[str, ...]) -> None:
     scene = tmp_path / "pendulum.xml"
     scene.write_text(PENDULUM)
-    command = ["-m", "simx_server", scene, "--port", "0", "--duration", "0.1", "--log-format", "json", *flags]
-    done = subprocess.run(
-        [sys.executable, *map(str, command)], capture_output=True, text=True, cwd=ROOT, timeout=60
+    command = ["-m", "simx_server", scene, "--port", "0", "--log-format", "json", *flags]
+    process = subprocess.Popen(
+        [sys.executable, *map(str, command)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        bufsize=1,
     )
-    lines = [json.loads(line) for line in done.stderr.splitlines()]
-    assert done.returncode == 0, done.stderr
+    with running(process):
+        ready = read_line(process)
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+    lines = [json.loads(line) for line in said.splitlines()]
+    assert process.returncode == 0, said
     assert any("is loaded with" in line["message"] for line in lines)
     assert all(line["time"].endswith("Z") and line["level"] == "info" for line in lines)
-    assert done.stdout.startswith('{"servers": [' if flags else "ready tcp/127.0.0.1:")
+    assert ready.startswith('{"servers": [' if flags else "ready tcp/127.0.0.1:")
