@@ -56,7 +56,11 @@ class LogWriter:
                     f"'{path}' exists already and is not written over; give another --record, or delete it"
                 )
             self._file: BinaryIO = cast(BinaryIO, path.open("wb", buffering=0))
-            self._write(MAGIC)
+            try:
+                self._write(MAGIC)
+            except OSError:
+                self._file.close()
+                raise
         except OSError as error:
             raise LogError(
                 f"'{path}' cannot be written: {error.strerror}; give --record a file in a folder that may be written"
@@ -175,7 +179,7 @@ class LogReader:
         if len(head) == _HEAD.size:
             length, check = _HEAD.unpack(head)
             content = file.read(length) if 0 < length <= _MOST_BLOCK else b""
-            if len(content) == length and zlib.crc32(content) == check:
+            if content and len(content) == length and zlib.crc32(content) == check:
                 return content
         self.damage = f"what begins at byte {place} is torn off or damaged"
         return b""

@@ -1,0 +1,488 @@
+"""Recordings and their replays: the same states, whatever was done; and what may go wrong with the file."""
+
+from __future__ import annotations
+
+import logging
+import math
+import random
+import shutil
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgpack
+import pytest
+from busy_scene import BUSY
+from processes import PENDULUM, read_line, running, server, spawn, wait_until
+from real_world import BLOCKING, RealWorld, handle_of, start_stepped
+
+import simx_client as v
+from simx_client.clients import CLIENTS
+from simx_client.connection import Connection
+from simx_client.protocol.codec import decode_batch, encode
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
+from simx_client.protocol.messages import Batch, Call
+from simx_server.clock import Pacer
+from simx_server.engine import TRIGGER, Engine
+from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.handlers import HANDLERS
+from simx_server.recording import Recorder
+from simx_server.recording.log_file import MAGIC, LogReader
+from simx_server.recording.records import Kind, Record
+from simx_server.server import build_simulation, serve
+from simx_server.sessions import ClientSession
+from simx_server.settings import Settings
+
+ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
+
+
+class RecordedWorld(RealWorld):
+    """A whole server in the test's own thread that records."""
+
+    def __init__(self, scene: Path | str, recording: Path, **settings: Any) -> None:
+        self._stack = ExitStack()
+        chosen = Settings(scene=str(scene), workspace=recording.parent, **settings)
+        self._recorder = Recorder(recording, chosen)
+        self._stack.callback(self._recorder.close)
+        self.simulation = build_simulation(chosen, self._stack, self._recorder.watch)
+        pacer = Pacer(math.inf)
+        self.engine = Engine(self.simulation, HANDLERS, pacer)
+        self.simulation.parameters.pace = pacer
+        self._recorder.begin(self.engine)
+
+    def close(self) -> None:
+        self._recorder.ending()
+        self.simulation.stop()
+        super().close()
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    return tmp_path / "run.simxlog"
+
+
+@pytest.fixture
+def busy(tmp_path: Path) -> Path:
+    path = tmp_path / "busy.xml"
+    path.write_text(BUSY)
+    return path
+
+
+@pytest.fixture
+def plain(tmp_path: Path) -> Path:
+    path = tmp_path / "plain.xml"
+    path.write_text(PENDULUM)
+    return path
+
+
+@contextmanager
+def recorded(scene: Path | str, recording: Path, **settings: Any) -> Iterator[RecordedWorld]:
+    place = RecordedWorld(scene, recording, **settings)
+    try:
+        yield place
+    finally:
+        place.close()
+
+
+def replay(recording: Path, **flags: bool) -> int:
+    return serve(Settings.gather({"replay": str(recording), **flags}, {}))
+
+
+def blocks(records: list[Record]) -> list[bytes]:
+    """What a recorder may write them as: header and files, then five at a time."""
+    first = next(place for place, record in enumerate(records) if record[0] not in (Kind.HEADER, Kind.FILE))
+    rest = [records[place : place + 5] for place in range(first, len(records), 5)]
+    made = []
+    for part in (records[:first], *rest):
+        content = b"".join(msgpack.packb(record, unicode_errors="surrogateescape") for record in part)
+        made.append(len(content).to_bytes(4, "little") + zlib.crc32(content).to_bytes(4, "little") + content)
+    return made
+
+
+def rewrite(recording: Path, change: Callable[[list[Record]], list[Record]]) -> None:
+    """Other records in the same file."""
+    recording.write_bytes(MAGIC + b"".join(blocks(change(list(LogReader(recording))))))
+
+
+def kinds(recording: Path) -> list[int]:
+    return [record[0] for record in LogReader(recording)]
+
+
+def impatient(place: RealWorld) -> int:
+    """A client that does not wait for long when the other one must trigger first."""
+    transport = LoopbackTransport(place.engine)
+    connection = Connection(lambda: transport, where=transport.client, timeout=0.02)
+    client = CLIENTS.add(connection)
+    connection.connect(1.0)
+    return client
+
+
+def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
+    """A message with several calls, whose answers nobody waits for."""
+    batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
+    place.engine.submit(session.client, encode(batch))
+
+
+class Actor:
+    """A client that does one thing after another, by chance."""
+
+    def __init__(self, place: RealWorld, seed: int) -> None:
+        self.client = impatient(place)
+        self._place = place
+        self._session = list(place.engine.sessions.values())[-1]
+        self._chance = random.Random(seed)
+        self._joints = [handle_of(self.client, name) for name in ("hinge", "wrist")]
+        self._ball = handle_of(self.client, "ball")
+        self._made: list[int] = []
+
+    def act(self) -> None:
+        """One more."""
+        actions = (self._move, self._stream, self._edit, self._signal, self._step, self._live, self._batch)
+        self._chance.choices(actions, weights=(6, 2, 1, 2, 8, 1, 2))[0]()
+
+    def _move(self) -> None:
+        joint, value = self._chance.choice(self._joints), self._chance.uniform(-1, 1)
+        v.simxSetJointTargetVelocity(self.client, joint, value, ONESHOT)
+        if self._chance.random() < 0.2:
+            v.simxSetObjectPosition(self.client, self._ball, -1, (value, 0.1, 0.5), BLOCKING)
+
+    def _stream(self) -> None:
+        joint = self._chance.choice(self._joints)
+        v.simxGetJointPosition(self.client, joint, STREAMING)
+        v.simxSetJointForce(self.client, joint, self._chance.uniform(1, 50), STREAMING)
+
+    def _edit(self) -> None:
+        if self._made and self._chance.random() < 0.5:
+            v.simxRemoveObject(self.client, self._made.pop(), BLOCKING)
+        else:
+            code, made = v.simxCopyPasteObjects(self.client, [self._ball], BLOCKING)
+            self._made += made if code == v.simx_return_ok else []
+
+    def _signal(self) -> None:
+        number = self._chance.randrange(100)
+        v.simxSetIntegerSignal(self.client, f"n{number % 3}", number, ONESHOT)
+        v.simxSetStringSignal(self.client, "text", bytes(range(number)), ONESHOT)
+
+    def _step(self) -> None:
+        v.simxSynchronousTrigger(self.client)
+
+    def _live(self) -> None:
+        self._chance.choice(
+            (
+                lambda: v.simxStartSimulation(self.client, BLOCKING),
+                lambda: v.simxPauseSimulation(self.client, BLOCKING),
+                lambda: v.simxStopSimulation(self.client, BLOCKING),
+                lambda: v.simxSynchronous(self.client, self._chance.random() < 0.5),
+                lambda: v.simxSynchronous(self.client, True) or v.simxStartSimulation(self.client, BLOCKING),
+            )
+        )()
+        v.simxGetPingTime(self.client)  # streams and passes go on meanwhile
+
+    def _batch(self) -> None:
+        """In its middle a pass is waited for, if it is stepped."""
+        joint, value = self._chance.choice(self._joints), self._chance.uniform(-1, 1)
+        send_in_one(
+            self._place,
+            self._session,
+            ("simxSetJointTargetVelocity", joint, value),
+            (TRIGGER,),
+            ("simxSetJointTargetVelocity", joint, -value),
+        )
+        if self._chance.random() < 0.5:
+            v.simxGetPingTime(self.client)
+        self._place.engine.turn()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_session_of_chance_stepped_and_not_replays_to_the_same_states(
+    seed: int, busy: Path, recording: Path
+) -> None:
+    chance = random.Random(seed)
+    with recorded(busy, recording) as place:
+        actors = [Actor(place, seed), Actor(place, seed + 100)]
+        v.simxStartSimulation(actors[0].client, BLOCKING)
+        for count in range(80):
+            chance.choice(actors).act()
+            if count == 40:
+                v.simxFinish(actors.pop().client)
+                actors.append(Actor(place, seed + 200))
+    assert {Kind.PASS, Kind.STATE, Kind.IDLE, Kind.LEFT} <= set(kinds(recording))
+    assert replay(recording) == DONE
+
+
+def test_what_follows_a_trigger_in_a_message_is_replayed_after_its_pass(plain: Path, recording: Path) -> None:
+    with recorded(plain, recording) as place:
+        client = place.client()
+        hinge = handle_of(client, "hinge")
+        start_stepped(client)
+        (session,) = place.engine.sessions.values()
+        set_joint = ("simxSetJointPosition", hinge)
+        send_in_one(place, session, (*set_joint, 0.2), (TRIGGER,), (*set_joint, 0.9))
+        for _ in range(4):
+            place.engine.turn()
+        assert v.simxGetJointPosition(client, hinge, BLOCKING)[1] == pytest.approx(0.9)
+        v.simxSynchronousTrigger(client)
+    assert kinds(recording).count(Kind.WENT_ON) == 1
+    assert replay(recording) == DONE
+
+
+LONG = """
+<mujoco>
+  <worldbody><body name="arm"><joint name="hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 0.1"/></body></worldbody>
+  <custom><text name="simx:lua:arm" data="
+    function work(times)
+        local sum = 0
+        for round = 1, times[1] do
+            for i = 1, 300000 do sum = sum + 1 end
+            local target = sim.getFloatSignal('target')
+            if target then sim.setJointPosition(sim.getObject('/hinge'), 0.1 * round + target) end
+        end
+        return {}, {}, {}, ''
+    end
+    function sysCall_actuation() work({5}) end"/></custom></mujoco>
+"""
+
+
+@pytest.mark.parametrize("within", ["a call", "a pass"])
+def test_calls_that_came_while_a_script_ran_are_replayed_where_it_noticed_them(
+    within: str, tmp_path: Path, recording: Path
+) -> None:
+    (tmp_path / "long.xml").write_text(LONG)
+    with recorded(tmp_path / "long.xml", recording) as place:
+        client, other = place.client(), place.client()
+        start_stepped(client)
+        _, other_session = place.engine.sessions.values()
+        serve, count = place.engine.serve_others, 0
+
+        def send_and_serve() -> None:
+            nonlocal count
+            count += 1
+            send_in_one(place, other_session, ("simxSetFloatSignal", "target", 0.001 * count))
+            serve()
+
+        place.simulation.serve_others = send_and_serve
+        for _ in range(3):
+            if within == "a pass":
+                v.simxSynchronousTrigger(client)
+            else:
+                script = (1, "work", [8], [], [], b"")
+                assert v.simxCallScriptFunction(client, "arm", *script, BLOCKING)[0] == v.simx_return_ok
+        v.simxFinish(other)
+    points = [record[1] for record in LogReader(recording) if record[0] == Kind.BATCH]
+    assert len([point for point in points if point >= 0]) > 3
+    assert replay(recording) == DONE
+
+
+def test_files_that_are_not_there_any_more_are_in_the_recording(tmp_path: Path, recording: Path) -> None:
+    folder = tmp_path / "robot"
+    (folder / "parts").mkdir(parents=True)
+    (folder / "main.xml").write_text(
+        '<mujoco><compiler meshdir="parts"/><include file="parts/arm.xml"/>'
+        '<asset><mesh name="m" file="tetra.obj"/></asset>'
+        '<custom><text name="simx:script:arm" data="file=turn.lua"/></custom></mujoco>'
+    )
+    (folder / "parts" / "arm.xml").write_text(
+        '<mujoco><worldbody><body name="arm"><joint name="hinge" axis="0 0 1"/>'
+        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    (folder / "parts" / "tetra.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (folder / "turn.lua").write_text(
+        "local speed = require 'speed'\n"
+        "function sysCall_actuation() sim.setJointTargetVelocity(sim.getObject('/hinge'), speed) end"
+    )
+    (folder / "speed.lua").write_text("return 0.7")
+    (tmp_path / "box.xml").write_text(
+        '<mujoco><worldbody><body name="box" pos="0 0 1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    with recorded(folder / "main.xml", recording) as place:
+        client = place.client()
+        code, box = v.simxLoadModel(client, str(tmp_path / "box.xml"), 0, BLOCKING)
+        assert code == v.simx_return_ok
+        v.simxSetObjectPosition(client, box, -1, (0, 0, 2), BLOCKING)
+        start_stepped(client)
+        for _ in range(25):
+            v.simxSynchronousTrigger(client)
+        v.simxStopSimulation(client, BLOCKING)
+        (tmp_path / "box.xml").write_text((tmp_path / "box.xml").read_text().replace("0.1", "0.2"))
+        assert v.simxLoadScene(client, "box.xml", 0, BLOCKING) == v.simx_return_ok
+        start_stepped(client)
+        v.simxSynchronousTrigger(client)
+    shutil.rmtree(folder)
+    (tmp_path / "box.xml").unlink()
+    assert replay(recording) == DONE
+    assert sorted(path.name for path in tmp_path.iterdir()) == [recording.name]
+
+
+def _stepped(plain: Path, recording: Path, passes: int = 30) -> None:
+    with recorded(plain, recording) as place:
+        client = place.client()
+        hinge = handle_of(client, "hinge")
+        start_stepped(client)
+        for count in range(passes):
+            v.simxSetJointTargetVelocity(client, hinge, 0.1 * count, BLOCKING)
+            v.simxSynchronousTrigger(client)
+
+
+def test_replay_that_differs_says_where_and_in_what(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    _stepped(plain, recording)
+
+    def change(records: list[Record]) -> list[Record]:
+        passes = 0
+        for record in records:
+            passes += record[0] == Kind.PASS
+            if passes == 11 and record[0] == Kind.BATCH:
+                batch = decode_batch(record[3])
+                call = batch.calls[0]
+                if call.command == "simxSetJointTargetVelocity":
+                    other = call._replace(arguments=[call.arguments[0], 5.0])
+                    record[3] = encode(batch._replace(calls=[other]))
+        return records
+
+    rewrite(recording, change)
+    assert replay(recording) == DIVERGED
+    told = caplog.messages[-1]
+    assert "differs in pass 12 of the recording, 0.600 s after the start of that run: other" in told
+    assert "velocities (qvel)" in told
+
+
+def test_replay_that_cannot_make_a_pass_says_so(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    _stepped(plain, recording)
+    rewrite(recording, lambda records: [each for each in records if each[0] != Kind.BATCH])
+    assert replay(recording) == DIVERGED
+    assert "the simulation is stopped, or waits for a trigger" in caplog.messages[-1]
+
+
+def test_recording_of_another_mujoco_is_replayed_with_a_warning(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    _stepped(plain, recording, passes=2)
+
+    def change(records: list[Record]) -> list[Record]:
+        records[0][1]["mujoco"] = "2.0.0"
+        return records
+
+    rewrite(recording, change)
+    assert replay(recording) == DONE
+    assert "recorded with mujoco 2.0.0, replayed with" in caplog.text
+
+
+def test_code_of_clients_is_replayed_only_when_that_is_allowed_again(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with recorded(plain, recording, allow_code=True):
+        pass
+    assert replay(recording) == FAILURE
+    assert "add --allow-code if you trust it" in caplog.text
+    assert replay(recording, allow_code=True) == DONE
+
+
+def test_recording_that_was_torn_off_anywhere_is_replayed_as_far_as_it_goes(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    _stepped(plain, recording, passes=4)
+    made = blocks(list(LogReader(recording)))
+    for count in range(1, len(made)):
+        head = MAGIC + b"".join(made[:count])
+        damage = (b"", made[count][:5], made[count][:-1], made[count][:-1] + b"x", bytes(100))[count % 5]
+        recording.write_bytes(head + damage)
+        assert replay(recording) == DONE
+        told = caplog.messages[-1]
+        assert "is equal" in told
+        assert "the recording goes no further: " in told
+        assert (f"begins at byte {len(head)} is torn off or damaged" in told) == bool(damage)
+    for rest in (b"", made[0][:-1]):
+        recording.write_bytes(MAGIC + rest)
+        assert replay(recording) == FAILURE
+        assert "it was cut before its first block was written" in caplog.messages[-1]
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "is no recording: those begin with 'simxlog 1'"),
+        (b"<mujoco/>", "is no recording"),
+        (b"simxlog 9\n", "in another format; this server reads 'simxlog 1'"),
+        (
+            MAGIC + b"\x01\0\0\0" + zlib.crc32(b"\x07").to_bytes(4, "little") + b"\x07",
+            "something else than records",
+        ),
+        (MAGIC + b"".join(blocks([[Kind.HEADER, {}], [Kind.IDLE]])), "header is not complete"),
+        (
+            MAGIC + b"".join(blocks([[Kind.HEADER, {"scene": "/../x", "workspace": "/"}], [Kind.IDLE]])),
+            "no recorder",
+        ),
+    ],
+)
+def test_file_that_is_no_recording_is_told_in_a_sentence(
+    content: bytes, told: str, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording.write_bytes(content)
+    assert replay(recording) == FAILURE
+    assert told in caplog.messages[-1]
+
+
+def test_recording_that_cannot_be_written_is_told_before_the_server_starts(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording.write_bytes(b"precious")
+    for path, told in (
+        (recording, "exists already and is not written over"),
+        (Path("/dev/full"), "No space left"),
+    ):
+        assert serve(Settings(scene=str(plain), record=path, ports=(0,))) == FAILURE
+        assert told in caplog.messages[-1]
+    assert recording.read_bytes() == b"precious"
+
+
+def test_server_that_is_killed_leaves_a_recording_of_all_but_the_last_second(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    with server(plain, "--record", recording, "--workspace", recording.parent) as process:
+        client = v.simxStart("127.0.0.1", process.port, True, True, 5000, 5)
+        v.simxStartSimulation(client, BLOCKING)  # in real time
+        v.simxSetIntegerSignal(client, "before", 1, BLOCKING)
+        assert wait_until(lambda: b"before" in recording.read_bytes(), 20.0)
+        v.simxSetIntegerSignal(client, "after", 1, BLOCKING)
+        process.kill()
+        v.simxFinish(client)
+    assert Kind.END not in kinds(recording)
+    assert replay(recording) == DONE
+    assert "the recording goes no further" in caplog.messages[-1]
+
+
+FULL_DISK = """
+import resource, sys
+from simx_server.cli import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+sys.exit(main())
+"""
+
+
+def test_full_disk_ends_the_recording_and_not_the_server(
+    plain: Path, recording: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with running(spawn("-c", FULL_DISK, plain, "--port", "0", "--record", recording)) as process:
+        ready = read_line(process)
+        port = int(ready.partition("127.0.0.1:")[2].split()[0])
+        client = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
+        start_stepped(client)
+        v.simxSynchronousTrigger(client)
+        recorded_by_then = lambda: b"Trigger" in recording.read_bytes()  # noqa: E731
+        assert wait_until(recorded_by_then, 20.0)
+        v.simxSetStringSignal(client, "long", random.Random(0).randbytes(200_000), BLOCKING)
+        told: list[str] = []
+        assert wait_until(lambda: told.append(capfd.readouterr().err) or "ends here" in "".join(told), 20.0)
+        assert v.simxSynchronousTrigger(client) == v.simx_return_ok
+        v.simxFinish(client)
+    assert "File too large" in "".join(told)
+    assert replay(recording) == DONE
