@@ -12,7 +12,7 @@ from simx_client.protocol import constants as c
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
-from .errors import CommandError
+from .errors import CommandError, shortened
 from .handlers.registry import Handler
 from .metrics import Metrics
 from .sessions import ClientSession
@@ -93,11 +93,11 @@ class Dispatch:
             self._metrics.failed(name, "")
             return Answer(STATUS_REMOTE_ERROR, [])
         if isinstance(error, CommandError):
-            text = f"{name}: {error}" if not str(error).startswith(name) else str(error)
+            text = shortened(str(error) if str(error).startswith(name) else f"{name[:64]}: {error}")
             if client.is_news(text):
-                logger.info("%s of %s failed: %s", name, client.name, error)
+                logger.info("%s of %s failed: %s", name[:64], client.name, shortened(str(error)))
         else:
-            text = f"{name}: internal error, see the server's log: {type(error).__name__}: {error}"
+            text = shortened(f"{name}: internal error, see the server's log: {type(error).__name__}: {error}")
             if client.is_news(text):
                 logger.error("%s of %s failed", name, client.name, exc_info=error)
         self._metrics.failed(name, text, is_internal=not isinstance(error, CommandError))

@@ -38,6 +38,8 @@ logger = logging.getLogger(__name__)
 IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
 
+_OPERATIONS = len(Operation)
+
 MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
 
@@ -324,6 +326,10 @@ class Engine:
                 session.streams.cancel(stream_id if type(stream_id) is int else 0)
                 if call.call_id:
                     replies.append(Reply(call.call_id, STATUS_OK, self._publisher.time_ms(), []))
+                continue
+            if not 0 <= call.operation < _OPERATIONS:
+                text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
+                replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text]))
                 continue
             answer = self._dispatch.execute(session, call.command, call.arguments)
             time_ms = self._publisher.time_ms()

@@ -64,3 +64,11 @@ def describe_handles(handles: Collection[int]) -> str:
         else:
             ranges.append([handle, handle])
     return ", ".join(str(a) if a == b else f"{a}..{b}" for a, b in ranges) or "none"
+
+
+_LONGEST = 4000
+
+
+def shortened(text: str) -> str:
+    """An error's text as it is kept, logged and sent: whoever provokes it may have put a megabyte into it."""
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}... ({len(text)} characters)"

@@ -7,6 +7,7 @@ folders that clients may touch, wherever the file's own folder settings (`meshdi
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -21,6 +22,12 @@ _PACKAGE = "package://"
 
 _MOST_UNPACKED = 4 * MAX_FILE
 """Bytes."""
+
+_MOST_ELEMENTS = 100_000
+"""Of one file, counted with all that `replicate` and `composite` make of them."""
+
+_MOST_PIXELS = 1 << 24
+"""Of a texture that is not read from a file; points of a height field."""
 
 _DEEPEST = 16
 """Includes within includes."""
@@ -43,9 +50,11 @@ def _check(
     content: bytes, name: str, folder: Path, folders: Collection[Path], seen: set[Path], depth: int
 ) -> None:
     try:
-        root = ElementTree.parse(io.BytesIO(content)).getroot()
+        # MuJoCo takes every file for UTF-8, whatever it says: read otherwise, it would say something else here.
+        root = ElementTree.parse(io.BytesIO(content), ElementTree.XMLParser(encoding="utf-8")).getroot()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise CommandError(f"cannot read '{name}': no well-formed XML: {error}") from None
+    _check_growth(root, name)
     elements = list(root.iter())
     bases = [folder]
     for element in elements:
@@ -62,6 +71,37 @@ def _check(
                     if depth == _DEEPEST:
                         raise CommandError(f"'{name}' is included more than {_DEEPEST} files deep")
                     _check(_read(path), path.name, folder, folders, seen, depth + 1)
+
+
+def _check_growth(root: ElementTree.Element, name: str) -> None:
+    """Refuse short texts of which MuJoCo would make more than fits into the memory, or into anybody's patience."""
+    total, waiting = 0, [(root, 1)]
+    while waiting:
+        element, factor = waiting.pop()
+        counts = [_whole(word) for word in element.get("count", "").split()]
+        if element.tag == "replicate":
+            factor *= math.prod(counts)
+        elif element.tag in ("composite", "flexcomp"):
+            total += factor * math.prod(counts)
+        total += factor
+        for wide, high in (("width", "height"), ("nrow", "ncol"), ("gridsize", "gridsize")):
+            if _whole(element.get(wide, "")) * _whole(element.get(high, "")) > _MOST_PIXELS:
+                raise CommandError(
+                    f"'{name}' has a {element.tag} of more than {_MOST_PIXELS} {wide} x {high}"
+                )
+        if total > _MOST_ELEMENTS:
+            raise CommandError(
+                f"'{name}' makes more than {_MOST_ELEMENTS} elements, with what is replicated; make it smaller"
+            )
+        waiting += [(child, factor) for child in element]
+
+
+def _whole(word: str) -> int:
+    """A count as MuJoCo reads it; 1 for what is none."""
+    try:
+        return max(1, int(float(word)))
+    except (ValueError, OverflowError):
+        return 1
 
 
 def _within(path: Path, folders: Collection[Path], what: str) -> Path:

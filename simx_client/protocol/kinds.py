@@ -148,8 +148,16 @@ def _optional(coerce: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _describe(value: Any) -> str:
-    text = repr(value)
-    return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"
+    """Its type, and what it is if that is short: a message may hold lists a thousand deep, and megabytes of bytes."""
+    kind = type(value).__name__
+    if isinstance(value, (list, tuple, dict)):
+        items = cast("list[Any] | tuple[Any, ...] | dict[Any, Any]", value)
+        if len(items) > 20 or any(isinstance(each, (list, tuple, dict, str, bytes)) for each in items):
+            return f"{kind} of {len(items)} items"
+    elif isinstance(value, (str, bytes, bytearray)):
+        value = value[:60]
+    text = repr(cast(object, value))
+    return f"{kind} {text if len(text) <= 60 else text[:57] + '...'}"
 
 
 # --- the server's side: values as decoded from the wire -----------------------------------------

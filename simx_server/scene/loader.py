@@ -34,6 +34,10 @@ ADDED_ACTUATOR = INTERNAL + "motor:"
 """Prefix of the names of added actuators; the rest is the joint's name."""
 
 
+LONGEST_STEP = 10.0
+"""Seconds of a physics step, as of a pass."""
+
+
 def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
     """Read, prepare and compile a file. Raises SceneError."""
     file = Path(path).resolve()
@@ -47,7 +51,7 @@ def read_spec(file: Path) -> mujoco.MjSpec:
             return mujoco.MjSpec.from_file(str(file))
         with file.open("rb") as archive:
             return mujoco.MjSpec.from_zip(archive)
-    except (ValueError, OSError, mujoco.FatalError) as error:
+    except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
 
 
@@ -55,7 +59,7 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
     """As `load_scene` for MJCF or URDF given as text. Raises SceneError."""
     try:
         spec = mujoco.MjSpec.from_string(xml)
-    except (ValueError, mujoco.FatalError) as error:
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read the scene text: {_one_line(error)}") from error
     return build(spec, None)
 
@@ -67,15 +71,28 @@ def empty_scene() -> tuple[Scene, mujoco.MjModel]:
 
 def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
     """Prepare and compile a spec. Raises SceneError."""
+    try:
+        return _build(spec, path)
+    except UnicodeDecodeError as error:
+        raise SceneError(f"a name or text of the scene is not UTF-8: {error}; save the file so") from None
+
+
+def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
     annotations = read_annotations(spec)
     try:
         prepare(spec)
         add_dependencies(spec, annotations)
         mounted = mount_bodies(spec, annotations)
         model = compile_spec(spec)
-    except (ValueError, mujoco.FatalError) as error:
+    except UnicodeDecodeError:
+        raise
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
         name = path.name if path is not None else spec.modelname
         raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
+    if not 0 < model.opt.timestep <= LONGEST_STEP:
+        raise SceneError(
+            f"option timestep is {model.opt.timestep}; valid is a number above 0, up to {LONGEST_STEP} s"
+        )
     scene = build_scene(spec, model, annotations, path)
     scene.welded_bodies |= mounted
     return scene, model

@@ -21,6 +21,9 @@ from simx_client.protocol.kinds import to_int32
 from ..errors import CommandError
 from .interpreter import Function
 
+_NO_TEXT = 10**4000
+"""Python writes no greater integer than one of 4300 digits."""
+
 
 def to_int(value: Any) -> int:
     """int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
@@ -32,8 +35,13 @@ def to_int(value: Any) -> int:
 
 
 def to_float(value: Any) -> float:
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
-        return float(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:  # Python's integers have no end
+            number = math.inf
+        if math.isfinite(number):
+            return number
     raise TypeError("a finite number")
 
 
@@ -47,8 +55,11 @@ def to_bytes(value: Any) -> bytes:
     if isinstance(value, bytes):
         return value
     if isinstance(value, str):
-        return value.encode("utf-8", "surrogateescape")
-    if isinstance(value, int) and not isinstance(value, bool):
+        try:
+            return value.encode("utf-8", "surrogateescape")
+        except UnicodeEncodeError:
+            raise TypeError("a string of characters that Unicode has") from None
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) < _NO_TEXT:
         return str(value).encode()  # as Lua does
     raise TypeError("a string")
 
