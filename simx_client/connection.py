@@ -394,10 +394,13 @@ class Connection:
     def pause(self, enable: bool) -> None:
         """Hold calls back, or send what was held back. Pauses nest.
 
-        Nothing is taken in either meanwhile: what is read during a pause is of one instant, as in the original.
+        What has arrived by its beginning is taken in, and nothing meanwhile: what is read during a pause is of one
+        instant, as in the original, and of the newest also where a script reads in pauses only.
         """
         with self._lock:
             if enable:
+                if not self._pauses and self._check_link():
+                    self._drain()
                 self._pauses += 1
             elif self._pauses:
                 self._pauses -= 1

@@ -125,6 +125,10 @@ class Model:
         self.inbox.pop(question.key, None)
         return self._shown(question, *answer)
 
+    def pause(self) -> None:
+        self._receive()  # the original's thread had taken it in before
+        self.is_paused = True
+
     def resume(self) -> None:
         self.is_paused = False
         self._send()

@@ -495,3 +495,18 @@ def test_values_of_a_stream_from_before_do_not_put_the_message_header_back(world
     world.transports[cid]._turns = False  # nothing newer comes
     world.transports[cid].publish(of_before)
     assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 1
+
+
+def test_a_script_that_reads_in_pauses_only_reads_the_newest(world):
+    cid = world.client()
+    v.simxSynchronous(cid, True)
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
+    seen = []
+    for _ in range(3):
+        world.simulation.joints[1] = float(len(seen))
+        v.simxSynchronousTrigger(cid)
+        v.simxPauseCommunication(cid, True)
+        seen.append(v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer))
+        v.simxPauseCommunication(cid, False)
+    assert seen == [(0, 0.0), (0, 1.0), (0, 2.0)]

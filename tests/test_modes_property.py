@@ -105,7 +105,7 @@ class BothSides(RuleBasedStateMachine):
     @rule()
     def pause(self) -> None:
         assert v.simxPauseCommunication(self.cid, True) == 0
-        self.model.is_paused = True
+        self.model.pause()
 
     @precondition(lambda self: self.model.is_paused)
     @rule()

@@ -165,8 +165,8 @@ def test_what_is_read_while_paused_is_of_the_instant_of_the_pause(
     v.simxStartSimulation(cid, BLOCKING)
     v.simxGetObjectPosition(cid, falling, -1, STREAMING)
     world.engine.turn()
-    at_pause = v.simxGetObjectPosition(cid, falling, -1, BUFFER)
     simx(cid, True)
+    at_pause = v.simxGetObjectPosition(cid, falling, -1, BUFFER)
     state = v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_time)
     for _ in range(3):
         world.engine.turn()
