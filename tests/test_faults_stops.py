@@ -51,12 +51,14 @@ while v.simxGetConnectionId(0) != -1:
     v.simxGetObjects(0, v.sim_handle_all, v.simx_opmode_oneshot)
 """
 MEGABYTES = """
+from simx_client.clients import CLIENTS
+from simx_client.protocol.codec import encode
+from simx_client.protocol.messages import Batch, Call
 v.simxSetStringSignal(0, 'x', bytes(1_000_000), v.simx_opmode_blocking)
-v.simxSetStringSignal(0, 'y', bytes(1_000_000), v.simx_opmode_blocking)
-for number in range(10_000):
-    v.simxGetStringSignal(0, 'xy'[number % 2], v.simx_opmode_oneshot)
-    if number == 100:
-        print('ready', flush=True)
+call = encode(Batch(0, 0, [Call(1, 0, 0, 'simxGetStringSignal', ['x'])]))
+for _ in range(300): CLIENTS.get(0)._transport.send(call)
+print('ready', flush=True)
+sys.stdin.read()
 """
 Record = Callable[[str, object], None]
 
