@@ -22,6 +22,7 @@ from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
 from simx_server.inbox import Arrival, Read
 from simx_server.server import build_simulation
+from simx_server.sessions import ClientSession, Link
 from simx_server.settings import Settings
 
 SCENE = Path(__file__).parent / "conformance" / "scene.xml"
@@ -42,6 +43,7 @@ class Counts:
     seconds: float
     batches: int
     """Of calls, that have arrived."""
+    connections: int
     memory_mb: float
     """Resident, with what malloc holds back returned."""
     peak_mb: float
@@ -122,6 +124,14 @@ class SoakServer:
             return inlet(kind, counted)
 
         self.engine.inlet = counting
+        self.connections = 0
+        join = self.engine.join
+
+        def joined(client: str, name: str, port: int, link: Link) -> ClientSession:
+            self.connections += 1
+            return join(client, name, port, link)
+
+        self.engine.join = joined
         self.gateway = WatchedGateway(self.engine, ports=[0])
         stack.callback(self.gateway.close)
         self.port = self.gateway.ports[0]
@@ -156,6 +166,7 @@ class SoakServer:
         return Counts(
             round(time.monotonic() - self.began, 1),
             self.batches,
+            self.connections,
             round(pages * os.sysconf("SC_PAGE_SIZE") / 1e6, 1),
             round(int(status.partition("VmHWM:")[2].split()[0]) * 1.024e-3, 1),
             len(tasks),
