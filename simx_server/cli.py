@@ -22,6 +22,10 @@ from simx_server.settings import SETTINGS, SettingError, Settings
 
 PROGRAM = "simx-server"
 
+LISTS = ("commands", "script_functions")
+PAGES = ("tree", *LISTS)
+"""What is printed in place of serving."""
+
 EXAMPLES = """\
 examples:
   simx-server                          the tutorial's scene on 19997 and 19999
@@ -80,13 +84,15 @@ def make_parser() -> argparse.ArgumentParser:
             # The setting's own help names them: a screen has few lines.
             parser.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
     parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
-    parser.add_argument("--commands", action="store_true", help="print which simx functions are supported")
+    parser.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
     parser.add_argument(
-        "--script-functions", action="store_true", help="print what embedded scripts can call"
+        "--commands",
+        action="store_true",
+        help="print the simx functions (--json); --script-functions: those of scripts",
     )
-    parser.add_argument("--json", action="store_true", help="with one of these two: as JSON")
-    # For those who write docs/; a screen has few lines.
-    parser.add_argument("--markdown", action="store_true", help=argparse.SUPPRESS)
+    # The help above names them: a screen has few lines. The last is for those who write docs/.
+    for hidden in ("--script-functions", "--json", "--markdown"):
+        parser.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--version", action="version", version=_version())
     return parser
 
@@ -102,21 +108,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = make_parser()
     given = vars(parser.parse_args(argv))
     show_settings = given.pop("show_settings", False)
-    lists = [name for name in ("commands", "script_functions") if given.pop(name, False)]
+    pages = [name for name in PAGES if given.pop(name, False)]
     form = {name for name in ("json", "markdown") if given.pop(name, False)}
-    if len(lists) > 1 or len(form) > 1 or (form and not lists):
+    if len(pages) > 1 or len(form) > 1 or (form and not pages):
         parser.error(
-            "--json and --markdown say how to print a list; valid: --commands or --script-functions, "
-            "with one of them or none"
+            "--json and --markdown say how to print a page; valid: --tree, --commands or "
+            "--script-functions, with one of them or none"
         )
-    if lists:
-        return _print_list(lists[0], form)
+    page = pages[0] if pages else None
+    if page in LISTS:
+        return _print_list(page, form)
+    if page is not None and "markdown" in form:
+        parser.error(f"--markdown is for lists; valid: --{page} with --json or nothing")
     try:
         settings = Settings.gather(given, os.environ)
     except SettingError as error:
         parser.error(str(error))
     if show_settings:
         return _print_settings(settings)
+    if page is not None:
+        return _print_page(page, settings, as_json="json" in form)
     log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
     # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -138,6 +149,19 @@ def _print_settings(settings: Settings) -> int:
     for name, value, origin in rows:
         sys.stdout.write(f"{name:{name_width}}  {value:{value_width}}  {origin}\n")
     return DONE
+
+
+def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
+    """What needs the settings. Only warnings are told beside it, unless more was asked for."""
+    level = settings.log_level if "log_level" in settings.origins else "warning"
+    log_format.configure(level, settings.log_format, several=False)
+    try:
+        import_mujoco()
+        from simx_server.scene_listing import print_tree
+
+        return print_tree(settings, as_json=as_json)
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 def _print_list(name: str, form: Collection[str]) -> int:

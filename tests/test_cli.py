@@ -153,7 +153,7 @@ def test_unknown_flag_and_abbreviation_are_usage_errors(capsys: pytest.CaptureFi
 
 
 def test_json_alone_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "valid: --commands or --script-functions" in usage_error(capsys, "--json")
+    assert "--commands or --script-functions, with one of them" in usage_error(capsys, "--json")
     assert "with one of them" in usage_error(capsys, "--commands", "--json", "--markdown")
     assert "with one of them" in usage_error(capsys, "--commands", "--script-functions", "--json")
 

@@ -1,0 +1,25 @@
+"""Colours for people's eyes: on a terminal, unless NO_COLOR is set (no-color.org); plain text otherwise."""
+
+from __future__ import annotations
+
+import os
+from typing import TextIO
+
+COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "grey": "90", "bold": "1"}
+"""SGR codes of ECMA-48; 90 is bright black, which all terminals of today know."""
+
+
+class Paint:
+    """Colours words, or leaves them as they are."""
+
+    def __init__(self, stream: TextIO) -> None:
+        """Colours are for this stream: none unless it is a terminal that can show them."""
+        self.is_on = (
+            not os.environ.get("NO_COLOR")
+            and os.environ.get("TERM") != "dumb"
+            and bool(getattr(stream, "isatty", lambda: False)())
+        )
+
+    def __call__(self, text: str, colour: str) -> str:
+        """`text` in one of COLOURS; surrounding blanks count as text, so columns can be filled before."""
+        return f"\x1b[{COLOURS[colour]}m{text}\x1b[0m" if self.is_on and text else text

@@ -1,0 +1,144 @@
+"""``simx-server SCENE --tree``: the objects of a scene as scripts will find them, for people and for programs.
+
+The scene is loaded as a server with the same flags would load it, so its customization scripts have begun and
+handles are those that clients will get. Nothing is simulated and nobody can connect.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import mujoco
+
+from simx_client.protocol.exit_codes import DONE, FAILURE
+from simx_client.protocol.terminal import Paint
+
+from .errors import CommandError
+from .scene.annotations import REGISTERED
+from .scene.names import path_of
+from .scene.objects import ObjectKind, Scene, SceneObject
+from .scripting.interpreter import ScriptError
+from .scripting.outline import functions_in, signals_in
+from .scripting.script import Script
+from .server import build_simulation
+from .settings import Settings
+from .simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+_JOINTS = {
+    int(mujoco.mjtJoint.mjJNT_HINGE): "revolute",
+    int(mujoco.mjtJoint.mjJNT_SLIDE): "prismatic",
+    int(mujoco.mjtJoint.mjJNT_BALL): "spherical",
+}
+
+
+def print_tree(settings: Settings, *, as_json: bool) -> int:
+    """Load the scene that the settings name, and print it. Returns the exit code."""
+    with ExitStack() as stack:
+        try:
+            simulation = build_simulation(settings, stack)
+        except CommandError as error:
+            logger.error("%s", error)
+            return FAILURE
+        record = as_record(simulation)
+    text = json.dumps(record, indent=1) if as_json else "\n".join(as_lines(record, Paint(sys.stdout)))
+    sys.stdout.write(text + "\n")
+    return DONE
+
+
+def as_record(simulation: Simulation) -> dict[str, Any]:
+    """The scene for programs: name, file, objects in tree order, main script, registered names per kind."""
+    scene = simulation.scene
+    scripts: dict[int, list[dict[str, Any]]] = {}
+    for script in simulation.scripts.all():
+        scripts.setdefault(script.owner, []).append(_script(simulation, script))
+    return {
+        "scene": scene.name,
+        "file": str(scene.path) if scene.path is not None else None,
+        "objects": [
+            _object(simulation, scene.objects[handle], depth, scripts.get(handle, []))
+            for handle, depth in _in_tree_order(scene, -1, 0)
+        ],
+        "main_script": scripts.get(-1, []),
+        "registered": {kind: sorted(scene.annotations.registered.get(kind, ())) for kind in REGISTERED},
+    }
+
+
+def as_lines(record: dict[str, Any], paint: Paint) -> Iterator[str]:
+    """The same for people: one line an object, children indented under their parent."""
+    objects = record["objects"]
+    yield f"{record['scene']}: {len(objects)} objects" + (f" ({record['file']})" if record["file"] else "")
+    width = max((2 * each["depth"] + len(each["name"]) for each in objects), default=0)
+    types = max((len(_type(each)) for each in objects), default=0)
+    for each in objects:
+        indented = f"{'  ' * each['depth']}{each['name']}"
+        line = (
+            f"{paint(format(each['handle'], '6d'), 'grey')}  {indented:{width}}  "
+            f"{paint(format(_type(each), str(types)), 'blue')}"
+        )
+        notes = [f"{one['type']} script {one['file']}" for one in each["scripts"]]
+        if each["is_model"]:
+            notes.insert(0, "model")
+        yield (line + "  " + ", ".join(notes)).rstrip()
+    for script in record["main_script"]:
+        yield f"main script {script['file']}"
+    for kind, names in record["registered"].items():
+        if names:
+            yield f"{kind}: {', '.join(names)}"
+
+
+def _type(each: dict[str, Any]) -> str:
+    detail = each.get("joint") or "x".join(map(str, each.get("resolution", ())))
+    return f"{each['type']} {detail}".rstrip()
+
+
+def _in_tree_order(scene: Scene, parent: int, depth: int) -> Iterator[tuple[int, int]]:
+    for child in scene.children(parent):
+        yield child, depth
+        yield from _in_tree_order(scene, child, depth + 1)
+
+
+def _object(
+    simulation: Simulation, item: SceneObject, depth: int, scripts: list[dict[str, Any]]
+) -> dict[str, Any]:
+    scene, model = simulation.scene, simulation.model
+    parent = scene.objects.get(item.parent)
+    record: dict[str, Any] = {
+        "handle": item.handle,
+        "name": item.name,
+        "path": path_of(scene, item.handle),
+        "type": item.kind.text,
+        "parent": item.parent,
+        "parent_name": parent.name if parent is not None else None,
+        "depth": depth,
+        "is_model": scene.is_model_base(item.handle),
+        "scripts": scripts,
+    }
+    if item.kind is ObjectKind.JOINT:
+        record["joint"] = (
+            _JOINTS.get(int(model.jnt_type[item.id]), "") if item.element == "joint" else "prismatic"
+        )
+    elif item.kind is ObjectKind.VISION_SENSOR:
+        record["resolution"] = [int(number) for number in model.cam_resolution[item.id]]
+    return record
+
+
+def _script(simulation: Simulation, script: Script) -> dict[str, Any]:
+    try:
+        text = script.source(simulation).decode("utf-8", "replace")
+    except (ScriptError, CommandError) as error:
+        logger.warning("%s", error)
+        text = ""
+    return {
+        "type": script.kind.text.removesuffix(" script"),
+        "file": script.file,
+        "language": script.language,
+        "functions": functions_in(text, script.language),
+        "signals": signals_in(text, script.language),
+    }
