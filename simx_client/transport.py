@@ -192,6 +192,12 @@ class ZenohTransport:
                 f"{len(welcomes)} simulators at {self._place} are called {self._realm}, and both would do what one "
                 "is told; give each a name of its own: simx-server --realm NAME"
             )
+        if (protocol := welcomes[0].protocol) != PROTOCOL_VERSION:  # a server that has not noticed
+            older = "client" if protocol > PROTOCOL_VERSION else "server"
+            raise ConnectionFailed(
+                f"client and server speak different protocols ({PROTOCOL_VERSION} and {protocol}); "
+                f"upgrade the {older}: pip install --upgrade simx-vrep"
+            )
         return welcomes[0]
 
     def _only_realm(self, deadline: float, until: float) -> str:

@@ -36,3 +36,15 @@ def test_sequences_of_hostile_calls_leave_the_server_sound(victim: Victim, calls
     victim.begin()
     for operation, delay, each in calls:
         victim.endure([(operation, delay, *each)])
+
+
+def test_what_nobody_foresaw_is_noticed(victim: Victim, monkeypatch: pytest.MonkeyPatch) -> None:
+    victim.begin()
+
+    def fail(*_: object) -> None:
+        raise RuntimeError("on purpose")
+
+    monkeypatch.setattr(victim.world.simulation.signals, "get_float", fail)
+    with pytest.raises(AssertionError, match="on purpose"):
+        victim.endure([(0, 0, "simxGetFloatSignal", ["a"])])
+    victim.begin()

@@ -107,6 +107,8 @@ def _in_range(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [_in_range(each) for each in cast(list[Any], value)]
+    if isinstance(value, dict):
+        return {name: _in_range(each) for name, each in cast(dict[Any, Any], value).items()}
     if isinstance(value, float) and math.isfinite(value) and abs(value) >= _BEYOND_FLOAT32:
         return math.copysign(math.inf, value)
     return value

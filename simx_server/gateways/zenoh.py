@@ -23,6 +23,7 @@ from ..inbox import Arrival
 from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
+from ..status_bar import as_log_line
 from .exposure import exposure
 
 logger = logging.getLogger(__name__)
@@ -169,7 +170,9 @@ class ZenohGateway:
         except (CodecError, ValueError) as error:
             return f"the greeting could not be read ({error})"
         if greeting.protocol != PROTOCOL_VERSION:
-            return _version_refusal(greeting)
+            refusal = _version_refusal(greeting)
+            logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
+            return refusal
         if client not in self._present:
             return None
         if client not in self._engine.sessions:

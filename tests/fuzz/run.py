@@ -117,7 +117,8 @@ def _bytes_target(target: str, cases: int, seed: int, way: str) -> int:
         ]
         data = next((path.read_bytes() for path in found if path.is_file()), b"")
         sys.stdout.write(
-            f"{target}: found after {seconds:.0f} s, exit code {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-1000:]}\n"
+            f"{target}: found after {seconds:.0f} s, exit code {done.returncode}\n"
+            f"{done.stdout[-2000:]}\n{done.stderr[-1000:]}\n"
         )
         sys.stdout.write(f"again: {Path(__file__).name} {target} -r {data.hex()}\n")
         return 1
