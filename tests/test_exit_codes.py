@@ -17,7 +17,7 @@ from routers import free_port
 
 from simx_client import __main__ as client
 from simx_client import run, shims
-from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, USAGE
 from simx_server import cli, server
 from simx_server.settings import Settings
 
@@ -44,6 +44,7 @@ def test_the_page_has_the_numbers_of_the_code() -> None:
         DONE: "done",
         FAILURE: "failure",
         USAGE: "wrong usage",
+        DIVERGED: "diverged",
         INTERRUPTED: "interrupted",
     }
 

@@ -28,7 +28,7 @@ from simx_server.clock import Pacer
 from simx_server.engine import TRIGGER, Engine
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.recording import Recorder
+from simx_server.recording import Recorder, log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
 from simx_server.server import build_simulation, serve
@@ -466,6 +466,20 @@ def test_recording_that_cannot_be_written_is_told_before_the_server_starts(
         assert serve(Settings(scene=str(plain), record=path, ports=(0,))) == FAILURE
         assert told in caplog.messages[-1]
     assert recording.read_bytes() == b"precious"
+
+
+def test_disk_that_is_too_slow_ends_the_recording_and_takes_no_more_memory(
+    recording: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(log_file, "MOST_WAITING", 10_000)
+    writer = log_file.LogWriter(recording)
+    for _ in range(100):
+        writer.put(Kind.FOUND, "x" * 1000, False, "")
+    assert "ends here: the disk is too slow" in caplog.messages[-1]
+    writer.close()
+    assert len(writer._waiting) == 0
+    assert len(kinds(recording)) <= 100
+    assert recording.stat().st_mode & 0o077 == 0
 
 
 def test_server_that_is_killed_leaves_a_recording_of_all_but_the_last_second(

@@ -55,7 +55,9 @@ class LogWriter:
                 raise LogError(
                     f"'{path}' exists already and is not written over; give another --record, or delete it"
                 )
-            self._file: BinaryIO = cast(BinaryIO, path.open("wb", buffering=0))
+            # For its owner alone: it holds all that clients have sent.
+            descriptor = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | os.O_CLOEXEC, 0o600)
+            self._file: BinaryIO = cast(BinaryIO, os.fdopen(descriptor, "wb", buffering=0))
             try:
                 self._write(MAGIC)
             except OSError:
@@ -100,6 +102,8 @@ class LogWriter:
         self._write_block()
 
     def _write_block(self) -> None:
+        if self.has_failed:
+            self._waiting.clear()
         while (count := len(self._waiting)) and not self.has_failed:
             records: list[bytes] = []
             size = 0
@@ -124,7 +128,6 @@ class LogWriter:
 
     def _fail(self, why: str) -> None:
         self.has_failed = True
-        self._waiting.clear()
         logger.error(
             "the recording '%s' ends here: %s; what is in it can be replayed, and the server goes on",
             self.path,
