@@ -55,7 +55,7 @@ def build_simulation(
         CommandError: the scene cannot be used.
     """
     simulation = Simulation()
-    simulation.rendering = RenderThread()
+    simulation.rendering = RenderThread(limits=settings.limits)
     stack.callback(simulation.rendering.close)
     attach_parts(simulation, settings.workspace, settings.limits)
     simulation.parameters.arguments = settings.arguments

@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from camera_world import FRONT, SCENE, load, pixel_of
 
+from simx_server.limits import Limits
 from simx_server.sensors.gl_backend import Backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
-from simx_server.sensors.render_thread import MAX_WAITING, RenderThread
+from simx_server.sensors.render_thread import RenderThread
 
 WAIT = 30.0
 TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
@@ -237,7 +238,7 @@ def test_a_flood_of_requests_is_refused_not_stored(scripted: ScriptedRenderer, t
     scripted.go.clear()
     asker.ask(0.0)
     assert scripted.started.wait(WAIT)
-    accepted = [asker.ask(float(time)) for time in range(1, MAX_WAITING + 1)]
+    accepted = [asker.ask(float(time)) for time in range(1, Limits().pictures + 1)]
     with pytest.raises(RenderError, match="ask less often"):
         asker.ask(1e6).result(WAIT)
     scripted.go.set()

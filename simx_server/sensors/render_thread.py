@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 
 import mujoco
 
+from simx_server.limits import Limits
 from simx_server.metrics import PictureTimes
 from simx_server.sensors.camera_places import CameraPlaces
 from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
@@ -25,10 +26,6 @@ from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderErr
 from simx_server.sensors.snapshots import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
-
-MAX_WAITING = 32
-"""Pictures that may wait; each may hold a copy of the state, so a client that asks faster than pictures can
-be made gets an error instead of the machine's memory."""
 
 _JOIN_TIMEOUT = 2.0
 _OWNER_CHECK = 1.0
@@ -76,13 +73,16 @@ class RenderThread:
     Args:
         choose: chooses the back end, on the render thread; by default `choose_backend`.
         make: makes a renderer for a model, on the render thread.
+        limits: of which `pictures` counts here.
     """
 
     def __init__(
         self,
         choose: Callable[[], Backend] | None = None,
         make: Callable[[mujoco.MjModel, Backend], Renderer] = make_renderer,
+        limits: Limits | None = None,
     ) -> None:
+        self._limits = limits or Limits()
         self.ready = threading.Event()
         """Set once the back end is chosen."""
         self.times = PictureTimes()
@@ -150,10 +150,9 @@ class RenderThread:
             if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
                 # Whoever asked for the other channel afterwards is likely to do so again.
                 rgb = depth = True
-            if len(self._waiting) >= MAX_WAITING:
-                return _failed(
-                    f"{MAX_WAITING} pictures wait to be rendered; ask less often or for a smaller resolution"
-                )
+            if len(self._waiting) >= self._limits.pictures:
+                problem = self._limits.reached("pictures", "ask less often or for a smaller resolution")
+                return _failed(str(problem))
             snapshot = self._pool.take(model, data, version)
             job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot)
             self._waiting.append(job)
