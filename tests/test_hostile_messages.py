@@ -127,3 +127,8 @@ def test_an_operation_that_there_is_not_is_refused(victim: Victim) -> None:
         assert reply.status == STATUS_REMOTE_ERROR
         assert "no operation" in reply.values[0]
     assert not victim.world.simulation.is_running
+
+
+def test_large_numbers_in_a_map_become_infinity_as_elsewhere() -> None:
+    packed = encode(Batch(1, 2, [Call(3, 0, 0, "", [{"a": 1e300, "b": [1e300]}])]))
+    assert decode_batch(packed).calls[0].arguments == [{"a": float("inf"), "b": [float("inf")]}]
