@@ -22,7 +22,7 @@ from .errors import ConnectionFailed
 from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
-from .protocol.messages import PROTOCOL_VERSION, Greeting, Welcome
+from .protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Greeting, Welcome, no_common_version
 from .session import client_name, host_and_port, open_session, why_closed
 from .writer import Writer
 
@@ -181,7 +181,7 @@ class ZenohTransport:
         deadline = time.monotonic() + timeout * ASKING
         until = deadline + timeout * (1 - ASKING)
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
-        greeting = encode(Greeting(PROTOCOL_VERSION, self.client, name, self._asked_port))
+        greeting = encode(Greeting(OLDEST_PROTOCOL, self.client, name, self._asked_port, PROTOCOL_VERSION))
         if self._realm is None:
             self._declare(self._place.realm or self._only_realm(deadline, until))
         assert self._realm is not None
@@ -192,12 +192,9 @@ class ZenohTransport:
                 f"{len(welcomes)} simulators at {self._place} are called {self._realm}, and both would do what one "
                 "is told; give each a name of its own: simx-server --realm NAME"
             )
-        if (protocol := welcomes[0].protocol) != PROTOCOL_VERSION:  # a server that has not noticed
-            older = "client" if protocol > PROTOCOL_VERSION else "server"
-            raise ConnectionFailed(
-                f"client and server speak different protocols ({PROTOCOL_VERSION} and {protocol}); "
-                f"upgrade the {older}: pip install --upgrade simx-vrep"
-            )
+        chosen = welcomes[0].protocol
+        if not OLDEST_PROTOCOL <= chosen <= PROTOCOL_VERSION:  # a server that has not noticed
+            raise ConnectionFailed(no_common_version((OLDEST_PROTOCOL, PROTOCOL_VERSION), (chosen, chosen)))
         return welcomes[0]
 
     def _only_realm(self, deadline: float, until: float) -> str:

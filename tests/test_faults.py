@@ -179,7 +179,7 @@ def test_a_client_whose_leaving_nobody_would_notice_is_not_taken_in(transport):
     session, port = transport._session, transport._asked_port
     watcher = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
     realm = f"simx-{port}"
-    greeting = encode(Greeting(PROTOCOL_VERSION, "ghost", "a ghost", port))
+    greeting = encode(Greeting(PROTOCOL_VERSION, "ghost", "a ghost", port, PROTOCOL_VERSION))
     assert not [reply.ok for reply in session.get(keys.hello(realm), payload=greeting)]
     assert v.simxGetObjects(watcher, 0, BLOCKING) == (0, [0])
     transport.greet(5.0)

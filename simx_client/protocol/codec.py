@@ -153,7 +153,7 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
     Call: (int, int, int, str, list),
     Delivery: (int, int, int, int, int, list),
     Reply: (int, int, int, list),
-    Greeting: (int, str, str, int),
+    Greeting: (int, str, str, int, int),
     Welcome: (int, str, str, str, str),
     Status: (int, str, str, str, int, list, str, int, float, float, float, str),
 }
@@ -236,6 +236,8 @@ def decode_delivery(payload: bytes) -> Delivery:
 def decode_greeting(payload: bytes) -> Greeting:
     """Unpack and check the first message of a client; a newer version may have more fields."""
     value = _unpack(payload)[: len(Greeting._fields)]
+    if len(value) == len(Greeting._fields) - 1:  # of before there were two versions
+        value.append(value[0])
     if tuple(map(type, value)) != _FIELD_TYPES[Greeting]:
         raise _wrong(Greeting, value)
     return Greeting._make(value)

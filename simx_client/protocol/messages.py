@@ -11,7 +11,10 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 PROTOCOL_VERSION = 1
-"""Counts up when an older peer could misread a message."""
+"""The newest that is spoken here. Counts up when an older peer could misread a message; see docs/protocol.md."""
+
+OLDEST_PROTOCOL = 1
+"""The oldest that is spoken here as well."""
 
 STATUS_OK = 0
 STATUS_REMOTE_ERROR = 8
@@ -19,6 +22,29 @@ STATUS_REMOTE_ERROR = 8
 
 CLIENT_TIME_MASK = 0x03FF_FFFF
 """Client time stamps are milliseconds modulo 2**26, as in the original header."""
+
+
+Spoken = tuple[int, int]
+"""The oldest and the newest version that somebody speaks."""
+
+
+def choose_version(client: Spoken, server: Spoken) -> int | None:
+    """The newest version that both speak; None when there is none."""
+    version = min(client[1], server[1])
+    return version if version >= max(client[0], server[0]) else None
+
+
+def no_common_version(client: Spoken, server: Spoken) -> str:
+    """Why there is no connection, and who is to be upgraded."""
+
+    def listed(versions: Spoken) -> str:
+        return str(versions[0]) if versions[0] == versions[1] else f"{versions[0]} to {versions[1]}"
+
+    older = "client" if client[1] < server[0] else "server"
+    return (
+        f"client and server share no version of the protocol (the client speaks {listed(client)}, the server "
+        f"{listed(server)}); upgrade the {older}: pip install --upgrade simx-vrep"
+    )
 
 
 class Operation(IntEnum):
@@ -82,6 +108,8 @@ class Greeting(NamedTuple):
     """Client to server, once per connection."""
 
     protocol: int
+    """The oldest version that the client speaks: servers from before there were two compare it with theirs."""
+
     client: str
     """The key segment this client is reached under."""
 
@@ -91,11 +119,16 @@ class Greeting(NamedTuple):
     port: int
     """The port the client asked for; 19999 may start the simulation."""
 
+    newest: int
+    """The newest version that the client speaks; a client that does not say it speaks one alone."""
+
 
 class Welcome(NamedTuple):
     """Server to client. ``refusal`` is empty, or the sentence that says why there is no connection."""
 
     protocol: int
+    """The version chosen, the newest that both speak; to a question without a greeting the server's newest."""
+
     refusal: str
     realm: str
     scene: str

@@ -14,7 +14,14 @@ from typing import Any
 
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import CodecError, decode_greeting, encode
-from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting, Status, Welcome
+from simx_client.protocol.messages import (
+    OLDEST_PROTOCOL,
+    PROTOCOL_VERSION,
+    Status,
+    Welcome,
+    choose_version,
+    no_common_version,
+)
 from simx_client.protocol.reports import Health, Metrics, encode_report
 
 from .. import __version__, report
@@ -154,25 +161,33 @@ class ZenohGateway:
 
     def _welcome(self, query: Any) -> None:
         with query:
-            refusal = "" if query.payload is None else self._join(query.payload.to_bytes())
-            if refusal is None:
-                return  # without an answer: it asks again
-            welcome = Welcome(
-                PROTOCOL_VERSION, refusal, self.realm, self._engine.simulation.scene.name, __version__
-            )
+            version, refusal = PROTOCOL_VERSION, ""
+            if query.payload is not None:
+                joined = self._join(query.payload.to_bytes())
+                if joined is None:
+                    return  # without an answer: it asks again
+                version, refusal = joined
+            welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
             query.reply(keys.hello(self.realm), encode(welcome))
 
-    def _join(self, payload: bytes) -> str | None:
-        """Take a client in; returns the reason if it is refused, None if nobody would notice that it goes."""
+    def _join(self, payload: bytes) -> tuple[int, str] | None:
+        """Take a client in.
+
+        Returns:
+            The version of the protocol to speak and, if the client is refused, the reason; None if nobody would notice
+            that it goes.
+        """
         try:
             greeting = decode_greeting(payload)
             client = keys.check_chunk(greeting.client)
         except (CodecError, ValueError) as error:
-            return f"the greeting could not be read ({error})"
-        if greeting.protocol != PROTOCOL_VERSION:
-            refusal = _version_refusal(greeting)
+            return PROTOCOL_VERSION, f"the greeting could not be read ({error})"
+        spoken_there, spoken_here = (greeting.protocol, greeting.newest), (OLDEST_PROTOCOL, PROTOCOL_VERSION)
+        version = choose_version(spoken_there, spoken_here)
+        if version is None:
+            refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
-            return refusal
+            return PROTOCOL_VERSION, refusal
         if client not in self._present:
             return None
         if client not in self._engine.sessions:
@@ -180,10 +195,10 @@ class ZenohGateway:
                 wanted = len(self._engine.sessions) + 1
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
-                return str(problem)
+                return version, str(problem)
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
-        return ""
+        return version, ""
 
     def _tell_status(self, query: Any) -> None:
         simulation, load = self._engine.simulation, self.load.load()
@@ -266,14 +281,6 @@ def _read_call(sample: Any) -> Arrival:
 def _and_connect(options: dict[str, Any]) -> str:
     routers = options.get("connect/endpoints")
     return f" and connect to {', '.join(routers)}" if routers else ""
-
-
-def _version_refusal(greeting: Greeting) -> str:
-    older = "server" if greeting.protocol > PROTOCOL_VERSION else "client"
-    return (
-        f"client and server speak different protocols ({greeting.protocol} and {PROTOCOL_VERSION}); "
-        f"upgrade the {older}: pip install --upgrade simx-vrep"
-    )
 
 
 def _claim(port: int) -> int:

@@ -36,7 +36,7 @@ SEEDS: tuple[bytes, ...] = (
     b"\x00"
     + codec.encode(Batch(1, 2, [Call(3, 1, 0, "simxGetObjectHandle", ["arm"]), Call(4, 2, 0, "", [3])])),
     b"\x00" + codec.encode(Delivery(1, 2, 3, 4, 5, [Reply(6, 0, 50, [1, 0.5, b"abc", [1.0], None])])),
-    b"\x00" + codec.encode(Greeting(1, "client", "name", 19997)),
+    b"\x00" + codec.encode(Greeting(1, "client", "name", 19997, 1)),
     b"\x00" + codec.encode(Welcome(1, "", "realm", "scene", "1.0")),
     b"\x00" + codec.encode(Status(1, "r", "s", "running", 1, [1], "h", 9, 0.5, 1.0, 0.1, "1.0")),
     b"\x01" + bytes(range(64)),
