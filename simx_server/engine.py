@@ -126,6 +126,7 @@ class Engine:
 
         At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
         """
+        self._shed()
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
             event = self._inbox.wait(wait)
@@ -146,10 +147,19 @@ class Engine:
             return
         self._is_serving = True
         try:
+            self._shed()
             for event in self._inbox.meanwhile(self._executing):
                 self._handle(event)
         finally:
             self._is_serving = False
+
+    def _shed(self) -> None:
+        """Nobody can fill the memory by sending faster than is executed."""
+        for client, count in self._inbox.shed(self.simulation.limits.waiting).items():
+            if session := self.sessions.get(client):
+                refusal = self.simulation.limits.reached("waiting", "wait for answers now and then")
+                session.errors.append(f"{count} messages were not executed: {refusal}")
+                logger.warning("%d messages of client %s were not executed: %s", count, session.name, refusal)
 
     def _handle(self, event: Event | Arrival) -> None:
         try:

@@ -8,7 +8,7 @@ client, wait until the script is over.
 from __future__ import annotations
 
 import queue
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -56,6 +56,22 @@ class Inbox:
     def hold(self, event: Event | Arrival) -> None:
         """Keep something until no script runs."""
         self._held.append(event)
+
+    def shed(self, most: int) -> Counter[str]:
+        """Throw away what a client has sent beyond so many batches that wait; how many of whom."""
+        dropped: Counter[str] = Counter()
+        if self._queue.qsize() <= most:
+            return dropped
+        waiting = Counter(held.client for held in self._held if isinstance(held, Arrival))
+        for _ in range(self._queue.qsize()):
+            event = self._read(self._queue.get_nowait())
+            if isinstance(event, Arrival):
+                if waiting[event.client] >= most:
+                    dropped[event.client] += 1
+                    continue
+                waiting[event.client] += 1
+            self._held.append(event)
+        return dropped
 
     def wait(self, seconds: float) -> Event | Arrival | None:
         """The next one, as soon as there is one; None when the time is over."""

@@ -47,6 +47,8 @@ class Limits:
     message: int = _size(128 << 20, "in one message", MAX_MESSAGE)
     """Of calls; a larger one is not read but for who asked, so that each call in it is answered."""
     calls: int = _count(50_000, "calls in one message")
+    waiting: int = _count(10_000, "messages of a client that wait to be executed")
+    """What a client sends beyond it is thrown away; one of this project has 200 on the way at most."""
     clients: int = _count(256, "clients")
     streams: int = _count(4096, "streams per client")
     objects: int = _count(10_000, "objects in the scene")

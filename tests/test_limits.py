@@ -10,12 +10,12 @@ from typing import Any, cast
 import pytest
 from handler_calls import World
 from processes import PENDULUM, server
-from real_world import BLOCKING, RealWorld
+from real_world import BLOCKING, Open, RealWorld
 
 import simx_client as v
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.files import MAX_FILE
-from simx_client.protocol.messages import Batch, Call
+from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.errors import CommandError
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
@@ -186,6 +186,22 @@ def test_of_a_large_message_only_who_asked_is_read(real: RealWorld) -> None:
 
 
 # --- flags ----------------------------------------------------------------------------------------
+
+
+def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Open) -> None:
+    opened, flooding = world("pioneer_p3dx")
+    other = opened.client()
+    opened.simulation.limits = Limits(waiting=20)
+    session = next(iter(opened.engine.sessions.values()))
+    call = Call(0, Operation.EXECUTE, 0, "simxAddStatusbarMessage", ["flood"])
+    for _ in range(100):
+        opened.engine.submit(session.client, encode(Batch(1, 1, [call])))
+    assert v.simxGetIntegerParameter(other, v.sim_intparam_program_version, BLOCKING)[0] == v.simx_return_ok
+    assert list(opened.simulation.status_bar.messages).count("flood") == 20
+    code, errors = v.simxGetLastErrors(flooding, BLOCKING)
+    assert code == v.simx_return_ok
+    assert "80 messages were not executed" in errors[0]
+    assert "limit 'waiting'" in errors[0]
 
 
 def test_limits_are_chosen_by_flag_and_variable() -> None:
