@@ -11,6 +11,9 @@ from simx_client.protocol.exit_codes import INTERRUPTED
 
 COMMANDS = {
     "list": ("list the live simulators", "simx_client.listing"),
+    "call": ("call one function of the remote API", "simx_client.command_line.call"),
+    "watch": ("print what a reading function gives, whenever it changes", "simx_client.command_line.watch"),
+    "image": ("write a camera's picture into a file", "simx_client.command_line.image"),
     "run": ("run an unmodified legacy script", "simx_client.run"),
     "status": ("tell whether they work, and what they count", "simx_client.status"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),
