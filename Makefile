@@ -48,11 +48,12 @@ test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
 	@$(BIN)/python tests/soak.py $(SECONDS)
 
-check: $(READY) ## format, lint and types, nothing is changed
+check: $(READY) ## format, lint, types and dependencies, nothing is changed
 	@wrong=; \
-	echo "[1/3] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
-	echo "[2/3] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
-	echo "[3/3] pyright"; $(BIN)/pyright || wrong+=" types"; \
+	echo "[1/4] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
+	echo "[2/4] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
+	echo "[3/4] pyright"; $(BIN)/pyright || wrong+=" types"; \
+	echo "[4/4] dependencies"; $(BIN)/python tests/audit.py || wrong+=" dependencies"; \
 	[ -z "$$wrong" ] || { echo "make check found something wrong with:$$wrong"; exit 1; }
 
 format: $(READY) ## put the code into its form
