@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
+from simx_client.modern import Client as Client
 from simx_client.values import DepthBuffer, VisionImage
 
 sim_object_shape_type: int

@@ -9,6 +9,7 @@ import time
 from typing import Any
 
 from .connection import Connection
+from .errors import ConnectionFailed
 from .patience import FLUSH_TIMEOUT
 from .protocol import constants as c
 from .protocol.kinds import to_int32
@@ -40,31 +41,46 @@ class Clients:
 
     def add(self, connection: Connection) -> int:
         """Give a connection the lowest free id; -1 when there is none or this place has one already."""
+        try:
+            with self._lock:
+                self._refuse_second(connection)
+                return self.admit(connection)
+        except ConnectionFailed as error:
+            logger.warning("%s", error)
+            return -1
+
+    def admit(self, connection: Connection) -> int:
+        """Give a connection the lowest free id, be there another to the same place or not.
+
+        Raises:
+            ConnectionFailed: no id is free, or this process is a fork of one that has connected.
+        """
         with self._lock:
             if self._process not in (None, os.getpid()):
-                logger.warning(
-                    "no connection to %s: this process was forked from one that had connected before, and "
-                    "Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or fork "
-                    "before the first simxStart",
-                    connection.where,
+                raise ConnectionFailed(
+                    f"no connection to {connection.where}: this process was forked from one that had connected "
+                    "before, and Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or "
+                    "fork before the first connection"
                 )
-                return -1
             self._process = os.getpid()
-            for client_id, other in self._connections.items():
-                if other.where == connection.where:
-                    logger.warning(
-                        "client %d is connected to %s already; call simxFinish(%d) or simxFinish(-1) first",
-                        client_id,
-                        connection.where,
-                        client_id,
-                    )
-                    return -1
             for client_id in range(self.MAX_CLIENTS):
                 if client_id not in self._connections:
                     self._connections[client_id] = connection
                     return client_id
-        logger.warning("all %d client ids are in use; call simxFinish(-1) first", self.MAX_CLIENTS)
-        return -1
+        raise ConnectionFailed(f"all {self.MAX_CLIENTS} client ids are in use; call simxFinish(-1) first")
+
+    def _refuse_second(self, connection: Connection) -> None:
+        for client_id, other in self._connections.items():
+            if other.where == connection.where:
+                raise ConnectionFailed(
+                    f"client {client_id} is connected to {connection.where} already; "
+                    f"call simxFinish({client_id}) or simxFinish(-1) first"
+                )
+
+    def id_of(self, connection: Connection) -> int:
+        """The id that a connection has; -1 when it has none any more."""
+        with self._lock:
+            return next((each for each, other in self._connections.items() if other is connection), -1)
 
     def remove(self, client_id: int) -> None:
         """Close one connection, or all with -1. Unknown ids are ignored."""

@@ -34,6 +34,7 @@ _HEADER = '''"""Generated from the table by ``python -m simx_client.stubs``; do 
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
+from simx_client.modern import Client as Client
 from simx_client.values import DepthBuffer, VisionImage
 
 '''

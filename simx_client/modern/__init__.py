@@ -1,0 +1,41 @@
+"""For new code: objects with types, arrays and exceptions, over the same table as the legacy functions.
+
+    from simx_client import Client
+
+    with Client("127.0.0.1", 19997) as client:
+        print(client.joint("UR5_joint1").position, client.camera("kinect_rgb").rgb().shape)
+
+``client`` is the door; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
+``channel`` makes the calls, ``stepping`` puts a whole pass into one of its messages. ``docs/python.md`` has each legacy
+call beside its counterpart here. What can go wrong is in ``simx_client.errors``.
+"""
+
+from .camera import Camera
+from .client import Client, Results
+from .joints import Joint, Joints
+from .objects import Dummy, Object, Place, Pose, SceneObject
+from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
+from .signals import Signals
+from .simulation import Simulation, State
+from .stepping import Stepping
+
+__all__ = [
+    "Camera",
+    "Client",
+    "Detection",
+    "Dummy",
+    "ForceSensor",
+    "Joint",
+    "Joints",
+    "Object",
+    "Place",
+    "Pose",
+    "ProximitySensor",
+    "Results",
+    "SceneObject",
+    "Signals",
+    "Simulation",
+    "State",
+    "Stepping",
+    "Wrench",
+]

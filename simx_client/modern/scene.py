@@ -1,0 +1,75 @@
+"""The objects of the loaded scene by name: each is looked up once, as what it is."""
+
+from __future__ import annotations
+
+from typing import TypeVar, cast
+
+from ..calls import Calls
+from ..errors import NoSuchObject, RemoteError, WrongKind
+from ..protocol import constants as c
+from .channel import Channel, Generation
+from .objects import KINDS, SceneObject
+
+S = TypeVar("S", bound=SceneObject)
+
+_NAMES, _TYPES = 0, 1
+"""Data types of simxGetObjectGroupData."""
+
+
+class Scene:
+    """Names to objects. An object is found again without a message, until it or its scene has gone."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.channel = channel
+        self._found: dict[tuple[type[SceneObject], str], SceneObject] = {}
+        self._generation: Generation = channel.generation
+
+    def find(self, kind: type[S], name: str) -> S:
+        """The object with this name or path.
+
+        Raises:
+            NoSuchObject: there is none. WrongKind: it is something else.
+        """
+        if self._generation != self.channel.generation:
+            self._found.clear()
+        found = self._found.get((kind, name))
+        if found is None:
+            found = self._found[kind, name] = self._look_up(kind, name)
+            self._generation = self.channel.generation
+        return cast(S, found)
+
+    def forget(self, gone: SceneObject) -> None:
+        """Its name may be another's from now on."""
+        self._found = {key: found for key, found in self._found.items() if found.handle != gone.handle}
+
+    def _look_up(self, kind: type[S], name: str) -> S:
+        wanted = kind.object_type
+
+        def note(calls: Calls):
+            every = calls.simxGetObjects(c.sim_handle_all if wanted is None else wanted)
+            return calls.simxGetObjectHandle(name), every
+
+        try:
+            handle, of_kind = self.channel.gather(note)
+        except RemoteError as error:
+            raise NoSuchObject(error.failures) from None
+        if handle.value not in of_kind.value:
+            actual = self.kinds().get(handle.value, "something else")
+            raise WrongKind(
+                f"{name!r} is a {actual}, not a {kind.kind}; client.object({name!r}) takes every kind"
+            )
+        return kind(self, handle.value, name)
+
+    def names(self) -> dict[int, str]:
+        """Of all objects, by handle, in the scene's order."""
+        handles, _, _, names = self.channel.ask(
+            lambda calls: calls.simxGetObjectGroupData(c.sim_appobj_object_type, _NAMES)
+        )
+        return dict(zip(handles, names, strict=True))
+
+    def kinds(self) -> dict[int, str]:
+        """Of all objects, by handle."""
+        handles, types, _, _ = self.channel.ask(
+            lambda calls: calls.simxGetObjectGroupData(c.sim_appobj_object_type, _TYPES)
+        )
+        return {handle: KINDS.get(each, "object") for handle, each in zip(handles, types, strict=True)}

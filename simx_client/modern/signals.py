@@ -1,0 +1,161 @@
+"""Signals: values that clients and scripts leave for each other, by name, in three kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from ..answers import Answer
+from ..calls import Calls
+from ..errors import NoSuchSignal, RemoteError
+from .channel import Channel
+
+T = TypeVar("T")
+D = TypeVar("D")
+
+Value = int | float | str | bytes
+
+
+class _OfKind(Generic[T]):
+    """Signals of one kind as a dictionary would have them; each access is one message."""
+
+    def __init__(
+        self,
+        channel: Channel,
+        get: Callable[[Calls, str], Answer[Any]],
+        put: Callable[[Calls, str, T], object],
+        clear: Callable[[Calls, str], object],
+        read: Callable[[Any], T],
+    ) -> None:
+        self._channel, self._get, self._put, self._clear = channel, get, put, clear
+        self._read = read
+
+    def __getitem__(self, name: str) -> T:
+        try:
+            return self._read(self._channel.ask(lambda calls: self._get(calls, name)))
+        except RemoteError as error:
+            raise NoSuchSignal(error.failures) from None
+
+    def __setitem__(self, name: str, value: T) -> None:
+        _check(name)
+        self._channel.tell(lambda calls: self._put(calls, name, value))
+
+    def __delitem__(self, name: str) -> None:
+        """Remove it; it is no error if there is none."""
+        _check(name)
+        self._channel.tell(lambda calls: self._clear(calls, name))
+
+    def __contains__(self, name: str) -> bool:
+        return self.get(name, None) is not None
+
+    def get(self, name: str, default: D) -> T | D:
+        """Its value, or the default when there is none."""
+        try:
+            return self[name]
+        except NoSuchSignal:
+            return default
+
+
+class Signals:
+    """All signals. ``signals["x"] = 1`` sets an integer one, ``1.0`` a float one, a text or bytes a string one.
+
+    A name is of one kind for those who use these brackets: setting it removes signals of the other kinds. Where a
+    script of the scene expects a kind, ``ints``, ``floats``, ``strings`` and ``buffers`` say it, and leave the others.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self.ints = _OfKind[int](
+            channel,
+            lambda calls, name: calls.simxGetIntegerSignal(name),
+            lambda calls, name, value: calls.simxSetIntegerSignal(name, value),
+            lambda calls, name: calls.simxClearIntegerSignal(name),
+            int,
+        )
+        self.floats = _OfKind[float](
+            channel,
+            lambda calls, name: calls.simxGetFloatSignal(name),
+            lambda calls, name, value: calls.simxSetFloatSignal(name, value),
+            lambda calls, name: calls.simxClearFloatSignal(name),
+            float,
+        )
+        self.strings = _OfKind[str](
+            channel,
+            lambda calls, name: calls.simxGetStringSignal(name),
+            lambda calls, name, value: calls.simxSetStringSignal(name, value),
+            lambda calls, name: calls.simxClearStringSignal(name),
+            _text,
+        )
+        """String signals as text."""
+
+        self.buffers = _OfKind[bytes](
+            channel,
+            lambda calls, name: calls.simxGetStringSignal(name),
+            lambda calls, name, value: calls.simxSetStringSignal(name, value),
+            lambda calls, name: calls.simxClearStringSignal(name),
+            bytes,
+        )
+        """String signals as bytes, such as packed numbers."""
+
+    def __getitem__(self, name: str) -> int | float | str:
+        """The value of the kind it has, one message. Raises NoSuchSignal for none, ValueError for several."""
+        answers = self._channel.try_all(
+            lambda calls: (
+                calls.simxGetIntegerSignal(name),
+                calls.simxGetFloatSignal(name),
+                calls.simxGetStringSignal(name),
+            )
+        )
+        found = [answer.value for answer in answers if not answer.code]
+        if len(found) > 1:
+            raise ValueError(
+                f"signal {name!r} is set in {len(found)} kinds; take signals.ints, signals.floats or signals.strings"
+            )
+        if not found:
+            raise NoSuchSignal([answer.failure for answer in answers])
+        value = found[0]
+        return _text(value) if isinstance(value, bytearray) else value
+
+    def __setitem__(self, name: str, value: Value) -> None:
+        _check(name)
+
+        def note(calls: Calls) -> None:
+            self._clear(calls, name)
+            if isinstance(value, (str, bytes, bytearray)):
+                calls.simxSetStringSignal(name, value)
+            elif hasattr(value, "__index__"):  # NumPy's integers too
+                calls.simxSetIntegerSignal(name, int(value))
+            else:
+                calls.simxSetFloatSignal(name, value)
+
+        self._channel.tell(note)
+
+    def __delitem__(self, name: str) -> None:
+        """Remove it in all kinds; it is no error if there is none."""
+        _check(name)
+        self._channel.tell(lambda calls: self._clear(calls, name))
+
+    def _clear(self, calls: Calls, name: str) -> None:
+        calls.simxClearIntegerSignal(name)
+        calls.simxClearFloatSignal(name)
+        calls.simxClearStringSignal(name)
+
+    def __contains__(self, name: str) -> bool:
+        return self.get(name, None) is not None
+
+    def get(self, name: str, default: D) -> int | float | str | D:
+        """Its value, or the default when there is none."""
+        try:
+            return self[name]
+        except NoSuchSignal:
+            return default
+
+
+def _check(name: str) -> None:
+    """To the legacy functions an empty name means all signals, or nothing."""
+    if not name:
+        raise ValueError("a signal needs a name; got an empty text")
+
+
+def _text(data: bytes | bytearray) -> str:
+    return data.decode("utf-8", "surrogateescape")

@@ -1,0 +1,73 @@
+"""The simulation as a whole: start, pause, stop, and its clock."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from ..connection import Connection
+from ..protocol import constants as c
+from .channel import Channel
+
+_NOT_STOPPED, _PAUSED = 1, 2
+"""Bits of the state in the header of a message."""
+
+
+class State(StrEnum):
+    """What the simulation does."""
+
+    STOPPED = "stopped"
+    RUNNING = "running"
+    PAUSED = "paused"
+
+
+class Simulation:
+    """Runs, pauses and ends the simulation that all clients of a server share."""
+
+    def __init__(self, channel: Channel, connection: Connection) -> None:
+        self._channel, self._connection = channel, connection
+
+    def start(self) -> None:
+        """Start, or go on after a pause; nothing when it runs."""
+        self._channel.tell(lambda calls: calls.simxStartSimulation())
+
+    def pause(self) -> None:
+        """Stand still until the next start."""
+        self._channel.tell(lambda calls: calls.simxPauseSimulation())
+
+    def stop(self) -> None:
+        """End the run: everything is again as it was at the start. Ends stepped mode, too."""
+        self._channel.tell(lambda calls: calls.simxStopSimulation())
+
+    @property
+    def state(self) -> State:
+        """Asks the server."""
+        self._ask_time_ms()
+        bits = self._connection.header_field(c.simx_headeroffset_server_state) or 0
+        if not bits & _NOT_STOPPED:
+            return State.STOPPED
+        return State.PAUSED if bits & _PAUSED else State.RUNNING
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the start, in whole milliseconds as messages carry them; 0 while stopped."""
+        return self._ask_time_ms() / 1000
+
+    @property
+    def time_step(self) -> float:
+        """Simulated seconds of one pass. Can be set while stopped."""
+        return self._channel.ask(
+            lambda calls: calls.simxGetFloatingParameter(c.sim_floatparam_simulation_time_step)
+        )
+
+    @time_step.setter
+    def time_step(self, seconds: float) -> None:
+        self._channel.tell(
+            lambda calls: calls.simxSetFloatingParameter(c.sim_floatparam_simulation_time_step, seconds)
+        )
+
+    def _ask_time_ms(self) -> int:
+        answer = self._channel.gather(
+            lambda calls: calls.simxGetIntegerParameter(c.sim_intparam_program_version)
+        )
+        assert answer.reply is not None
+        return answer.reply.time_ms
