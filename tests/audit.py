@@ -10,8 +10,10 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterable, Iterator
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 PROJECT = "simx-vrep"
@@ -29,35 +31,39 @@ ALLOWED = (
 )
 """Beginnings of the licences that what simx needs may have: of those, nothing but a notice is asked of its users."""
 
-UNSAID = {"lupa": "MIT", "fissix": "PSF-2.0", "ruckig": "MIT"}
-"""Read in the package's own licence file, where its metadata do not say it in words that can be compared."""
-
 PATIENCE = 300.0
 """Seconds for all questions to the database; each has five."""
 
 
-def needed(name: str, seen: set[str] | None = None) -> Iterator[metadata.Distribution]:
-    """What a distribution needs at run time as it is installed here, and what that needs."""
+def required() -> list[str]:
+    """What pyproject.toml says that simx needs at run time."""
+    text = (Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)["project"]["dependencies"]
+
+
+def needed(requirements: Iterable[str], seen: set[str] | None = None) -> Iterator[metadata.Distribution]:
+    """The distributions that are required, and what these need at run time, as they are installed here."""
     seen = set() if seen is None else seen
-    for requirement in metadata.distribution(name).requires or ():
+    for requirement in requirements:
         found = re.match(r"[A-Za-z0-9._-]+", requirement)
         if found is None or "extra ==" in requirement or found[0].lower() in seen:
             continue
         seen.add(found[0].lower())
         try:
-            yield metadata.distribution(found[0])
+            distribution = metadata.distribution(found[0])
         except metadata.PackageNotFoundError:  # for another system; pip check tells those that are missing
             continue
-        yield from needed(found[0], seen)
+        yield distribution
+        yield from needed(distribution.requires or (), seen)
 
 
 def licences(distribution: metadata.Distribution) -> list[str]:
     """Alternatives or parts of a licence, as the package tells them; nothing when it does not."""
     about = distribution.metadata.json
     told = [line.split(" :: ")[-1] for line in about.get("classifier", ()) if line.startswith("License ::")]
-    said = about.get("license_expression") or UNSAID.get(str(about["name"]).lower()) or about.get("license")
-    parts = told or re.split(r"\bAND\b|\bOR\b", str(said or "").partition("\n")[0])
-    return [part.strip(" ()") for part in parts if part.strip(" ()")]
+    said = about.get("license_expression") or about.get("license")
+    parts = told or re.split(r"[()]|\bAND\b|\bOR\b", str(said or "").partition("\n")[0])
+    return [part.strip() for part in parts if part.strip()]
 
 
 def wrong_licences(distributions: Iterator[metadata.Distribution]) -> list[str]:
@@ -109,7 +115,7 @@ def main() -> int:
     """Print what is wrong and what is not known."""
     fits = subprocess.run([sys.executable, "-m", "pip", "check"], capture_output=True, text=True)
     problems = fits.stdout.splitlines() if fits.returncode else []
-    problems += wrong_licences(needed(PROJECT))
+    problems += wrong_licences(needed(required()))
     found, known = judge_report(ask_database())
     print("\n".join([*problems, *found, known]))
     return 1 if problems or found else 0
