@@ -11,6 +11,7 @@ from typing import Any
 
 from .alarm import Alarm
 from .errors import ConnectionFailed
+from .message_header import client_time
 from .modes import MODE_MASK, Modes
 from .patience import (
     DEFAULT_TIMEOUT,
@@ -24,24 +25,16 @@ from .patience import (
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
-from .protocol.messages import CLIENT_TIME_MASK, Batch, Call, Delivery, Operation, Reply
+from .protocol.messages import Batch, Call, Delivery, Operation, Reply
 from .shape import Shape
 from .transport import Transport
 
 logger = logging.getLogger(__name__)
 
-PROTOCOL_HEADER_VERSION = 11
-"""What the original library reports as its message version (SIMX_VERSION of the C headers)."""
-
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
 _PING = Shape(BY_NAME["simxGetIntegerParameter"])
 _STEPPED_MODE = BY_NAME["simxSynchronous"]
-
-
-def client_time() -> int:
-    """Milliseconds as the message header counts them."""
-    return int(time.monotonic() * 1000) & CLIENT_TIME_MASK
 
 
 class Connection:
@@ -411,19 +404,9 @@ class Connection:
     def last_command_time_ms(self) -> int:
         return self._modes.last_command_time_ms
 
-    def header_field(self, info_type: int) -> int | None:
-        """A field of the newest reply's header, or None for an unknown one."""
+    def newest_header(self) -> Delivery | None:
+        """The newest delivery with replies, None before there is one."""
         with self._lock:
             if self._check_link() and not self._pauses:
                 self._drain()
-            header = self._header
-            if header is None:
-                return None
-            return {
-                c.simx_headeroffset_version: PROTOCOL_HEADER_VERSION,
-                c.simx_headeroffset_message_id: header.message_id,
-                c.simx_headeroffset_client_time: header.client_time,
-                c.simx_headeroffset_server_time: header.server_time,
-                c.simx_headeroffset_scene_id: header.scene_id,
-                c.simx_headeroffset_server_state: header.server_state,
-            }.get(info_type)
+            return self._header

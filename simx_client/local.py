@@ -15,12 +15,11 @@ from typing import Any
 
 from .clients import CLIENTS
 from .connection import (
-    PROTOCOL_HEADER_VERSION,
     Connection,
-    client_time,
 )
 from .errors import ConnectionFailed
 from .files import simxTransferFile as simxTransferFile
+from .message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
 from .patience import DEFAULT_TIMEOUT
 from .places import find_place
 from .protocol import constants as c
@@ -144,7 +143,8 @@ def simxPauseCommunication(clientID: int, enable: bool) -> int:
 def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
     """(1, value) of a header field of the newest reply, or (-1, 0). ``infoType`` is a simx_headeroffset_."""
     connection = CLIENTS.get(clientID)
-    value = None if connection is None else connection.header_field(to_int32(infoType))
+    header = None if connection is None else connection.newest_header()
+    value = None if header is None else header_field(header, to_int32(infoType))
     return (-1, 0) if value is None else (1, value)
 
 

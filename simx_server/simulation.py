@@ -7,8 +7,7 @@ controllers between them, then sensing. Simulated time is passes times the pass 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +19,7 @@ from simx_server.errors import CommandError
 from simx_server.joints import Joints
 from simx_server.library import find_scene
 from simx_server.limits import Limits
+from simx_server.physics_calls import PhysicsCalls
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
 from simx_server.signals import Signals
@@ -115,10 +115,7 @@ class Simulation:
         """Called while still stopped: what is changed here stays after the run."""
         self.is_stopping = False
         """The run is to end: a script asked for it, or it is ending now."""
-        self.physics_call = ""
-        """The call-back of a script that is under way while physics is; empty at other times."""
-        self.is_in_step = False
-        """It is called from within a step of MuJoCo's, whose state cannot be copied then."""
+        self.physics_calls = PhysicsCalls()
         self.is_ending = False
         """The server has been told to end: no script is given long any more."""
         self._soon: list[Listener] = []
@@ -331,24 +328,6 @@ class Simulation:
                 action()
             except CommandError as problem:
                 logger.error("what a script asked for cannot be done: %s", problem)
-
-    @contextmanager
-    def calling(self, call_back: str, *, in_step: bool = False) -> Iterator[None]:
-        """A script is asked or told something during the physics of a pass."""
-        outer = self.physics_call, self.is_in_step
-        self.physics_call, self.is_in_step = call_back, in_step
-        try:
-            yield
-        finally:
-            self.physics_call, self.is_in_step = outer
-
-    def refuse_in_physics(self, what: str, *, step_only: bool = False) -> None:
-        """Raises CommandError, in the words "... cannot ...", where `calling` is under way (or only within a step)."""
-        if self.is_in_step or (self.physics_call and not step_only):
-            raise CommandError(
-                f"{what} within {self.physics_call}, while physics is under way; note it there, and do it in "
-                "sysCall_actuation or sysCall_sensing"
-            )
 
     def changed(self) -> None:
         """To be called after writing state or model: readers see a new version and fresh kinematics."""

@@ -1,7 +1,7 @@
 """Bodies that MuJoCo lets sleep: they lie still, cost nothing, and wake up when something touches them.
 
 Only in scenes that ask for it, with ``<flag sleep="enable"/>``. MuJoCo then leaves out of its computations what sleeps
-and what is static: so what is moved, or loses its ground, has to be woken, and who wants to know its contacts asks here.
+and what is static: so what is moved, or loses its ground, has to be woken, and who wants to know contacts asks here.
 """
 
 from __future__ import annotations

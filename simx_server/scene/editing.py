@@ -72,7 +72,7 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
 
     Raises UnknownHandle, CommandError (a loop; a part of the world itself).
     """
-    sim.refuse_in_physics("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
     scene = sim.scene
     item = scene.get(handle)
     if parent != -1:

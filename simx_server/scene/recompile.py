@@ -43,7 +43,7 @@ def edit(
         hidden: name of one more body that is no object.
         added: what the surgery adds.
     """
-    sim.refuse_in_physics("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
     sim.refresh()
     old = sim.scene
     if added is not None:

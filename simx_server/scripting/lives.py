@@ -162,7 +162,7 @@ class Lives:
         self._sim.signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:
-        if not self._sim.is_in_step:  # what they ask for may need a copy of the state
+        if not self._sim.physics_calls.is_in_step:  # what they ask for may need a copy of the state
             self._sim.serve_others()
 
 

@@ -156,7 +156,7 @@ class Phases:
 
     def _asking(self, script: Script) -> Ask:
         def ask(known: dict[str, Any]) -> dict[str, Any] | None:
-            with self._sim.calling(_JOINT_CALLBACK):
+            with self._sim.physics_calls.calling(_JOINT_CALLBACK):
                 results = self._lives.call(script, _JOINT_CALLBACK, known)
             return results[0] if results and isinstance(results[0], dict) else None
 

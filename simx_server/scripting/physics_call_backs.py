@@ -65,7 +65,7 @@ class PhysicsCallBacks:
     def _ask(self, one: int, other: int) -> bool:
         known = {"handle1": one, "handle2": other, "engine": _MUJOCO}
         for script, function in self._contact:
-            with self._sim.calling(function, in_step=True):
+            with self._sim.physics_calls.calling(function, in_step=True):
                 answer = _table(self._lives.call(script, function, known))
             if answer is not None and not answer.get("ignoreContact"):
                 return bool(answer.get("collisionResponse", True))
@@ -81,7 +81,7 @@ class PhysicsCallBacks:
             "afterStep": is_after,
         }
         for script, function in self._step:
-            with self._sim.calling(function):
+            with self._sim.physics_calls.calling(function):
                 self._lives.call(script, function, known)
 
 

@@ -224,7 +224,7 @@ class VisionSensors:
 
     def _request(self, handle: int, *, rgb: bool, depth: bool) -> Future[Picture]:
         sim = self._sim
-        sim.refuse_in_physics("a picture cannot be taken", step_only=True)
+        sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
         sim.refresh()
         return sim.rendering.request(
             sim.model, sim.data, self._view(handle), rgb=rgb, depth=depth, version=sim.version

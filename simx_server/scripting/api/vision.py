@@ -67,7 +67,7 @@ class VisionFunctions(ApiPart):
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
         """1 if it detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if not handled."""
         handle = self._vision_sensor(sensor)
-        self._sim.refuse_in_physics("a vision sensor cannot be read", step_only=True)
+        self._sim.physics_calls.refuse("a vision sensor cannot be read", step_only=True)
         try:
             future = sensors.read_vision_sensor(self._sim, handle)
         except CommandError:
