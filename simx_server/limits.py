@@ -117,8 +117,8 @@ def in_words(size: int) -> str:
 
 
 VALID = "NAME=N, such as objects=500 or message=32M; a NAME and its default: " + ", ".join(
-    f"{each.name} ({in_words(each.default) if each.metadata['is_size'] else each.default})"
-    for each in dataclasses.fields(Limits)
+    f"{name} ({in_words(default) if entry['is_size'] else default})"
+    for name, default, entry in ((name, getattr(Limits(), name), entry) for name, entry in _FIELDS.items())
 )
 
 
