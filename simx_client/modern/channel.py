@@ -131,7 +131,8 @@ class Channel:
             missing = [answer.failure for answer in sent if answer.reply is None]
             now = self._connection.connection_id
             raise (NotConnected if now == -1 or now != before else TimedOut)(missing)
-        self.generation = (before, self._connection.header_field(c.simx_headeroffset_scene_id) or 0)
+        if header := self._connection.newest_header():
+            self.generation = (before, header.scene_id)
         self._raise([answer for answer in held if answer.code])
 
     # --- holding back ----------------------------------------------------------------------------

@@ -42,7 +42,8 @@ class Simulation:
     def state(self) -> State:
         """Asks the server."""
         self._ask_time_ms()
-        bits = self._connection.header_field(c.simx_headeroffset_server_state) or 0
+        header = self._connection.newest_header()
+        bits = 0 if header is None else header.server_state
         if not bits & _NOT_STOPPED:
             return State.STOPPED
         return State.PAUSED if bits & _PAUSED else State.RUNNING
