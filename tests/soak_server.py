@@ -32,8 +32,9 @@ DECLARED = ("publisher", "subscriber", "queryable", "querier", "token")
 ADMIN_TIMEOUT = 10.0
 SETTLING = 1.0
 """Seconds of serving before anything is counted: pictures on their way, links that are being closed."""
-FEW = 20
-"""As many more instances of a class than before are no leak: what is kept has a bound somewhere."""
+FEW = 100
+"""As many more instances of a class are no leak: the newest picture of each camera keeps those who asked for it, with
+all their streams."""
 
 
 @dataclass(frozen=True)
