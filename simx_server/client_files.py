@@ -60,7 +60,7 @@ class ClientFiles:
     def check_name(self, path: Path) -> None:
         """Raises CommandError when a client is about to write or erase the list itself."""
         ledger = self._ledger
-        if ledger is not None and (path.name.casefold() == LEDGER or _is_same(path, ledger)):
+        if ledger is not None and (LEDGER in map(str.casefold, path.parts) or _is_same(path, ledger)):
             raise CommandError(
                 f"'{path.name}' is the server's own list of what clients have stored; use another file name"
             )

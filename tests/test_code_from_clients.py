@@ -307,7 +307,14 @@ def test_code_in_a_call_is_none(open_world):
 
 
 @pytest.mark.parametrize(
-    "name", [client_files.LEDGER, client_files.LEDGER.upper(), "link", "sub/" + client_files.LEDGER]
+    "name",
+    [
+        client_files.LEDGER,
+        client_files.LEDGER.upper(),
+        "link",
+        "sub/" + client_files.LEDGER,
+        client_files.LEDGER + "/x",
+    ],
 )
 def test_client_can_neither_write_nor_erase_the_list(open_world, here, there, name):
     (there / "link").symlink_to(client_files.LEDGER)
