@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, NoReturn, overload
+from typing import TYPE_CHECKING, NoReturn, SupportsFloat, overload
 
 from ..answers import Answer
 from ..calls import Calls
@@ -33,7 +33,7 @@ class Joint(SceneObject):
         return self._ask(lambda calls: calls.simxGetJointPosition(self.handle))
 
     @position.setter
-    def position(self, position: float) -> None:
+    def position(self, position: SupportsFloat) -> None:
         self._tell(lambda calls: calls.simxSetJointPosition(self.handle, position))
 
     @property
@@ -54,7 +54,7 @@ class Joint(SceneObject):
         return self._ask(lambda calls: calls.simxGetJointMaxForce(self.handle))
 
     @max_force.setter
-    def max_force(self, force: float) -> None:
+    def max_force(self, force: SupportsFloat) -> None:
         self._tell(lambda calls: calls.simxSetJointMaxForce(self.handle, force))
 
     @property
@@ -63,7 +63,7 @@ class Joint(SceneObject):
         raise AttributeError(_TARGETS)
 
     @target_position.setter
-    def target_position(self, position: float) -> None:
+    def target_position(self, position: SupportsFloat) -> None:
         self._tell(lambda calls: calls.simxSetJointTargetPosition(self.handle, position))
 
     @property
@@ -72,7 +72,7 @@ class Joint(SceneObject):
         raise AttributeError(_TARGETS)
 
     @target_velocity.setter
-    def target_velocity(self, velocity: float) -> None:
+    def target_velocity(self, velocity: SupportsFloat) -> None:
         self._tell(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, SupportsFloat, TypeVar
 
 from ..answers import Answer
 from ..calls import Calls
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
     Array = NDArray[np.float64]
-    Numbers = Sequence[float] | NDArray[np.floating]
+    Numbers = Sequence[SupportsFloat] | NDArray[np.floating | np.integer]
     """What a vector may be given as."""
 
 T = TypeVar("T")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, SupportsFloat, SupportsIndex, TypeVar
 
 from ..answers import Answer
 from ..calls import Calls
@@ -13,7 +13,8 @@ from .channel import Channel
 T = TypeVar("T")
 D = TypeVar("D")
 
-Value = int | float | str | bytes
+Value = SupportsIndex | SupportsFloat | str | bytes | bytearray
+"""NumPy's numbers are among them."""
 
 
 class _OfKind(Generic[T]):
@@ -123,8 +124,8 @@ class Signals:
             self._clear(calls, name)
             if isinstance(value, (str, bytes, bytearray)):
                 calls.simxSetStringSignal(name, value)
-            elif hasattr(value, "__index__"):  # NumPy's integers too
-                calls.simxSetIntegerSignal(name, int(value))
+            elif isinstance(value, SupportsIndex):
+                calls.simxSetIntegerSignal(name, value)
             else:
                 calls.simxSetFloatSignal(name, value)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from ..connection import Connection
+from ..errors import SimxError
 from ..protocol import constants as c
 from .channel import Channel
 
@@ -55,13 +56,16 @@ class Simulation:
 
     @property
     def time_step(self) -> float:
-        """Simulated seconds of one pass. Can be set while stopped."""
-        return self._channel.ask(
+        """Simulated seconds of one pass. To be set while stopped."""
+        seconds = self._channel.ask(
             lambda calls: calls.simxGetFloatingParameter(c.sim_floatparam_simulation_time_step)
         )
+        return float(f"{seconds:.6g}")  # it came in single precision; 0.05 is not 0.0500000007
 
     @time_step.setter
     def time_step(self, seconds: float) -> None:
+        if self.state is not State.STOPPED:  # the server would pass over it without a word, as V-REP did
+            raise SimxError("the time step cannot be changed while a simulation runs; stop it first")
         self._channel.tell(
             lambda calls: calls.simxSetFloatingParameter(c.sim_floatparam_simulation_time_step, seconds)
         )
