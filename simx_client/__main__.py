@@ -14,6 +14,7 @@ COMMANDS = {
     "call": ("call one function of the remote API", "simx_client.command_line.call"),
     "watch": ("print what a reading function gives, whenever it changes", "simx_client.command_line.watch"),
     "image": ("write a camera's picture into a file", "simx_client.command_line.image"),
+    "check": ("tell what an old script wants, and what is missing", "simx_client.checking.command"),
     "run": ("run an unmodified legacy script", "simx_client.run"),
     "status": ("tell whether they work, and what they count", "simx_client.status"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),

@@ -1,0 +1,187 @@
+"""``simx-check SCRIPT``: what an old script wants, and what of it is missing, before it is run."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..protocol.commands import BY_NAME
+from ..protocol.exit_codes import DONE, FAILURE, USAGE
+from ..protocol.terminal import Paint
+from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
+from .names import names_of
+from .program import CannotRead, Program, read_program
+from .scene import NoScene, SceneView, look_at
+from .wants import Wants, wants_of
+
+PROGRAM = "simx-check"
+
+EXAMPLES = """\
+examples:
+  simx-check robotControl.py                          what it calls and names
+  simx-check robotControl.py --scene my_robot.xml     and what that scene lacks
+  simx-check robotControl.py --scene ur5_rg2_kinect --json
+Nothing of the script is run. A name that is put together of parts shows * for what is known only at run time.
+exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, or the file is no Python
+"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the command."""
+    parser = argparse.ArgumentParser(
+        PROGRAM,
+        description="Tell what a script for V-REP's legacy remote API calls, which names it wants, what is missing.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("script", metavar="SCRIPT", type=Path, help="the Python file, of version 2 or 3")
+    parser.add_argument("--scene", metavar="SCENE", help="the scene it shall run in, as for simx-server")
+    parser.add_argument(
+        "--command-server", action="store_true", help="the server will be started with this flag"
+    )
+    parser.add_argument(
+        "--differences", action="store_true", help="tell the differences from the original in full"
+    )
+    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Check and print. Returns the exit code."""
+    options = make_parser().parse_args(argv)
+    try:
+        program = read_program(options.script)
+        names = names_of(program)
+        wants = wants_of(program, names)
+        flags = ["--command-server"] if options.command_server else []
+        scene = None if options.scene is None else look_at(options.scene, *flags)
+    except (CannotRead, NoScene) as error:
+        sys.stderr.write(f"{PROGRAM}: {error}\n")
+        return USAGE
+    found, differences = findings_of(program, wants, scene), differences_of(wants)
+    if options.json:
+        text = json.dumps(as_record(program, wants, scene, found, differences), indent=1)
+    else:
+        lines = as_lines(
+            program,
+            wants,
+            scene,
+            found,
+            differences,
+            Paint(sys.stdout),
+            tells_differences=options.differences,
+        )
+        text = "\n".join(lines)
+    sys.stdout.write(text + "\n")
+    return FAILURE if any(each.level == PROBLEM for each in found) else DONE
+
+
+def as_record(
+    program: Program,
+    wants: Wants,
+    scene: SceneView | None,
+    found: Sequence[Finding],
+    differences: Sequence[DifferenceSeen] | None,
+) -> dict[str, Any]:
+    """All of it for programs."""
+    return {
+        "script": str(program.script.path),
+        "files": [str(source.path) for source in program.sources],
+        "python": 2 if program.script.is_python2 else 3,
+        "scene": scene and scene.name,
+        "functions": {name: place.line for name, place in wants.functions.items()},
+        "unknown_functions": sorted(wants.unknown),
+        "named": [
+            {"kind": each.kind, "name": each.name, "file": str(each.place.file), "line": each.place.line}
+            for each in wants.named
+        ],
+        "script_functions": [
+            {"object": owner, "function": function, "file": str(place.file), "line": place.line}
+            for owner, function, place in wants.calls
+        ],
+        "signals": [
+            {"type": kind, "name": name, "use": "set" if sets else "get", "line": place.line}
+            for kind, name, sets, place in wants.signals
+        ],
+        "ports": sorted(wants.ports),
+        "differences": None
+        if differences is None
+        else [
+            {"number": each.number, "text": each.text, "functions": list(each.functions)}
+            for each in differences
+        ],
+        "findings": [
+            {"level": each.level, "file": str(each.place.file), "line": each.place.line, "text": each.text}
+            for each in found
+        ],
+    }
+
+
+def as_lines(
+    program: Program,
+    wants: Wants,
+    scene: SceneView | None,
+    found: Sequence[Finding],
+    differences: Sequence[DifferenceSeen] | None,
+    paint: Paint,
+    *,
+    tells_differences: bool,
+) -> Iterator[str]:
+    """The same for people."""
+    version = "Python 2" if program.script.is_python2 else "Python 3"
+    modules = [relative(source.path) for source in program.sources[1:]]
+    yield f"{paint(relative(program.script.path), 'bold')}  {version}" + (
+        f", with {', '.join(modules)}" if modules else ""
+    )
+    for name, words in _rows(wants):
+        if words:
+            yield f"  {name:10}  {_wrapped(words)}"
+    if differences and tells_differences:
+        yield "differences from the original that its functions have:"
+        for each in differences:
+            yield f"  {each.number:3}  {each.text} {paint('(' + ', '.join(each.functions) + ')', 'grey')}"
+    elif differences:
+        *numbers, last = [str(each.number) for each in differences]
+        yield f"  {'differs':10}  {_wrapped([*numbers, f'{last} (docs/coverage.md; --differences tells them)'])}"
+    elif differences is None:
+        yield "simx_server is not installed here, so the differences from the original are not told"
+    for each in found:
+        level = paint(each.level, "red" if each.level == PROBLEM else "yellow")
+        yield f"{relative(each.place.file)}:{each.place.line}: {level}: {each.text}"
+    problems = sum(each.level == PROBLEM for each in found)
+    if problems:
+        yield paint(f"{problems} {'problem' if problems == 1 else 'problems'}", "red")
+    elif scene is None:
+        yield paint("no problem found; --scene SCENE compares the names with a scene's", "green")
+    else:
+        yield paint(f"nothing is missing in {scene.name}", "green")
+
+
+def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
+    yield "functions", sorted(wants.functions, key=lambda name: list(BY_NAME).index(name))
+    for kind in dict.fromkeys(each.kind for each in wants.named):
+        yield f"{kind}s" if not kind.endswith("ui") else kind, [each.name for each in wants.of_kind(kind)]
+    yield "scripts", [f"{owner}: {function}" for owner, function, _ in wants.calls]
+    signals = dict.fromkeys(f"{kind} {name}" for kind, name, _, _ in wants.signals)
+    yield "signals", list(signals)
+    yield "ports", [str(port) for port in sorted(wants.ports)]
+
+
+def _wrapped(words: Sequence[str]) -> str:
+    """Words over as many lines of 100 as they need, under the first."""
+    lines = [""]
+    for word in words:
+        piece = f"{word}, " if word is not words[-1] else word
+        if len(lines[-1]) + len(piece) > 86:
+            lines.append("")
+        lines[-1] += piece
+    return ("\n" + " " * 14).join(line.rstrip() for line in lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,95 @@
+"""What a scene has, as ``simx-server SCENE --tree --json`` tells it, and whether names are found in it."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import SimxError
+from .texts import ANY, matches
+
+PATIENCE_S = 120.0
+"""For a scene to be loaded; the largest that we know takes ten."""
+
+_INDEX = re.compile(r"\[[^\]]*\]$")
+
+
+class NoScene(SimxError):
+    """The scene could not be looked at; says why."""
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """One loaded scene."""
+
+    record: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        return self.record["scene"]
+
+    @property
+    def objects(self) -> list[dict[str, Any]]:
+        return self.record["objects"]
+
+    def finds(self, text: str) -> list[dict[str, Any]]:
+        """The objects that a name or path, perhaps known in parts, may mean: by the server's rules of names."""
+        plain = text.partition("@")[0]
+        if plain.startswith(("/", ".", ":")):
+            parts = [
+                _INDEX.sub("", part)
+                for part in re.split("/", plain.lstrip(":./"))
+                if part not in ("", ".", "..")
+            ]
+            return [each for each in self.objects if parts and _is_on_path(parts, each["path"])]
+        wanted = plain.removesuffix("#")
+        return [each for each in self.objects if matches(wanted, each["name"])]
+
+    def nearest(self, text: str) -> list[str]:
+        """Up to three names that look like it."""
+        by_lower = {each["name"].lower(): each["name"] for each in self.objects}
+        wanted = text.strip("/.:").rpartition("/")[2].replace(ANY, "").lower()
+        return [by_lower[each] for each in difflib.get_close_matches(wanted, by_lower, 3, 0.6)]
+
+    def registered(self, kind: str) -> list[str]:
+        """Names of collections, collisions, distances or custom UIs."""
+        return self.record["registered"].get(kind, [])
+
+    @property
+    def scripts(self) -> list[dict[str, Any]]:
+        """All scripts of the scene."""
+        return [*self.record["main_script"], *(one for each in self.objects for one in each["scripts"])]
+
+    def sets_signal(self, name: str) -> bool:
+        """Whether a script of the scene names a signal that may be this one."""
+        known = [each for script in self.scripts for each in script["signals"]]
+        return any(matches(name, each) or matches(each, name) for each in known)
+
+
+def look_at(scene: str, *flags: str) -> SceneView:
+    """Have a server load the scene, in a process of its own, and say what is in it. Raises NoScene."""
+    command = [sys.executable, "-P", "-m", "simx_server", scene, "--tree", "--json", *flags]
+    try:
+        done = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S
+        )
+    except subprocess.TimeoutExpired:
+        raise NoScene(f"the scene {scene} was not loaded within {PATIENCE_S:g} s") from None
+    if done.returncode:
+        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        raise NoScene(f"the scene {scene} cannot be looked at: {lines[-1]}")
+    return SceneView(json.loads(done.stdout))
+
+
+def _is_on_path(parts: list[str], path: str) -> bool:
+    """Whether the last part is the object, and the others are above it in this order."""
+    names = [_INDEX.sub("", name) for name in path.strip("/").split("/")]
+    if not matches(parts[-1], names[-1]):
+        return False
+    above = iter(names[:-1])
+    return all(any(matches(part, name) for name in above) for part in parts[:-1])

@@ -1,0 +1,278 @@
+"""Which texts an expression may be. What is known only at run time, a loop's index for one, becomes ``*``."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import re
+from collections.abc import Iterable
+
+from .names import Bound, Called, Names, Scope
+
+ANY = "*"
+"""In a text: something; a text of its own: nothing is known."""
+
+DEEPEST = 12
+"""Steps from name to name; scripts need four."""
+
+MOST = 60
+"""Texts of one expression; of more it is not worth naming each."""
+
+_PERCENT = re.compile(r"%(?:\((?P<name>\w+)\))?[-+ #0]*\d*(?:\.\d+)?(?P<kind>[a-zA-Z%])")
+_BRACES = re.compile(r"\{\{|\}\}|\{(?P<field>[^{}:!]*)(?P<rest>[^{}]*)\}")
+_WHOLE = re.compile(r"-?\d+")
+_SAME = ("str", "unicode", "bytes", "list", "tuple", "sorted", "reversed", "set")
+_SAME_METHODS = ("encode", "decode", "strip", "keys", "copy")
+
+
+class Texts:
+    """Evaluates expressions of one program."""
+
+    def __init__(self, names: Names) -> None:
+        self._names = names
+        self._open: list[ast.expr | None] = []
+        """What is being evaluated just now."""
+
+    def of(self, node: ast.expr | None, scope: Scope, depth: int = 0) -> frozenset[str]:
+        """What an expression may be; a text with ANY in it is a pattern."""
+        if depth >= DEEPEST or node in self._open:  # the second: a name that is made of itself
+            return frozenset((ANY,))
+        self._open.append(node)
+        try:
+            return _tidy(self._of(node, scope, depth))
+        finally:
+            self._open.pop()
+
+    def argument(self, call: Called, name: str, parameters: tuple[str, ...]) -> frozenset[str]:
+        """What one argument of a call may be; ANY where the call does not show it."""
+        for keyword in call.node.keywords:
+            if keyword.arg == name:
+                return self.of(keyword.value, call.scope)
+        place = parameters.index(name)
+        before = call.node.args[: place + 1]
+        if len(before) <= place or any(isinstance(each, ast.Starred) for each in before):
+            return frozenset((ANY,))
+        return self.of(before[place], call.scope)
+
+    def _of(self, node: ast.expr | None, scope: Scope, depth: int) -> Iterable[str]:
+        deeper = depth + 1
+        if isinstance(node, ast.Constant):
+            return (_constant(node.value),)
+        if isinstance(node, ast.JoinedStr):
+            return _joined(self._piece(each, scope, deeper) for each in node.values)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+            if _is_number(node.left) or _is_number(node.right):
+                return (ANY,)  # a sum
+            return _joined((self.of(node.left, scope, deeper), self.of(node.right, scope, deeper)))
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod):
+            return self._percent(node, scope, deeper)
+        if isinstance(node, ast.Call):
+            return self._call(node, scope, deeper)
+        if isinstance(node, ast.Name):
+            return self._all(self._bound(node.id, scope), deeper)
+        if isinstance(node, ast.Attribute):
+            return self._all(self._names.attributes.get(node.attr, ()), deeper)
+        if isinstance(node, ast.Subscript):
+            return self._elements(node.value, scope, deeper, values=True)
+        if isinstance(node, ast.IfExp):
+            return self.of(node.body, scope, deeper) | self.of(node.orelse, scope, deeper)
+        if isinstance(node, ast.BoolOp):
+            return itertools.chain.from_iterable(self.of(each, scope, deeper) for each in node.values)
+        return (ANY,)
+
+    def _all(self, bounds: Iterable[Bound], depth: int) -> Iterable[str]:
+        found = [text for bound in bounds for text in self._bound_texts(bound, depth)]
+        return found or (ANY,)
+
+    def _bound_texts(self, bound: Bound, depth: int) -> Iterable[str]:
+        if bound.node is None:
+            return (ANY,)
+        if bound.is_element or bound.is_value:
+            return self._elements(bound.node, bound.scope, depth, values=bound.is_value)
+        return self.of(bound.node, bound.scope, depth)
+
+    def _bound(self, name: str, scope: Scope) -> list[Bound]:
+        """What a name may be, as seen from a scope."""
+        place: Scope | None = scope
+        while place is not None:
+            found = list(self._names.bound.get((place, name), ()))
+            if place.function is not None:
+                found += self._passed(name, place)
+            if found:
+                return found
+            place = place.parent
+        return []
+
+    def _passed(self, name: str, scope: Scope) -> list[Bound]:
+        """What a function's callers pass as this parameter."""
+        function = scope.function
+        assert function is not None
+        order = [*function.args.posonlyargs, *function.args.args]
+        parameters = [each.arg for each in order]
+        if name not in parameters and name not in [each.arg for each in function.args.kwonlyargs]:
+            return []
+        found: list[Bound] = []
+        place = parameters.index(name) - scope.is_method if name in parameters else None
+        called = next((each for each, scopes in self._names.functions.items() if scope in scopes), "")
+        for call in self._names.by_called.get(called, ()):
+            named = [each.value for each in call.node.keywords if each.arg == name]
+            if named:
+                found.append(Bound(named[0], call.scope))
+            elif place is not None and 0 <= place < len(call.node.args):
+                value = call.node.args[place]
+                found.append(Bound(None if isinstance(value, ast.Starred) else value, call.scope))
+        defaults = dict(zip(reversed(parameters), reversed(function.args.defaults), strict=False))
+        if name in defaults:
+            found.append(Bound(defaults[name], scope.parent or scope))
+        return found or [Bound(None, scope)]
+
+    def _elements(self, node: ast.expr | None, scope: Scope, depth: int, *, values: bool) -> Iterable[str]:
+        """What the elements of an expression may be; of a dictionary its keys, or `values`."""
+        if depth >= DEEPEST or node is None:
+            return (ANY,)
+        deeper = depth + 1
+        if isinstance(node, (ast.List, ast.Tuple, ast.Set)):
+            return [text for each in node.elts for text in self.of(each, scope, deeper)]
+        if isinstance(node, ast.Dict):
+            parts = node.values if values else node.keys
+            return [text for each in parts for text in self.of(each, scope, deeper)]
+        if isinstance(node, (ast.ListComp, ast.GeneratorExp, ast.SetComp)):
+            return self.of(node.elt, scope, deeper)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+            return [
+                text
+                for each in (node.left, node.right)
+                for text in self._elements(each, scope, deeper, values=values)
+            ]
+        if isinstance(node, ast.Call):
+            inner = node.func.value if isinstance(node.func, ast.Attribute) else None
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if name == "values" and inner is not None:
+                return self._elements(inner, scope, deeper, values=True)
+            if name in _SAME_METHODS and inner is not None:
+                return self._elements(inner, scope, deeper, values=values)
+            if name in _SAME and node.args:
+                return self._elements(node.args[0], scope, deeper, values=values)
+            return (ANY,)
+        if isinstance(node, (ast.Name, ast.Attribute)):
+            name = node.id if isinstance(node, ast.Name) else node.attr
+            is_name = isinstance(node, ast.Name)
+            bounds = self._bound(name, scope) if is_name else self._names.attributes.get(name, [])
+            found = [
+                text
+                for bound in bounds
+                for text in self._elements(bound.node, bound.scope, deeper, values=values)
+            ]
+            added = [
+                text
+                for bound in self._names.appended.get(name, ())
+                for text in self.of(bound.node, bound.scope, deeper)
+            ]
+            return [*found, *added] or (ANY,)
+        return (ANY,)
+
+    def _piece(self, node: ast.expr, scope: Scope, depth: int) -> frozenset[str]:
+        """A part of an f-string."""
+        if isinstance(node, ast.FormattedValue):
+            return frozenset((ANY,)) if node.format_spec is not None else self.of(node.value, scope, depth)
+        return self.of(node, scope, depth)
+
+    def _percent(self, node: ast.BinOp, scope: Scope, depth: int) -> Iterable[str]:
+        given = node.right.elts if isinstance(node.right, ast.Tuple) else [node.right]
+        parts = [self.of(each, scope, depth) for each in given]
+
+        def filled(form: str) -> Iterable[str]:
+            pieces: list[frozenset[str]] = []
+            end, place = 0, 0
+            for found in _PERCENT.finditer(form):
+                pieces.append(frozenset((form[end : found.start()],)))
+                end = found.end()
+                if found["kind"] == "%":
+                    pieces.append(frozenset("%"))
+                elif found["name"] or place >= len(parts):
+                    pieces.append(frozenset((ANY,)))
+                else:
+                    is_plain = found[0] in ("%s", "%d", "%i") and all(map(_is_plain, parts[place]))
+                    pieces.append(parts[place] if is_plain or found[0] == "%s" else frozenset((ANY,)))
+                    place += 1
+            return _joined([*pieces, frozenset((form[end:],))])
+
+        return [text for form in self.of(node.left, scope, depth) for text in filled(form)]
+
+    def _call(self, node: ast.Call, scope: Scope, depth: int) -> Iterable[str]:
+        if isinstance(node.func, ast.Name) and node.func.id in _SAME[:3] and node.args:
+            return self.of(node.args[0], scope, depth)
+        if isinstance(node.func, ast.Attribute):
+            if node.func.attr == "format":
+                return self._format(node, scope, depth)
+            if node.func.attr in _SAME_METHODS:
+                return self.of(node.func.value, scope, depth)
+        return (ANY,)
+
+    def _format(self, node: ast.Call, scope: Scope, depth: int) -> Iterable[str]:
+        assert isinstance(node.func, ast.Attribute)
+        unknown = frozenset((ANY,))
+        parts = [
+            unknown if isinstance(each, ast.Starred) else self.of(each, scope, depth) for each in node.args
+        ]
+        named = {each.arg: self.of(each.value, scope, depth) for each in node.keywords if each.arg}
+
+        def filled(form: str) -> Iterable[str]:
+            pieces: list[frozenset[str]] = []
+            end, place = 0, 0
+            for found in _BRACES.finditer(form):
+                pieces.append(frozenset((form[end : found.start()],)))
+                end = found.end()
+                name = found["field"]
+                if name is None:
+                    pieces.append(frozenset(found[0][0]))
+                    continue
+                key = str(place) if name == "" else name
+                place += name == ""
+                value = (
+                    parts[int(key)] if key.isdecimal() and int(key) < len(parts) else named.get(key, unknown)
+                )
+                pieces.append(unknown if found["rest"] else value)
+            return _joined([*pieces, frozenset((form[end:],))])
+
+        return [text for form in self.of(node.func.value, scope, depth) for text in filled(form)]
+
+
+def is_known(text: str) -> bool:
+    """Whether at least a part of it is known."""
+    return bool(text.strip(ANY))
+
+
+def matches(pattern: str, name: str) -> bool:
+    """Whether a text that is known in parts may be this one."""
+    return re.fullmatch(".*".join(map(re.escape, pattern.split(ANY))), name, re.DOTALL) is not None
+
+
+def _constant(value: object) -> str:
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    if isinstance(value, (str, int)) and not isinstance(value, bool):
+        return str(value)
+    return ANY
+
+
+def _is_number(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, (int, float))
+
+
+def _is_plain(text: str) -> bool:
+    return text == ANY or _WHOLE.fullmatch(text) is not None
+
+
+def _joined(pieces: Iterable[frozenset[str]]) -> Iterable[str]:
+    texts = [""]
+    for piece in pieces:
+        texts = [before + after for before in texts for after in sorted(piece)]
+        if len(texts) > MOST:
+            return (ANY,)
+    return texts
+
+
+def _tidy(texts: Iterable[str]) -> frozenset[str]:
+    found = {re.sub(r"\*+", ANY, text) for text in texts}
+    return frozenset(found) if found and len(found) <= MOST else frozenset((ANY,))
