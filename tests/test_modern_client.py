@@ -40,6 +40,9 @@ SCENE = """
     </body>
     <body name="seer" pos="0 -3 1"><geom size="0.05"/><site name="eye" euler="0 90 0"/></body>
     <body name="wall" pos="1 -3 1" mocap="true"><geom type="box" size="0.1 1 1"/></body>
+    <body name="wheel" pos="-5 0 1">
+      <joint name="axle" axis="1 1 0"/><geom size="0.1" contype="0"/>
+    </body>
     <body name="stand" pos="5 0 1"><geom size="0.05"/>
       <body name="weight" pos="0.2 0 0">
         <geom type="box" size="0.05 0.05 0.05" mass="2"/><site name="cell" pos="-0.2 0 0"/>
@@ -47,6 +50,7 @@ SCENE = """
     </body>
   </worldbody>
   <actuator><position name="shoulder" joint="shoulder" kp="200" kv="40"/><velocity name="wrist" joint="wrist" kv="10"/>
+    <velocity name="axle" joint="axle" kv="10"/>
   </actuator>
   <sensor><rangefinder site="eye"/><force site="cell"/><torque site="cell"/></sensor>
 </mujoco>
@@ -143,16 +147,19 @@ def test_a_pose_that_is_set_is_the_pose_that_is_read(client: Client) -> None:
         blue.position = [1, 2]
 
 
-def test_velocities_are_of_the_last_pass(client: Client) -> None:
-    client.joint("wrist").target_velocity = 2.0
+def test_velocities_are_measured_in_world_axes_over_the_last_pass(client: Client) -> None:
+    shoulder, wheel, hand = client.joint("shoulder"), client.object("wheel"), client.object("hand")
+    client.joint("axle").target_velocity = 2.0
     with client.stepping() as step:
-        for _ in range(20):
+        shoulder.target_position = 1.0
+        for _ in range(10):
             step()
-        hand = client.object("hand")
-        assert hand.angular_velocity[2] == pytest.approx(
-            client.joints("shoulder", "wrist").velocities.sum(), abs=0.05
-        )
-        assert hand.velocity.shape == (3,)
+        # Not Euler rates: the axis is none of the three.
+        assert wheel.angular_velocity == pytest.approx([np.sqrt(2), np.sqrt(2), 0], abs=0.02)
+        before = hand.position
+        step()
+        assert hand.velocity == pytest.approx((hand.position - before) / 0.05, abs=1e-4)
+        assert np.linalg.norm(hand.velocity) > 0.05
 
 
 def test_objects_have_names_kinds_and_parents(client: Client) -> None:
@@ -353,6 +360,18 @@ def test_what_is_watched_may_change_and_may_be_missing(client: Client) -> None:
         assert step() == ([pytest.approx(0), pytest.approx(0)], 2)
 
 
+def test_pictures_come_with_the_step_too_and_show_what_the_pass_left(client: Client) -> None:
+    camera, red = client.camera("above"), client.object("red")
+    with client.stepping(lambda: (camera.rgb(), camera.depth())) as step:
+        sizes = messages_of(client)
+        for x in (-0.5, 0.5):
+            red.position = [x, 0.3, 0.5]
+            picture, depth = step()
+            columns = np.nonzero((picture[:, :, 0] > 100) & (depth < 2.2))[1]
+            assert (columns.mean() < 32) == (x < 0)
+        assert sizes == [1 + 1 + 4] * 2
+
+
 def test_an_exception_within_stepping_ends_it_and_comes_out(client: Client) -> None:
     def program() -> None:
         with client.stepping():
@@ -380,6 +399,19 @@ def test_together_is_one_message_in_order_and_reads_see_what_was_set(client: Cli
         shoulder.position = 0.3
         assert shoulder.position == pytest.approx(0.3)
     assert sizes == [2, 2]
+
+
+def test_an_exception_within_together_drops_what_was_not_sent(client: Client) -> None:
+    shoulder = client.joint("shoulder")
+
+    def program() -> None:
+        with client.together():
+            shoulder.position = 0.5
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        program()
+    assert shoulder.position == 0.0
 
 
 # --- what goes wrong -----------------------------------------------------------------------------
@@ -569,13 +601,21 @@ def test_clients_come_by_port_and_by_name_several_at_a_time_and_beside_legacy_on
         Client("127.0.0.1", tutorial.port) as first,
         Client(f"lab-3@127.0.0.1:{tutorial.port}") as second,
     ):
-        assert len({legacy, first.id, second.id}) == 3
+        assert sorted([legacy, first.id, second.id]) == [0, 1, 2]
         first.signals["from"] = "first"
         assert second.signals["from"] == "first"
         code, value = v.simxGetStringSignal(legacy, "from", v.simx_opmode_blocking)
         assert (code, value) == (0, bytearray(b"first"))
     assert (first.id, second.id) == (-1, -1)
     v.simxFinish(legacy)
+
+
+def test_a_client_that_nobody_holds_any_more_is_closed(tutorial: ServerProcess) -> None:
+    client = Client("127.0.0.1", tutorial.port)
+    number = client.id
+    client.joint("UR5_joint1").position = 0
+    del client
+    assert CLIENTS.get(number) is None
 
 
 def test_the_tutorials_ball_is_seen_where_and_as_far_away_as_it_is(tutorial: ServerProcess) -> None:
