@@ -13,7 +13,8 @@ call beside its counterpart here. What can go wrong is in ``simx_client.errors``
 from .camera import Camera
 from .client import Client, Results
 from .joints import Joint, Joints
-from .objects import Dummy, Object, Place, Pose, SceneObject
+from .objects import Dummy, Object, SceneObject
+from .poses import Place, Pose
 from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
 from .signals import Signals
 from .simulation import Simulation, State

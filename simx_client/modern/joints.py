@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .channel import Channel
-    from .objects import Array, Numbers
+    from .poses import Array, Numbers
 
 _TARGETS = "targets are write only: the legacy API has no call that reads them; keep what was set"
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..protocol import constants as c
-from .objects import Object, as_array
+from .objects import Object
+from .poses import as_array
 
 if TYPE_CHECKING:
-    from .objects import Array
+    from .poses import Array
 
 _HAS_VALUES, _IS_BROKEN = 1, 2
 
