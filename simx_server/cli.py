@@ -23,7 +23,7 @@ from simx_server.settings import SETTINGS, SettingError, Settings
 PROGRAM = "simx-server"
 
 LISTS = ("commands", "script_functions")
-PAGES = ("tree", *LISTS)
+PAGES = ("tree", "doctor", *LISTS)
 """What is printed in place of serving."""
 
 EXAMPLES = """\
@@ -85,6 +85,7 @@ def make_parser() -> argparse.ArgumentParser:
             parser.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
     parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
     parser.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
+    parser.add_argument("--doctor", action="store_true", help="test what it needs of this machine (--json)")
     parser.add_argument(
         "--commands",
         action="store_true",
@@ -112,7 +113,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     form = {name for name in ("json", "markdown") if given.pop(name, False)}
     if len(pages) > 1 or len(form) > 1 or (form and not pages):
         parser.error(
-            "--json and --markdown say how to print a page; valid: --tree, --commands or "
+            "--json and --markdown say how to print a page; valid: --tree, --doctor, --commands or "
             "--script-functions, with one of them or none"
         )
     page = pages[0] if pages else None
@@ -157,6 +158,10 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
     log_format.configure(level, settings.log_format, several=False)
     try:
         import_mujoco()
+        if page == "doctor":
+            from simx_server.doctor.page import print_findings
+
+            return print_findings(settings, as_json=as_json)
         from simx_server.scene_listing import print_tree
 
         return print_tree(settings, as_json=as_json)

@@ -1,0 +1,142 @@
+"""Python, the packages, and what the machine gives: cores, memory, shared memory, a folder to write to."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from importlib import metadata
+from pathlib import Path
+
+from .findings import OK, PROBLEM, WARNING, Finding
+
+DISTRIBUTION = "simx-vrep"
+LEAST_PYTHON = (3, 11)
+LEAST_MEMORY = 512 << 20
+"""Bytes; a server with the tutorial's scene and pictures takes about 300 MB."""
+
+LEAST_SHARED = 32 << 20
+"""Bytes; twice what Zenoh takes for the pictures of one server (16 MB)."""
+
+LEAST_DISK = 100 << 20
+_REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)")
+_EXTRA = re.compile(r"extra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
+_FOR_DEVELOPERS = "dev"
+
+
+def check_python() -> Finding:
+    """Version, implementation, system."""
+    version = platform.python_version()
+    text = f"{platform.python_implementation()} {version} on {platform.platform()}, {sys.executable}"
+    if sys.version_info[:2] < LEAST_PYTHON:
+        least = ".".join(map(str, LEAST_PYTHON))
+        return Finding(PROBLEM, "python", text, f"install Python {least} or newer, and the package there")
+    return Finding(OK, "python", text)
+
+
+def check_packages(requirements: Iterable[str] | None = None) -> Iterator[Finding]:
+    """What the package requires, and its extras. `requirements`: as its metadata has them, by default those."""
+    if requirements is None:
+        try:
+            requirements = metadata.requires(DISTRIBUTION) or ()
+        except metadata.PackageNotFoundError:
+            text = f"{DISTRIBUTION} is not installed, so nobody knows what it requires"
+            yield Finding(WARNING, "packages", text, "in its folder: pip install -e .")
+            return
+    needed: list[str] = []
+    extras: dict[str, list[str]] = {}
+    for text in requirements:
+        name = _REQUIREMENT.match(text)
+        extra = _EXTRA.search(text)
+        if name is not None and extra is None:
+            needed.append(name["name"])
+        elif name is not None and extra is not None:
+            extras.setdefault(extra["extra"], []).append(name["name"])
+    versions = {name: _version(name) for name in needed}
+    missing = [name for name, version in versions.items() if version is None]
+    if missing:
+        text = f"not installed: {', '.join(missing)}"
+        yield Finding(PROBLEM, "packages", text, f"pip install {' '.join(missing)}")
+    there = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
+    yield Finding(OK, "packages", there or "none")
+    for extra, names in extras.items():
+        if extra == _FOR_DEVELOPERS:
+            continue
+        missing = [name for name in names if _version(name) is None]
+        if missing:
+            text = f"{extra} is not installed (without: {', '.join(missing)})"
+            advice = f"if you want it: pip install '{DISTRIBUTION}[{extra}]'"
+            yield Finding(OK, "extras", text, advice)
+        else:
+            yield Finding(OK, "extras", f"{extra} is installed ({', '.join(names)})")
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def check_cores() -> Finding:
+    """How many this process may use."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if cores < 2:
+        text = "1 core: physics, pictures, Zenoh and the script share it"
+        return Finding(
+            WARNING, "cores", text, "expect less than real time with pictures; give it a second core"
+        )
+    return Finding(OK, "cores", f"{cores} cores")
+
+
+def check_memory(free: int | None = None) -> Finding:
+    """Free memory, bytes; by default what Linux calls available."""
+    free = _available_memory() if free is None else free
+    if free is None:
+        return Finding(OK, "memory", f"not known on {platform.system()}")
+    text = f"{free >> 20} MB free"
+    if free < LEAST_MEMORY:
+        advice = f"end other programs; a server with pictures takes about {LEAST_MEMORY >> 20} MB"
+        return Finding(WARNING, "memory", text, advice)
+    return Finding(OK, "memory", text)
+
+
+def _available_memory() -> int | None:
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return None
+    found = {name: int(rest.split()[0]) << 10 for name, _, rest in (line.partition(":") for line in lines)}
+    return found.get("MemAvailable")
+
+
+def check_shared_memory(folder: Path = Path("/dev/shm")) -> Finding:
+    """Where Zenoh hands pictures over to clients of this machine."""
+    if sys.platform != "linux":
+        return Finding(OK, "shared memory", f"{platform.system()} has its own")
+    advice = "pictures are slower without it; in a container: docker run --shm-size=256m"
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        return Finding(WARNING, "shared memory", f"{folder} is not there, or may not be written to", advice)
+    free = shutil.disk_usage(folder).free
+    level, advice = (WARNING, advice) if free < LEAST_SHARED else (OK, "")
+    return Finding(level, "shared memory", f"{free >> 20} MB free in {folder}", advice)
+
+
+def check_workspace(folder: Path) -> Finding:
+    """The only folder where clients may write."""
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".simx-doctor-"):
+            free = shutil.disk_usage(folder).free
+    except OSError as error:
+        text = f"{folder} may not be written to ({error.strerror}), so clients cannot save files there"
+        return Finding(WARNING, "workspace", text, "name another folder with --workspace FOLDER")
+    if free < LEAST_DISK:
+        text = f"{folder} has {free >> 20} MB left"
+        return Finding(
+            WARNING, "workspace", text, "make room, or name another folder with --workspace FOLDER"
+        )
+    return Finding(OK, "workspace", f"{folder} can be written to")

@@ -1,0 +1,56 @@
+"""Run as a child process: can one Zenoh session of this machine ask another something? Prints JSON."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+import time
+from typing import Any
+
+from simx_client.protocol import link
+
+KEY = "simx/doctor"
+QUESTIONS = 20
+PATIENCE = 5.0
+"""Seconds for one answer."""
+
+
+def main() -> int:
+    """Exit status 1 and a reason on stderr when no answer comes."""
+    zenoh: Any = link.import_zenoh()
+    with socket.socket() as place:  # a free port: nobody else is given it in the next moments
+        place.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{place.getsockname()[1]}"
+    ends = (
+        {"mode": "peer", "listen/endpoints": [endpoint]},
+        {"mode": "client", "connect/endpoints": [endpoint]},
+    )
+    try:
+        with (
+            zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[0]})) as answering,
+            zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[1]})) as asking,
+        ):
+            queryable = answering.declare_queryable(KEY, lambda query: query.reply(KEY, b"here"))
+            times = [_ask(asking) for _ in range(QUESTIONS)]
+            queryable.undeclare()
+    except (zenoh.ZError, TimeoutError) as error:
+        sys.stderr.write(f"{link.reason(error)}\n")
+        return 1
+    sys.stdout.write(json.dumps({"milliseconds": 1000 * min(times)}) + "\n")
+    return 0
+
+
+def _ask(session: Any) -> float:
+    """Seconds of one question and its answer. Raises TimeoutError."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:  # until the two know of each other
+        began = time.perf_counter()
+        if any(reply.ok is not None for reply in session.get(KEY, timeout=PATIENCE)):
+            return time.perf_counter() - began
+        time.sleep(0.01)
+    raise TimeoutError(f"no answer within {PATIENCE:g} s")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
