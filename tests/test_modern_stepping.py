@@ -120,6 +120,14 @@ def test_an_exception_within_stepping_ends_it_and_comes_out(client: Client) -> N
     assert client.joint("shoulder").position == 0.0, "what was set was dropped"
 
 
+def test_a_watch_that_fails_leaves_nothing_behind(client: Client) -> None:
+    with pytest.raises(errors.NoSuchObject), client.stepping(lambda: client.joint("none").position):
+        pass
+    assert client.simulation.state == "stopped"
+    with client.stepping(lambda: client.simulation.time) as step:
+        assert step() == pytest.approx(0.05)
+
+
 def test_stepping_does_not_nest(client: Client) -> None:
     with client.stepping(), pytest.raises(RuntimeError, match="stepping already"), client.stepping():
         pass
@@ -135,6 +143,18 @@ def test_together_is_one_message_in_order_and_reads_see_what_was_set(client: Cli
         shoulder.position = 0.3
         assert shoulder.position == pytest.approx(0.3)
     assert sizes == [2, 2]
+
+
+def test_what_is_watched_without_stepping_is_one_message_from_the_second_time_on(client: Client) -> None:
+    both, tip = client.joints("shoulder", "wrist"), client.dummy("tip")
+    look = client.watching(lambda: (both.positions, tip.pose))
+    look()
+    sizes = messages_of(client)
+    both.positions = [0.5, 0.25]
+    positions, pose = look()
+    assert sizes == [2, 4]
+    assert positions == pytest.approx([0.5, 0.25])
+    assert pose.position == pytest.approx(tip.position)
 
 
 def test_an_exception_within_together_drops_what_was_not_sent(client: Client) -> None:

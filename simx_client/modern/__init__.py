@@ -19,6 +19,7 @@ from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
 from .signals import Signals
 from .simulation import Simulation, State
 from .stepping import Stepping
+from .watching import Watch
 
 __all__ = [
     "Camera",
@@ -38,5 +39,6 @@ __all__ = [
     "Simulation",
     "State",
     "Stepping",
+    "Watch",
     "Wrench",
 ]

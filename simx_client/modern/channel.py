@@ -158,11 +158,12 @@ class Channel:
         Returns:
             Its result, and all reads that it made.
         """
+        outer = self._known, self._looked_at
         self._known, self._looked_at = known, {}
         try:
             return read(), self._looked_at
         finally:
-            self._known = None
+            self._known, self._looked_at = outer
 
     def _recall(self, answers: Sequence[Answer[Any]], known: Reads) -> None:
         new: list[Answer[Any]] = []

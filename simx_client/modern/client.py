@@ -23,6 +23,7 @@ from .sensors import ForceSensor, ProximitySensor
 from .signals import Signals
 from .simulation import Simulation
 from .stepping import Stepping
+from .watching import Watch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -192,6 +193,17 @@ class Client:
         not gone out by then is dropped.
         """
         return self._channel.holding()
+
+    def watching(self, read: Callable[[], T]) -> Watch[T]:
+        """Read much of one instant with one message.
+
+            look = client.watching(lambda: (arm.positions, ball.position))
+            angles, place = look()
+
+        Args:
+            read: reads what ``look()`` is to return. All that it read the last time is fetched together.
+        """
+        return Watch(self._channel, read)
 
     @overload
     def stepping(self) -> Stepping[None]: ...

@@ -9,8 +9,9 @@ from typing import Generic, TypeVar
 
 from ..calls import Calls
 from ..errors import RemoteError
-from .channel import Channel, Reads
+from .channel import Channel
 from .simulation import Simulation, State
+from .watching import Watch
 
 T = TypeVar("T")
 
@@ -19,8 +20,8 @@ class Stepping(Generic[T]):
     """The ``with`` block of ``Client.stepping``, and what it gives: call it to make a pass."""
 
     def __init__(self, channel: Channel, simulation: Simulation, watch: Callable[[], T]) -> None:
-        self._channel, self._simulation, self._watch = channel, simulation, watch
-        self._reads: Reads = {}
+        self._channel, self._simulation = channel, simulation
+        self._watch = Watch(channel, watch)
         self._before = State.STOPPED
         self._hold: AbstractContextManager[None] = nullcontext()
 
@@ -29,10 +30,10 @@ class Stepping(Generic[T]):
         if self._channel.is_stepping:
             raise RuntimeError("this client is stepping already; leave that block before entering another")
         self._before = self._simulation.state
-        self._channel.gather(_begin)
         self._channel.is_stepping = True
         try:
-            self.latest = self._look()
+            self._channel.gather(_begin)
+            self.latest = self._watch.look()
         except BaseException:
             self._end()
             raise
@@ -80,15 +81,11 @@ class Stepping(Generic[T]):
     def _make(self, note: Callable[[Calls], object]) -> T:
         calls = Calls(0, self._channel.where)
         note(calls)
-        self._channel.exchange([*calls.noted, *self._reads.values()])
+        self._watch.fetch(calls.noted)
         if refused := [answer.failure for answer in calls.noted if answer.code]:
             raise RemoteError(refused)
-        self.latest = self._look()
+        self.latest = self._watch.look()
         return self.latest
-
-    def _look(self) -> T:
-        value, self._reads = self._channel.look(self._watch, self._reads)
-        return value
 
     def _end(self) -> None:
         self._channel.is_stepping = False
