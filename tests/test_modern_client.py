@@ -266,7 +266,7 @@ def test_the_tutorials_ball_is_seen_where_and_as_far_away_as_it_is(tutorial: Ser
 
 def test_no_server_is_an_exception_with_the_reason(tutorial: ServerProcess) -> None:
     with pytest.raises(errors.ConnectionFailed, match=r"tried .*nobody.*lab-3"):
-        Client(f"nobody@127.0.0.1:{tutorial.port}", timeout=1.0)
+        Client(f"nobody@127.0.0.1:{tutorial.port}", timeout=2.0)
 
 
 def test_the_example_turns_the_camera_to_the_ball(
