@@ -157,6 +157,20 @@ def test_what_is_watched_without_stepping_is_one_message_from_the_second_time_on
     assert pose.position == pytest.approx(tip.position)
 
 
+def test_a_refusal_of_what_was_set_is_not_taken_for_one_of_what_is_read(client: Client) -> None:
+    red, blue = client.object("red"), client.object("blue")
+    for read in (
+        lambda: client.joint("wrist"),
+        lambda: client.signals.ints.get("it", 0),
+        lambda: blue.position,
+    ):
+        with client.together():
+            red.parent = blue
+            with pytest.raises(errors.RemoteError, match="simxSetObjectParent") as told:
+                read()
+        assert type(told.value) is errors.RemoteError
+
+
 def test_an_exception_within_together_drops_what_was_not_sent(client: Client) -> None:
     shoulder = client.joint("shoulder")
 

@@ -85,7 +85,7 @@ class Channel:
         return result
 
     def try_all(self, note: Callable[[Calls], T]) -> T:
-        """As ``gather``, but calls may be refused: ask each answer for its code."""
+        """As ``gather``, but these calls may be refused: ask each answer for its code."""
         return self._make(Calls(0, self.where), note, ())
 
     def _make(self, calls: Calls, note: Callable[[Calls], T], subjects: Sequence[Subject]) -> T:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeVar, cast
 
 from ..calls import Calls
-from ..errors import NoSuchObject, RemoteError, WrongKind
+from ..errors import NoSuchObject, WrongKind
 from ..protocol import constants as c
 from .channel import Channel, Generation
 from .objects import KINDS, SceneObject
@@ -49,10 +49,9 @@ class Scene:
             every = calls.simxGetObjects(c.sim_handle_all if wanted is None else wanted)
             return calls.simxGetObjectHandle(name), every
 
-        try:
-            handle, of_kind = self.channel.gather(note)
-        except RemoteError as error:
-            raise NoSuchObject(error.failures) from None
+        handle, of_kind = self.channel.try_all(note)
+        if handle.code:
+            raise NoSuchObject([handle.failure])
         if handle.value not in of_kind.value:
             actual = self.kinds().get(handle.value, "something else")
             raise WrongKind(

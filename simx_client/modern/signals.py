@@ -7,7 +7,7 @@ from typing import Any, Generic, SupportsFloat, SupportsIndex, TypeVar
 
 from ..answers import Answer
 from ..calls import Calls
-from ..errors import NoSuchSignal, RemoteError
+from ..errors import NoSuchSignal
 from .channel import Channel
 
 T = TypeVar("T")
@@ -32,10 +32,10 @@ class _OfKind(Generic[T]):
         self._read = read
 
     def __getitem__(self, name: str) -> T:
-        try:
-            return self._read(self._channel.ask(lambda calls: self._get(calls, name)))
-        except RemoteError as error:
-            raise NoSuchSignal(error.failures) from None
+        answer = self._channel.try_all(lambda calls: self._get(calls, name))
+        if answer.code:
+            raise NoSuchSignal([answer.failure])
+        return self._read(answer.value)
 
     def __setitem__(self, name: str, value: T) -> None:
         _check(name)
