@@ -160,6 +160,21 @@ def test_diverged_physics_is_told_to_every_client_and_the_next_run_is_as_good_as
     assert errors(driver) == ""
 
 
+@pytest.mark.parametrize("value", [float("inf"), float("nan"), 1e308])
+def test_an_edit_amid_diverged_physics_is_made_and_the_run_goes_on(world: RealWorld, value: float) -> None:
+    client = world.client()
+    start_stepped(client)
+    v.simxSynchronousTrigger(client)
+    world.simulation.data.qpos[0] = value  # no call can set this; what MuJoCo makes of 1e12 rad/s can
+    world.simulation.joints.measure()
+    code, dummy = v.simxCreateDummy(client, 0.1, None, BLOCKING)
+    assert code == v.simx_return_ok
+    assert v.simxGetObjectOrientation(client, dummy, -1, BLOCKING) == (0, pytest.approx([0, 0, 0]))
+    assert v.simxStopSimulation(client, BLOCKING) == v.simx_return_ok
+    start_stepped(client)
+    assert v.simxSynchronousTrigger(client) == v.simx_return_ok
+
+
 def test_a_pass_that_fails_is_told_to_every_client_and_the_next_run_works(
     world: RealWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:

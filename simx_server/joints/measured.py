@@ -48,7 +48,7 @@ class Measured:
             return self._kept.get(binding.handle, 0.0)
         which, index = (1, binding.id) if binding.element == "tendon" else (0, binding.qpos)
         change = float(self._after[which][index] - self._before[which][index])
-        if binding.kind == "hinge":
+        if binding.kind == "hinge" and math.isfinite(change):  # physics that diverges knows no bounds
             change = math.remainder(change, 2 * math.pi)
         return change / self._sim.time_step
 
