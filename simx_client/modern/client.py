@@ -153,8 +153,7 @@ class Client:
 
     def objects(self) -> dict[str, str]:
         """Names of all objects of the scene, and what each is: ``{"UR5_joint1": "joint", ...}``."""
-        names, kinds = self._scene.names(), self._scene.kinds()
-        return {name: kinds[handle] for handle, name in names.items() if handle in kinds}
+        return {name: kind for _, name, kind in self._scene.listing()}
 
     # --- everything else -------------------------------------------------------------------------
 

@@ -60,15 +60,24 @@ class Scene:
         return kind(self, handle.value, name)
 
     def names(self) -> dict[int, str]:
-        """Of all objects, by handle, in the scene's order."""
-        handles, _, _, names = self.channel.ask(
-            lambda calls: calls.simxGetObjectGroupData(c.sim_appobj_object_type, _NAMES)
-        )
-        return dict(zip(handles, names, strict=True))
+        """Of all objects, by handle."""
+        return {handle: name for handle, name, _ in self.listing()}
 
     def kinds(self) -> dict[int, str]:
         """Of all objects, by handle."""
-        handles, types, _, _ = self.channel.ask(
-            lambda calls: calls.simxGetObjectGroupData(c.sim_appobj_object_type, _TYPES)
+        return {handle: kind for handle, _, kind in self.listing()}
+
+    def listing(self) -> list[tuple[int, str, str]]:
+        """Handle, name and kind of all objects, in the scene's order; one message."""
+        named, typed = self.channel.gather(
+            lambda calls: (
+                calls.simxGetObjectGroupData(c.sim_appobj_object_type, _NAMES),
+                calls.simxGetObjectGroupData(c.sim_appobj_object_type, _TYPES),
+            )
         )
-        return {handle: KINDS.get(each, "object") for handle, each in zip(handles, types, strict=True)}
+        handles, _, _, names = named.value
+        _, types, _, _ = typed.value
+        return [
+            (handle, name, KINDS.get(each, "object"))
+            for handle, name, each in zip(handles, names, types, strict=True)
+        ]
