@@ -14,6 +14,10 @@ COMMANDS = {
     "call": ("call one function of the remote API", "simx_client.command_line.call"),
     "watch": ("print what a reading function gives, whenever it changes", "simx_client.command_line.watch"),
     "image": ("write a camera's picture into a file", "simx_client.command_line.image"),
+    "completion": (
+        "print a script that has a shell complete all this",
+        "simx_client.command_line.completion",
+    ),
     "check": ("tell what an old script wants, and what is missing", "simx_client.checking.command"),
     "run": ("run an unmodified legacy script", "simx_client.run"),
     "status": ("tell whether they work, and what they count", "simx_client.status"),
@@ -23,7 +27,7 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Hand the remaining arguments to the command; its exit code is returned, 130 after Ctrl-C."""
-    commands = "\n".join(f"  {name:8} {meaning}" for name, (meaning, _) in COMMANDS.items())
+    commands = "\n".join(f"  {name:10} {meaning}" for name, (meaning, _) in COMMANDS.items())
     parser = argparse.ArgumentParser(
         "python -m simx_client",
         usage="python -m simx_client COMMAND [ARGS...]",

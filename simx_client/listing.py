@@ -17,14 +17,20 @@ HEAD = ("REALM", "HOST", "PORTS", "PID", "SCENE", "STATE", "CLIENTS", "REAL TIME
 NO_ANSWER = "no answer"
 
 
-def main(argv: Sequence[str]) -> int:
-    """List them; 0 also when there are none, 1 when a router or server could not be reached."""
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the command."""
     parser = argparse.ArgumentParser(
         "python -m simx_client list",
         description="List the live simulators: those of this host, or those behind the given routers.",
         allow_abbrev=False,
     )
     asking.add_flags(parser)
+    return parser
+
+
+def main(argv: Sequence[str]) -> int:
+    """List them; 0 also when there are none, 1 when a router or server could not be reached."""
+    parser = make_parser()
     options = parser.parse_args(argv)
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
     endpoints = asking.endpoints(parser, options)

@@ -45,8 +45,8 @@ def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
     return list(texts)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code is 0, 1 if nothing was written, 2 for a folder that is none."""
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the command."""
     parser = argparse.ArgumentParser(
         "python -m simx_client shims",
         description="Write stand-ins for vrep.py, sim.py, vrepConst.py and simConst.py on simx_client.",
@@ -56,6 +56,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="where the script looks for them")
     parser.add_argument("--force", action="store_true", help="replace files of these names")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is 0, 1 if nothing was written, 2 for a folder that is none."""
+    parser = make_parser()
     options = parser.parse_args(argv)
     if not options.folder.is_dir():
         parser.error(f"{options.folder} is no folder; name one that exists")
