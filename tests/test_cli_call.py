@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from processes import ServerProcess, server
 from routers import free_port
 
 from simx_client import __main__ as program
+from simx_client.command_line import call, image, watch
 from simx_client.command_line.arguments import WrongUse, bare, command_named, parse, shielded, usage
+from simx_client.command_line.asking_one import parse_words
 from simx_client.command_line.png import png, samples_16
 from simx_client.command_line.showing import as_text
 
@@ -176,6 +179,19 @@ def test_words_become_arguments_by_their_kinds() -> None:
         read("simxLoadScene")
     assert "3 numbers: 1,2,3" in usage(command_named("simxSetObjectPosition"))
     assert bare(shielded(["-1,2", "-.5", "--at", "-x", " a"])) == ["-1,2", "-.5", "--at", "-x", " a"]
+
+
+def test_the_calls_that_the_page_shows_can_be_made() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^    simx (call|watch|image) (.*)", page, re.MULTILINE)
+    assert len(shown) >= 8
+    for name, line in shown:
+        words = shlex.split(line, comments=True)
+        if name == "image":
+            image.make_parser().parse_args(words)
+            continue
+        options = parse_words({"call": call, "watch": watch}[name].make_parser(), words)
+        parse(command_named(options.function), options.arguments, lambda finder, name: 1)
 
 
 def test_texts_of_values() -> None:

@@ -76,7 +76,7 @@ _FILLED = {"operationMode": c.simx_opmode_blocking, "timeOut": 0}
 def meaning(code: int) -> str:
     """A simx_return_ code in words."""
     if code & c.simx_return_remote_error_flag:
-        return f"the simulator refused it (code {code})"
+        return f"the simulator refused it (code {code}); its reason is above"
     if code & c.simx_return_timeout_flag:
         return f"no answer came in time (code {code}); see --timeout"
     if code & c.simx_return_novalue_flag:
