@@ -175,6 +175,14 @@ def test_functions_of_the_scripts_own_are_not_the_apis(check: Any) -> None:
     assert objects_of(record) == ["own"]
 
 
+def test_functions_are_known_under_other_names(check: Any) -> None:
+    code, record = check(
+        "from vrep import simxGetObjectHandle as handle\nhandle(c, 'a', B)\n"
+        "getattr(vrep, 'simxGetObjectHandle')(c, 'b', B)\ngetattr(vrep, c)(1)"
+    )
+    assert (code, objects_of(record)) == (0, ["a", "b"])
+
+
 def test_calls_in_a_batch_have_no_client_id_and_no_mode(check: Any) -> None:
     code, record = check("def look(calls):\n  calls.simxGetObjectHandle('a')")
     assert (code, objects_of(record)) == (0, ["a"])
@@ -302,11 +310,9 @@ def test_what_cannot_be_checked_is_wrong_use(
 
 
 def test_a_scene_that_is_not_there_is_told_in_the_servers_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = subprocess.CompletedProcess[str](
-        [], 1, "", "00:00:00 ERROR simx_server: no scene 'x'; shipped scenes: y\n"
-    )
+    told = subprocess.CompletedProcess[str]([], 1, "", '{"message": "no scene x; shipped scenes: y"}\n')
     monkeypatch.setattr(scene.subprocess, "run", lambda *_, **__: told)
-    with pytest.raises(NoScene, match="no scene 'x'; shipped scenes: y"):
+    with pytest.raises(NoScene, match="looked at: no scene x; shipped scenes: y"):
         scene.look_at("x")
 
 

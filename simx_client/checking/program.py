@@ -57,9 +57,11 @@ def read_program(path: Path) -> Program:
     waiting = list(program.sources)
     while waiting:
         source = waiting.pop()
-        for name, line in _imported(source.tree):
-            file = _beside(path.parent, name)
+        for name, line, is_own in _imported(source.tree):
+            file = _beside(source.path.parent if is_own else path.parent, name)
             if file is None:
+                if is_own:  # a name within a module of its own package
+                    continue
                 top = name.partition(".")[0]
                 if not _beside(path.parent, top) and not (path.parent / top).is_dir():
                     program.imports.setdefault(top, line)
@@ -112,17 +114,18 @@ def _placed(text: str) -> ast.Module:
     return tree
 
 
-def _imported(tree: ast.Module) -> list[tuple[str, int]]:
-    found: list[tuple[str, int]] = []
+def _imported(tree: ast.Module) -> list[tuple[str, int, bool]]:
+    """(module, line, whether it is looked for in the package of the file that imports it)."""
+    found: list[tuple[str, int, bool]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found += [(alias.name, node.lineno) for alias in node.names]
+            found += [(alias.name, node.lineno, False) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            base = node.module or ""
-            if base and not node.level:
-                found.append((base, node.lineno))
-            if node.level:  # its own package: perhaps modules by name
-                found += [(base, node.lineno)] if base else [(each.name, node.lineno) for each in node.names]
+            base, is_own = node.module or "", bool(node.level)
+            if base:
+                found.append((base, node.lineno, is_own))
+            if is_own and not base:
+                found += [(each.name, node.lineno, True) for each in node.names]
     return found
 
 

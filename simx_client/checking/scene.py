@@ -73,7 +73,18 @@ class SceneView:
 
 def look_at(scene: str, *flags: str) -> SceneView:
     """Have a server load the scene, in a process of its own, and say what is in it. Raises NoScene."""
-    command = [sys.executable, "-P", "-m", "simx_server", scene, "--tree", "--json", *flags]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "simx_server",
+        scene,
+        "--tree",
+        "--json",
+        "--log-format",
+        "json",
+        *flags,
+    ]
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S
@@ -81,9 +92,17 @@ def look_at(scene: str, *flags: str) -> SceneView:
     except subprocess.TimeoutExpired:
         raise NoScene(f"the scene {scene} was not loaded within {PATIENCE_S:g} s") from None
     if done.returncode:
-        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        raise NoScene(f"the scene {scene} cannot be looked at: {lines[-1]}")
+        raise NoScene(f"the scene {scene} cannot be looked at: {_reason(done)}")
     return SceneView(json.loads(done.stdout))
+
+
+def _reason(done: subprocess.CompletedProcess[str]) -> str:
+    """The last line of its log: one of JSON, unless it did not come so far."""
+    lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+    try:
+        return str(json.loads(lines[-1])["message"])
+    except (ValueError, LookupError, TypeError):
+        return lines[-1]
 
 
 def _is_on_path(parts: list[str], path: str) -> bool:

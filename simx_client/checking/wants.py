@@ -97,17 +97,18 @@ def wants_of(program: Program, names: Names) -> Wants:
     texts = Texts(names)
     public = functions()
     for call in names.calls:
+        name = _name_of(call, names)
         # One that the program defines itself, or a method of a wrapper, is followed into, not taken for the API's.
-        if not _FUNCTION.match(call.name) or call.name in names.functions:
+        if not _FUNCTION.match(name) or name in names.functions:
             continue
         place = Place(call.scope.file, call.line)
-        if call.name not in public:
-            wants.unknown.setdefault(call.name, place)
+        if name not in public:
+            wants.unknown.setdefault(name, place)
             continue
-        wants.functions.setdefault(call.name, place)
-        parameters = _parameters(call, names)
-        _count(wants, call, parameters, place)
-        _read(wants, texts, call, parameters, place)
+        wants.functions.setdefault(name, place)
+        parameters = _parameters(name, call, names)
+        _count(wants, name, call, parameters, place)
+        _read(wants, name, texts, call, parameters, place)
     _constants(wants, names)
     wants.named = _once(wants.named)
     wants.calls = list({each[:2]: each for each in reversed(wants.calls)}.values())[::-1]
@@ -115,9 +116,20 @@ def wants_of(program: Program, names: Names) -> Wants:
     return wants
 
 
-def _parameters(call: Called, names: Names) -> tuple[str, ...]:
+def _name_of(call: Called, names: Names) -> str:
+    """Of the function called, also after ``import simxStart as start``, or by ``getattr(vrep, 'simxStart')``."""
+    node = call.node.func
+    if isinstance(node, ast.Name):
+        return names.modules.get(node.id, node.id)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "getattr":
+        wanted = node.args[1] if len(node.args) > 1 else None
+        return str(wanted.value) if isinstance(wanted, ast.Constant) else ""
+    return call.name
+
+
+def _parameters(name: str, call: Called, names: Names) -> tuple[str, ...]:
     """What the call has to give: in a batch (`simx_client.batch`) neither client id nor operation mode."""
-    command = BY_NAME[call.name]
+    command = BY_NAME[name]
     receiver = call.node.func.value if isinstance(call.node.func, ast.Attribute) else None
     is_module = receiver is None or (isinstance(receiver, ast.Name) and receiver.id in names.modules)
     without = tuple(each.name for each in command.arguments)
@@ -125,12 +137,14 @@ def _parameters(call: Called, names: Names) -> tuple[str, ...]:
     return without if is_batched else command.parameters
 
 
-def _read(wants: Wants, texts: Texts, call: Called, parameters: tuple[str, ...], place: Place) -> None:
-    command = BY_NAME[call.name]
+def _read(
+    wants: Wants, called: str, texts: Texts, call: Called, parameters: tuple[str, ...], place: Place
+) -> None:
+    command = BY_NAME[called]
     if "functionName" in parameters:
         _script_call(wants, texts, call, parameters, place)
         return
-    if call.name == "simxStart":
+    if called == "simxStart":
         for text in texts.argument(call, "connectionPort", parameters):
             if text.isdecimal():
                 wants.ports.setdefault(int(text), place)
@@ -161,11 +175,11 @@ def _script_call(wants: Wants, texts: Texts, call: Called, parameters: tuple[str
 
 
 def _note_unclear(wants: Wants, what: str, found: Iterable[str], place: Place) -> None:
-    if not all(map(is_known, found)) and place not in wants.unclear.setdefault(what, []):
+    if any(text and not is_known(text) for text in found) and place not in wants.unclear.setdefault(what, []):
         wants.unclear[what].append(place)
 
 
-def _count(wants: Wants, call: Called, parameters: tuple[str, ...], place: Place) -> None:
+def _count(wants: Wants, called: str, call: Called, parameters: tuple[str, ...], place: Place) -> None:
     """Too many or too few arguments are an error only when the call is made; here already."""
     node = call.node
     if any(isinstance(each, ast.Starred) for each in node.args) or any(
@@ -174,7 +188,7 @@ def _count(wants: Wants, call: Called, parameters: tuple[str, ...], place: Place
         return
     given, needed = len(node.args) + len(node.keywords), len(parameters)
     if given != needed:
-        wants.miscounted.append((place, call.name, needed, given))
+        wants.miscounted.append((place, called, needed, given))
 
 
 def _constants(wants: Wants, names: Names) -> None:
