@@ -6,6 +6,7 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 from __future__ import annotations
 
 import contextlib
+import contextlib
 import difflib
 import itertools
 import math
@@ -291,7 +292,8 @@ class ZenohTransport:
 
     def _wake(self) -> None:
         """End a wait in ``receive`` from the alarm's thread: an empty message from us to ourselves."""
-        self._bell.put(b"")
+        with contextlib.suppress(self._zenoh.ZError):  # the session was closed meanwhile, which ends the wait too
+            self._bell.put(b"")
 
     def _on_picture(self, sample: Any) -> None:
         self._pictures[str(sample.key_expr)] = sample

@@ -202,9 +202,11 @@ class Model:
         if result is None:
             if key not in self.streams:
                 self.inbox.pop(key, None)
-        elif sent.kind == "once" or self.streams.get(key, (0,))[0] == sent.number:
-            self._store(sent.question, result, sent.number)
-        elif sent.question.takes and sent.number in self.replaced and result[1]:
+        elif (
+            sent.kind == "once"
+            or self.streams.get(key, (0,))[0] == sent.number
+            or (sent.question.takes and sent.number in self.replaced and result[1])
+        ):
             self._store(sent.question, result, sent.number)
 
     def _store(self, question: Question, result: Result, number: int) -> None:

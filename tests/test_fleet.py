@@ -78,11 +78,12 @@ class FleetProcess:
 def _is_alive(process_id: int) -> bool:
     try:
         os.kill(process_id, 0)
-    except ProcessLookupError:
+        # A child whose parent was killed is nobody's to wait for, until the system's first process does.
+        return ") Z " not in Path(f"/proc/{process_id}/stat").read_text()
+    except ProcessLookupError:  # it may go between the two looks
         return False
-    # A child whose parent was killed is nobody's to wait for, until the system's first process does.
-    state = Path(f"/proc/{process_id}/stat")
-    return not state.exists() or ") Z " not in state.read_text()
+    except FileNotFoundError:
+        return not Path("/proc").is_dir()
 
 
 @contextlib.contextmanager
