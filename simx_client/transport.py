@@ -6,12 +6,10 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 from __future__ import annotations
 
 import contextlib
-import contextlib
 import difflib
 import itertools
 import math
 import os
-import socket
 import sys
 import threading
 import time
@@ -19,12 +17,13 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from .alarm import Alarm
+from .diagnosis import diagnose
 from .errors import ConnectionFailed
 from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Greeting, Welcome, no_common_version
-from .session import client_name, host_and_port, open_session, why_closed
+from .session import client_name, open_session
 from .writer import Writer
 
 GREETING_TIMEOUT = 1.0
@@ -166,7 +165,7 @@ class ZenohTransport:
                 return open_session(self._zenoh, options, defaults)
             except self._zenoh.ZError:
                 if not retry or not patience or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline:
-                    raise ConnectionFailed(_diagnose(self._place, deadline)) from None
+                    raise ConnectionFailed(diagnose(self._place, deadline)) from None
             time.sleep(OPENING_PAUSE)
 
     @property
@@ -292,7 +291,9 @@ class ZenohTransport:
 
     def _wake(self) -> None:
         """End a wait in ``receive`` from the alarm's thread: an empty message from us to ourselves."""
-        with contextlib.suppress(self._zenoh.ZError):  # the session was closed meanwhile, which ends the wait too
+        with contextlib.suppress(
+            self._zenoh.ZError
+        ):  # the session was closed meanwhile, which ends the wait too
             self._bell.put(b"")
 
     def _on_picture(self, sample: Any) -> None:
@@ -362,43 +363,3 @@ class ZenohTransport:
 def _listed(names: Sequence[str]) -> str:
     more = len(names) - NAMES_SHOWN
     return ", ".join(names[:NAMES_SHOWN]) + (f" and {more} more" if more > 0 else "")
-
-
-def _diagnose(place: Place, deadline: float) -> str:
-    """Look at a place where no connection could be made, and say what is there and what to do."""
-    if place.host_and_port is None:
-        refusals = [
-            f"; {each} {refusal}" for each in place.endpoints if (refusal := _refusal_at(each, deadline))
-        ]
-        return (
-            f"nothing that lets this client in was found at {', '.join(place.endpoints)}{''.join(refusals)}; "
-            "check SIMX_CONNECT, and that the router or server runs"
-        )
-    address, port = place.host_and_port
-    what_to_do = (
-        f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
-    )
-    try:
-        if refusal := why_closed(address, port, deadline=deadline):
-            return f"{address}:{port} {refusal}"
-        return (
-            f"something listens at {address}:{port} but does not speak Zenoh, so it is not a simx-server "
-            f"(a CoppeliaSim, perhaps); {what_to_do}"
-        )
-    except ConnectionRefusedError:
-        return f"nothing listens at {address}:{port}; {what_to_do}"
-    except socket.gaierror:
-        return f"the host name {address!r} is not known; check its spelling, or pass an IP address"
-    except TimeoutError:
-        return f"{address}:{port} does not answer; check the address and the firewall, or {what_to_do}"
-    except (OSError, OverflowError) as error:
-        return f"{address}:{port} cannot be reached ({error}); {what_to_do}"
-
-
-def _refusal_at(endpoint: str, deadline: float) -> str | None:
-    """Why an endpoint where something listens may have refused; None when nothing does."""
-    found = host_and_port(endpoint)
-    try:
-        return why_closed(*found, endpoint.startswith("tls/"), deadline) if found else None
-    except (OSError, OverflowError):
-        return None
