@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from simx_client.checking.command import make_parser as make_check_parser
 from simx_client.redirect import VARIABLE as REDIRECT
 from simx_client.run import make_parser as make_run_parser
 from simx_server.cli import make_parser as make_server_parser
@@ -22,7 +23,8 @@ def readme() -> str:
 
 def test_every_flag_in_the_readme_exists(readme: str) -> None:
     flags = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", readme))
-    known = make_server_parser().format_help() + make_run_parser().format_help()
+    parsers = make_server_parser(), make_run_parser(), make_check_parser()
+    known = "".join(parser.format_help() for parser in parsers)
     assert {flag for flag in flags if flag not in known} == set()
 
 
