@@ -296,10 +296,12 @@ class Connection:
         """Take in everything that has arrived."""
         transport = self._transport
         assert transport is not None
+        # Taken first, stored last: the answer that armed a stream came before its values, and must not follow them.
+        newest = transport.newest()
         while (payload := transport.receive(0)) is not None:
             self._absorb(payload)
-        if (payload := transport.newest()) is not None:
-            self._absorb(payload)
+        if newest is not None:
+            self._absorb(newest)
         for payload in transport.pictures():
             self._absorb(payload)
 

@@ -510,3 +510,30 @@ def test_a_script_that_reads_in_pauses_only_reads_the_newest(world):
         seen.append(v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer))
         v.simxPauseCommunication(cid, False)
     assert seen == [(0, 0.0), (0, 1.0), (0, 2.0)]
+
+
+def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, monkeypatch):
+    cid = world.client()
+    connection = CLIENTS.get(cid)
+    transport = connection._transport
+    receive, newest = transport.receive, transport.newest
+    is_quiet = True
+
+    def late_receive(timeout):
+        return None if timeout <= 0 and is_quiet else receive(timeout)
+
+    def newest_after_all_has_come():
+        nonlocal is_quiet
+        payload = newest()
+        is_quiet = False  # between two looks both came
+        return payload
+
+    world.simulation.start()
+    v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.joints[1] = 5.0
+    world.settle()
+    monkeypatch.setattr(transport, "receive", late_receive)
+    monkeypatch.setattr(transport, "newest", newest_after_all_has_come)
+    v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer)
+    assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer) == (0, 5.0)
