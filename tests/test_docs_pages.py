@@ -7,13 +7,18 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from processes import ROOT
+from real_world import RealWorld
 
 from simx_client.checking import command as check
 from simx_server import cli
+from simx_server.joints.state import bind, initial_state
+from simx_server.scene.annotations import GRAMMAR
+from simx_server.scene.loader import load_text
 
 DOCS = ROOT / "docs"
 BLOCK = re.compile(r"^```(\w+)(?: ([^\n]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -75,3 +80,75 @@ def test_porting_page_what_is_missing_is_a_problem(
     Path("car.xml").write_text(scene.replace('"leftMotor"', '"motorLeft"'), encoding="utf-8")
     assert check.main(["drive.py", "--scene", "car.xml"]) == 1
     assert "problem: no object 'leftMotor' in car" in capsys.readouterr().out
+
+
+# --- annotations ---------------------------------------------------------------------------------
+
+SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", page("annotations.md"), re.MULTILINE | re.DOTALL))
+BENCH = next(text for _, title, text in blocks("annotations.md") if title)
+EXAMPLES = [text for _, title, text in blocks("annotations.md") if not title]
+
+
+def rows(section: str) -> dict[str, tuple[str, ...]]:
+    """Key to the other cells of its row."""
+    lines = re.findall(r"^\| `(\w+)` \|(.*)\|$", section, re.MULTILINE)
+    return {key: tuple(cell.strip() for cell in rest.split("|")) for key, rest in lines}
+
+
+def what_is_valid(check_value: Callable[[str], object]) -> str:
+    """What the error says of a wrong value; only of a number that may have any sign is -7 none."""
+    for wrong in ("-7", "?"):
+        try:
+            check_value(wrong)
+        except ValueError as error:
+            return str(error)
+    raise AssertionError("takes everything")
+
+
+@pytest.mark.parametrize("kind", GRAMMAR)
+def test_annotations_page_has_every_key_with_what_is_valid(kind: str) -> None:
+    table = rows(SECTIONS[kind])
+    assert list(table) == list(GRAMMAR[kind])
+    for key, check_value in GRAMMAR[kind].items():
+        valid, without, meaning = table[key]
+        assert all((valid, without, meaning)), key
+        if check_value is not str:
+            assert valid == what_is_valid(check_value), key
+
+
+def test_annotations_page_has_a_section_for_each_kind_and_no_other() -> None:
+    assert set(SECTIONS) == set(GRAMMAR)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda text: re.findall(r'name="(.*?)"', text)[0])
+def test_annotations_page_example_loads(
+    example: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    (tmp_path / "arm.lua").write_text("function sysCall_init() end")
+    (tmp_path / "panel.toml").write_text('[[ui]]\nname = "panel"\n')
+    (tmp_path / "bench.xml").write_text(BENCH.replace("<custom>\n", f"<custom>\n{example}"))
+    world = RealWorld(tmp_path / "bench.xml")
+    try:
+        world.simulation.start()
+        world.simulation.advance()
+    finally:
+        world.close()
+
+
+def test_annotations_page_defaults_of_joints_are_those_of_the_code() -> None:
+    scene, model = load_text(
+        BENCH.replace("<custom>\n", '<custom><text name="simx:joint:finger" data="cyclic=no"/>')
+    )
+    finger = next(item for item in scene.objects.values() if item.name == "finger")
+    state = initial_state(finger, bind(finger, model), model, 0.0, {})
+    table = rows(SECTIONS["joint"])
+    shown = {key: table[key][1] for key in ("P", "I", "D", "target_velocity", "offset", "multiplication")}
+    assert shown == {
+        "P": f"{state.p:g}", "I": f"{state.i:g}", "D": f"{state.d:g}",
+        "target_velocity": f"{state.target_velocity:g}", "offset": f"{state.offset:g}",
+        "multiplication": f"{state.factor:g}",
+    }  # fmt: skip
+    switches = {key: table[key][1] for key in ("lock", "hybrid", "rewind")}
+    assert switches == {key: "on" if getattr(state, key) else "off" for key in switches}
+    assert table["mode"][1] == state.mode.name.lower()
