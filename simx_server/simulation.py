@@ -286,7 +286,8 @@ class Simulation:
         if self.dynamics_enabled:
             if self.sleepers.are_to_wake:
                 self.refresh()
-            self.joints.step(self.substeps)
+            with self.sleepers.watched_awake():
+                self.joints.step(self.substeps)
         if [self.data.warning[kind].number for kind in _DIVERGED] != before:
             problem = f"the physics diverged at {self.time:.3f} s; the simulation is stopped"
             logger.error("%s", problem)

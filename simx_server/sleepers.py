@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+_LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
 
 def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -38,6 +39,16 @@ def _sleepless(model: mujoco.MjModel) -> Iterator[None]:
         model.opt.enableflags = flags
 
 
+def _reason_against(model: mujoco.MjModel) -> str:
+    """Why nothing may sleep in a model; empty if everything may."""
+    if np.any(model.eq_type == mujoco.mjtEq.mjEQ_TENDON):
+        return "MuJoCo cannot wake tendons that an equality holds together"
+    sites = model.sensor_objid[np.isin(model.sensor_type, _LOADED)]
+    if np.any(model.body_weldid[model.site_bodyid[sites]] == 0):
+        return "a force sensor that does not move feels no load that sleeps"
+    return ""
+
+
 class Sleepers:
     """The sleeping bodies of one simulation."""
 
@@ -46,17 +57,18 @@ class Sleepers:
         self.are_to_wake = False
         """Something was edited: before the next physics step kinematics must be brought up to date."""
 
+        self.contacts_are_asked_about = False
+        """A script decides about contacts: of what sleeps it would not be asked."""
+
         self._copy: tuple[int, mujoco.MjData] | None = None
         """Version of the simulation, and the data made of it in which nothing sleeps."""
 
     def keep_possible(self) -> None:
-        """Switch sleeping off in a new model that has what MuJoCo cannot wake: tendons that are held together."""
+        """Switch sleeping off in a new model in which it would be noticed: see `_reason_against`."""
         model = self._sim.model
-        if model.opt.enableflags & _SLEEP and np.any(model.eq_type == mujoco.mjtEq.mjEQ_TENDON):
+        if model.opt.enableflags & _SLEEP and (reason := _reason_against(model)):
             model.opt.enableflags &= ~_SLEEP
-            logger.info(
-                "nothing sleeps in this scene, as MuJoCo cannot wake tendons that an equality holds together"
-            )
+            logger.info("nothing sleeps in this scene, as %s", reason)
 
     def wake(self) -> None:
         """Everything wakes up with the next kinematics, and may fall asleep again."""
@@ -69,6 +81,15 @@ class Sleepers:
             yield
             return
         self.are_to_wake = False
+        with _sleepless(self._sim.model):
+            yield
+
+    @contextmanager
+    def watched_awake(self) -> Iterator[None]:
+        """Around the steps of a pass: nothing sleeps in them while scripts are called in between."""
+        if not (self.contacts_are_asked_about or self._sim.joints.calls_scripts):
+            yield
+            return
         with _sleepless(self._sim.model):
             yield
 

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped, step
+from scripted_world import scripted
 
 import simx_client as v
 from simx_server.sensors.contacts import contacts
@@ -157,3 +158,85 @@ def test_where_mujoco_cannot_wake_nothing_sleeps(world: Open, tmp_path: Path) ->
     assert v.simxLoadModel(client, str(tmp_path / "tied.xml"), 0, BLOCKING)[0] == 0
     step(client, 1)
     assert asleep(opened) == 0
+
+
+SCALE = """
+<mujoco>
+  <option timestep="0.002"><flag sleep="enable"/></option>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 0.1"/>
+    <body name="scale" pos="0 0 0.1"><geom type="box" size="0.2 0.2 0.01"/>
+      <body name="plate" pos="0 0 0.05"><geom type="box" size="0.2 0.2 0.02" mass="1"/>
+        <site name="cell" pos="0 0 -0.02"/></body></body>
+    <body name="load" pos="0 0 0.22"><freejoint/><geom type="box" size="0.05 0.05 0.05" mass="2"/></body>
+    <body name="arm" pos="2 0 1" sleep="allowed"><joint name="elbow" axis="0 1 0" damping="0.1"/>
+      <geom type="box" size="0.02 0.02 0.02" pos="0.1 0 0" mass="0.1"/></body>
+  </worldbody>
+  <sensor>{sensors}</sensor>
+  <custom><text name="simx:joint:elbow" data="mode=force motor=yes control=position"/></custom>
+</mujoco>
+"""
+
+
+def test_a_scale_tells_the_weight_of_what_lies_still_on_it(world: Open, tmp_path: Path) -> None:
+    path = tmp_path / "scale.xml"
+    path.write_text(SCALE.format(sensors='<force site="cell"/><torque site="cell"/>'))
+    _, client = world(str(path))
+    start_stepped(client)
+    step(client, 3)
+    code, _, force, _ = v.simxReadForceSensor(client, handle_of(client, "cell"), BLOCKING)
+    assert code == 0
+    assert force[2] == pytest.approx(-3 * 9.81, rel=1e-2)
+
+
+def test_a_driven_joint_never_sleeps_whatever_the_file_says(world: Open, tmp_path: Path) -> None:
+    path = tmp_path / "arm.xml"
+    path.write_text(SCALE.format(sensors=""))
+    opened, client = world(str(path))
+    start_stepped(client)
+    step(client, 3)
+    assert asleep(opened) == 1  # the load
+    elbow = handle_of(client, "elbow")
+    v.simxSetJointTargetPosition(client, elbow, 0.3, BLOCKING)
+    step(client, 1)
+    assert v.simxGetJointPosition(client, elbow, BLOCKING)[1] == pytest.approx(0.3, abs=0.1)
+
+
+WATCHED = """
+<geom name="floor" type="plane" size="5 5 0.1"/>
+<body name="table" pos="2 0 0.1"><geom name="top" type="box" size="0.2 0.2 0.1"/></body>
+<body name="on_table" pos="2 0 0.25"><freejoint/><geom type="box" size="0.05 0.05 0.05"/></body>
+<body name="host" pos="0 1 5"><geom size="0.01" contype="0" conaffinity="0"/></body>
+"""
+DECIDES = """
+n = 0
+function sysCall_actuation() n = n + 1 end
+function sysCall_contactCallback(inData)
+    if n > 30 then return {ignoreContact = false, collisionResponse = false} end
+end
+"""
+TAKES_AWAY = """
+n = 0
+function sysCall_actuation() n = n + 1 end
+function sysCall_dynCallback(inData)
+    if n == 30 and inData.afterStep and inData.passCnt == 1 then
+        sim.setObjectPosition(sim.getObjectHandle('table'), -1, {2, 0, -1})
+    end
+end
+"""
+
+
+@pytest.mark.parametrize(("script", "passes"), [(DECIDES, 32), (TAKES_AWAY, 30)])
+def test_what_scripts_do_between_physics_steps_acts_on_what_lay_still(script: str, passes: int) -> None:
+    pytest.importorskip("lupa")
+    fallen = []
+    for flag in (True, False):
+        scene = scripted({"lua:host": script}, body=WATCHED)
+        scene.sim.model.opt.gravity[2] = -9.81
+        if flag:
+            scene.sim.model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        scene.run(passes)
+        fallen.append(scene.call("simxGetObjectPosition", scene.handle("on_table"), -1)[2])
+        scene.sim.stop()
+    assert fallen[0] < 0.249
+    assert fallen[0] == pytest.approx(fallen[1], abs=1e-6)

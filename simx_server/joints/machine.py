@@ -168,6 +168,11 @@ class Machine:
             self._accompany = call
             self._rebuild()
 
+    @property
+    def calls_scripts(self) -> bool:
+        """Whether scripts are called between the physics steps of a pass."""
+        return bool(self._asked) or self._accompany is not None
+
     def step(self, count: int) -> None:
         """`count` physics steps under the controllers."""
         self._measured.begin()

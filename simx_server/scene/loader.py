@@ -114,6 +114,11 @@ def prepare(spec: mujoco.MjSpec) -> None:
     spec.compiler.fusestatic = False
     _name_elements(spec)
     _use_radians(spec)
+    for body in spec.bodies:
+        if (
+            body.sleep in _MAY_SLEEP
+        ):  # what has a motor must not: nothing wakes it when that gets a new target
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_AUTO
     driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
     for joint in spec.joints:
         if (
@@ -129,6 +134,7 @@ def prepare(spec: mujoco.MjSpec) -> None:
 
 
 _EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
+_MAY_SLEEP = (mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED, mujoco.mjtSleepPolicy.mjSLEEP_INIT)
 _JOINT_DRIVES = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
