@@ -18,6 +18,7 @@ from .patience import (
     FLUSH_TIMEOUT,
     HOLD,
     LAST_LOOK,
+    MAX_HELD,
     MAX_UNANSWERED,
     RETRY_PAUSE,
     WELCOME_TIMEOUT,
@@ -222,14 +223,23 @@ class Connection:
             if not self._check_link() or self._pauses:
                 return self._modes.call(shape, values, mode)
             if self._is_stepping and mode == c.simx_opmode_oneshot and shape.is_set:
-                assert self._held is not None
-                self._held.set(time.monotonic() + HOLD)
-                return self._modes.call(shape, values, mode)
+                return self._hold(shape, values, mode)
             self._drain()
             result = self._modes.call(shape, values, mode)
             if mode != c.simx_opmode_buffer:  # that adds nothing, and what is held may wait
                 self._flush()
             return result
+
+    def _hold(self, shape: Shape, values: list[Any], mode: int) -> Any:
+        """A set that waits for the trigger: not for longer because others come after it, and not with very many."""
+        assert self._held is not None
+        if not self._modes.unsent:
+            self._held.set(time.monotonic() + HOLD)
+        result = self._modes.call(shape, values, mode)
+        if self._modes.unsent >= MAX_HELD:
+            self._drain()
+            self._flush()
+        return result
 
     def _send_held(self) -> None:
         """The alarm's thread: no trigger came."""
@@ -269,9 +279,9 @@ class Connection:
             self._flush(deadline)
             self._receive_until(lambda: self._modes.is_answered, deadline)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
-                self._is_stepping = bool(values[0])
                 if self._held is None:
                     self._held = Alarm(self._send_held)
+                self._is_stepping = bool(values[0])
         return self._modes.answer(shape)
 
     def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
@@ -367,7 +377,7 @@ class Connection:
                 call_id = self._modes.new_call_id()
                 self._takers[call_id] = take
                 sent.append(Call(call_id, Operation.EXECUTE, 0, shape.command.name, values))
-            self._send(sent)
+            self._send([*self._modes.take_outbox(), *sent])  # what is held was called before these
             return [call.call_id for call in sent]
 
     def forget(self, call_ids: Iterable[int]) -> None:
@@ -395,6 +405,7 @@ class Connection:
         with self._lock:
             if enable:
                 if not self._pauses and self._check_link():
+                    self._flush()  # what was held for a trigger was called before the pause
                     self._drain()
                 self._pauses += 1
             elif self._pauses:

@@ -71,6 +71,11 @@ class Modes:
         self._outbox.clear()
         return calls
 
+    @property
+    def unsent(self) -> int:
+        """How many calls are in the outbox."""
+        return len(self._outbox)
+
     def _queue(
         self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
     ) -> int:

@@ -24,3 +24,6 @@ RETRY_PAUSE = 0.1
 HOLD = 0.005
 """Seconds that oneshot sets of a client that steps may wait for its trigger, to leave with it in one message. The
 original's thread sent every 5 ms, too."""
+
+MAX_HELD = 256
+"""Sets that are held so; more leave at once, for there is a limit to the calls of one message."""

@@ -9,6 +9,7 @@ import pytest
 from plain_world import World
 
 import simx_client as v
+from simx_client.batch import Batch
 from simx_client.clients import CLIENTS
 from simx_client.protocol.codec import decode_batch
 
@@ -115,3 +116,43 @@ def test_out_of_stepped_mode_each_is_sent_at_once_again(forever, stepping):
     v.simxSynchronous(cid, False)
     v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
     assert sent[-1] == ["simxSetJointPosition"]
+
+
+def test_a_batch_comes_after_the_sets_in_one_message(forever, world, stepping):
+    cid, sent = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    with Batch(cid) as calls:
+        found = calls.simxGetJointPosition(1)
+    assert found.value == 0.5
+    assert sent == [["simxSetJointPosition", "simxGetJointPosition"]]
+
+
+def test_a_pause_holds_back_what_is_called_in_it_only(forever, stepping):
+    cid, sent = stepping
+    v.simxSetJointPosition(cid, 1, 0.5, ONESHOT)
+    v.simxPauseCommunication(cid, True)
+    v.simxSetJointPosition(cid, 2, 0.5, ONESHOT)
+    assert sent == [["simxSetJointPosition"]]
+
+
+def test_very_many_sets_are_several_messages(forever, stepping):
+    cid, sent = stepping
+    for joint in range(600):
+        v.simxSetJointPosition(cid, joint, 0.5, ONESHOT)
+    v.simxSynchronousTrigger(cid)
+    assert [len(message) for message in sent] == [256, 256, 89]
+
+
+def test_sets_are_not_held_longer_because_more_are_made(monkeypatch, stepping):
+    cid, _ = stepping
+    connection = CLIENTS.get(cid)
+    assert connection is not None
+    assert connection._held is not None
+    deadlines: list[float] = []
+    monkeypatch.setattr(connection._held, "set", deadlines.append)
+    for joint in range(3):
+        v.simxSetJointPosition(cid, joint, 0.5, ONESHOT)
+    assert len(deadlines) == 1
+    v.simxSynchronousTrigger(cid)
+    v.simxSetJointPosition(cid, 1, 0.75, ONESHOT)
+    assert len(deadlines) == 2
