@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from simx_client.protocol.exit_codes import INTERRUPTED
+from simx_client.protocol.terminal import print_what_can_be
 
 COMMANDS = {
     "list": ("list the live simulators", "simx_client.listing"),
@@ -38,6 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     options = parser.parse_args(argv)
+    if options.command != "run":  # there stdout is the script's
+        print_what_can_be()
     try:
         return import_module(COMMANDS[options.command][1]).main(options.arguments)
     except KeyboardInterrupt:

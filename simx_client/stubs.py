@@ -79,7 +79,8 @@ def _remote(name: str, command: Command) -> str:
 
 def _local(name: str) -> str:
     signature = inspect.signature(getattr(local, name))
-    parameters = ", ".join(str(parameter) for parameter in signature.parameters.values())
+    kinds = {each.name: str(each.annotation) for each in signature.parameters.values()}
+    parameters = ", ".join(f"{each}: {_ACCEPTED.get(kind, kind)}" for each, kind in kinds.items())
     return f"def {name}({parameters}) -> {signature.return_annotation}: ..."
 
 

@@ -16,6 +16,7 @@ from collections.abc import Collection, Sequence
 from importlib import metadata
 
 from simx_client.protocol.exit_codes import DONE, INTERRUPTED
+from simx_client.protocol.terminal import print_what_can_be
 from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
@@ -106,6 +107,7 @@ def _version() -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
+    print_what_can_be()
     parser = make_parser()
     given = vars(parser.parse_args(argv))
     show_settings = given.pop("show_settings", False)

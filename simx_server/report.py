@@ -193,7 +193,7 @@ def _memory() -> int:
     """Resident bytes: now on Linux, at most so far on other systems of that family."""
     statistics = Path("/proc/self/statm")
     if statistics.is_file():
-        return int(statistics.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        return int(statistics.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
     if sys.platform == "win32":
         return 0
     import resource

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..protocol.commands import BY_NAME
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
-from ..protocol.terminal import Paint
+from ..protocol.terminal import Paint, print_what_can_be
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
 from .program import CannotRead, Program, read_program
@@ -53,6 +53,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Check and print. Returns the exit code."""
+    print_what_can_be()
     options = make_parser().parse_args(argv)
     try:
         program = read_program(options.script)

@@ -55,6 +55,7 @@ class OwnServer:
             text=True,
             # a group of its own: Ctrl-C is for the script, which may still want its server
             start_new_session=os.name == "posix",
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
         assert self._process.stdout is not None
         threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()

@@ -1,12 +1,23 @@
-"""Colours for people's eyes: on a terminal, unless NO_COLOR is set (no-color.org); plain text otherwise."""
+"""What a terminal can show: colours, unless NO_COLOR is set (no-color.org), and the characters of its encoding."""
 
 from __future__ import annotations
 
 import os
+import sys
 from typing import TextIO
 
 COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "grey": "90", "bold": "1"}
 """SGR codes of ECMA-48; 90 is bright black, which all terminals of today know."""
+
+
+def print_what_can_be() -> None:
+    """Have stdout take ``?`` for a character that its encoding lacks, in place of an exception.
+
+    For programs of our own only: a pipe on Windows knows some 250 characters, and names of objects may have any.
+    """
+    reconfigure = getattr(sys.stdout, "reconfigure", None)  # not where a program has put something else there
+    if reconfigure is not None:
+        reconfigure(errors="replace")
 
 
 class Paint:

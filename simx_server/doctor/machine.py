@@ -48,16 +48,24 @@ def check_packages(requirements: Iterable[str] | None = None) -> Iterator[Findin
             yield Finding(WARNING, "packages", text, "in its folder: pip install -e .")
             return
     needed: list[str] = []
+    here_perhaps: list[str] = []
     extras: dict[str, list[str]] = {}
     for text in requirements:
         name = _REQUIREMENT.match(text)
         extra = _EXTRA.search(text)
-        if name is not None and extra is None:
+        if name is not None and extra is None and ";" in text:
+            here_perhaps.append(name["name"])
+        elif name is not None and extra is None:
             needed.append(name["name"])
         elif name is not None and extra is not None:
             extras.setdefault(extra["extra"], []).append(name["name"])
-    versions = {name: _version(name) for name in needed}
-    missing = [name for name, version in versions.items() if version is None]
+    versions = {name: _version(name) for name in (*needed, *here_perhaps)}
+    missing = [name for name in here_perhaps if versions[name] is None]
+    if missing:
+        text = f"not installed, since there is no wheel for every system: {', '.join(missing)}"
+        advice = f"where there is a C++ compiler: pip install {' '.join(missing)}"
+        yield Finding(WARNING, "packages", text, advice)
+    missing = [name for name in needed if versions[name] is None]
     if missing:
         text = f"not installed: {', '.join(missing)}"
         yield Finding(PROBLEM, "packages", text, f"pip install {' '.join(missing)}")

@@ -7,11 +7,11 @@ used it since 4.3. Units are the caller's: rad or m, and their rates per second.
 from __future__ import annotations
 
 import math
+import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-
-import ruckig
+from types import ModuleType
 
 from ..errors import CommandError
 
@@ -29,13 +29,6 @@ class Synchronisation(IntEnum):
     """All, on a straight line where that can be, else at the same time."""
     TIME = 1
     NONE = 3
-
-
-_SYNCHRONISATIONS = (
-    (Synchronisation.PHASE, ruckig.Synchronization.Phase),
-    (Synchronisation.TIME, ruckig.Synchronization.Time),
-    (Synchronisation.NONE, ruckig.Synchronization.No),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +80,9 @@ class Profile:
     ) -> None:
         """`selected`: the values that take part; the others stay as they are.
 
-        Raises CommandError: no such way, with what Ruckig says of the reason.
+        Raises CommandError: no such way, with what Ruckig says of the reason; or Ruckig is not installed.
         """
+        ruckig = _library()
         count = len(start)
         if not 1 <= count <= MOST_VALUES:
             raise CommandError(f"a motion profile has 1 to {MOST_VALUES} values, not {count}")
@@ -97,7 +91,11 @@ class Profile:
         self._selected = [True] * count if selected is None else [bool(each) for each in selected]
         self._trajectory = ruckig.Trajectory(count)
         wanted = ruckig.InputParameter(count)
-        wanted.synchronization = dict(_SYNCHRONISATIONS)[synchronisation]
+        wanted.synchronization = {
+            Synchronisation.PHASE: ruckig.Synchronization.Phase,
+            Synchronisation.TIME: ruckig.Synchronization.Time,
+            Synchronisation.NONE: ruckig.Synchronization.No,
+        }[synchronisation]
         wanted.enabled = self._selected
         wanted.current_position = list(start.position)
         wanted.current_velocity = list(start.velocity)
@@ -170,6 +168,21 @@ def line(length: float, velocity: float, acceleration: float) -> Profile:
     """From 0 to a length, from rest to rest; an acceleration of 0 or less is no limit."""
     limits = Limits([velocity], [acceleration if acceleration > 0 else math.inf], [math.inf])
     return Profile(State([0.0], [0.0], [0.0]), Goal([length], [0.0]), limits)
+
+
+def _library() -> ModuleType:
+    """Ruckig. It is loaded only when a profile is wanted: some systems have no wheel of it, and most scenes no need.
+
+    Raises CommandError: it is not installed.
+    """
+    try:
+        import ruckig
+    except ImportError:
+        raise CommandError(
+            f"motion profiles need the package ruckig, which is not installed (for {platform.machine()} on "
+            f"{platform.system()} there may be no wheel); pip install ruckig builds it where there is a C++ compiler"
+        ) from None
+    return ruckig
 
 
 def _check(limits: Limits) -> None:

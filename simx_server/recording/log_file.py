@@ -56,7 +56,8 @@ class LogWriter:
                     f"'{path}' exists already and is not written over; give another --record, or delete it"
                 )
             # For its owner alone: it holds all that clients have sent.
-            descriptor = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | os.O_CLOEXEC, 0o600)
+            binary = getattr(os, "O_BINARY", 0)  # or Windows makes two bytes of each that is a line's end
+            descriptor = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | binary, 0o600)
             self._file: BinaryIO = cast(BinaryIO, os.fdopen(descriptor, "wb", buffering=0))
             try:
                 self._write(MAGIC)
