@@ -305,8 +305,8 @@ class Engine:
             logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
             return
-        if (before := session.interrupted) is not None:  # this batch may be what lets its pass come
-            session.interrupted = None
+        while (before := session.interrupted) is not None:  # this batch may be what lets its pass come
+            session.interrupted = None  # until there is another trigger in the rest
             self._execute(session, before.rest, before.replies)
         self.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time

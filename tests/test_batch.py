@@ -453,3 +453,18 @@ def test_importing_the_client_or_its_batches_loads_neither_numpy_nor_zenoh() -> 
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert ended.stdout.strip() == "[]"
+
+
+def test_two_interrupted_batches_are_executed_in_their_order(world: World) -> None:
+    one, other = world.client(), world.client()
+    start_stepped(one)
+    start_stepped(other)
+    refused = pytest.raises(batch.CallsFailed)
+    with refused, batch.Batch(one, timeout=0.05) as calls:  # the other client does not trigger
+        for value in (0.25, 0.5):
+            calls.simxSynchronousTrigger()
+            calls.simxSetJointPosition(3, value)
+    with refused, batch.Batch(one, timeout=0.05) as calls:
+        calls.simxGetVisionSensorImage(1, 0)  # comes later
+        calls.simxSetJointPosition(3, 0.75)
+    assert world.simulation.log == [("set", 3, 0.25), ("set", 3, 0.5), ("set", 3, 0.75)]
