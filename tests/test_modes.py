@@ -7,6 +7,7 @@ from plain_world import World
 
 import simx_client as v
 from simx_client.clients import CLIENTS
+from simx_client.protocol.codec import decode_delivery
 
 GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
 
@@ -528,11 +529,11 @@ def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, 
         is_quiet = False  # between two looks both came
         return payload
 
-    world.simulation.start()
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
     world.simulation.joints[1] = 5.0
-    world.settle()
+    while not transport._stream or decode_delivery(transport._stream[-1]).replies[0][3] != [5.0]:
+        world.engine.turn(max_wait=0.01)
     monkeypatch.setattr(transport, "receive", late_receive)
     monkeypatch.setattr(transport, "newest", newest_after_all_has_come)
     v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer)
