@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
@@ -126,7 +127,8 @@ class Engine:
 
         At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
         """
-        self._shed()
+        self._inbox.shed(self.simulation.limits.waiting)
+        self._tell_dropped()
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
             event = self._inbox.wait(wait)
@@ -147,19 +149,25 @@ class Engine:
             return
         self._is_serving = True
         try:
-            self._shed()
-            for event in self._inbox.meanwhile(self._executing):
+            for event in self._inbox.meanwhile(self._executing, self.simulation.limits.waiting):
                 self._handle(event)
+            self._tell_dropped()
         finally:
             self._is_serving = False
 
-    def _shed(self) -> None:
-        """Nobody can fill the memory by sending faster than is executed."""
-        for client, count in self._inbox.shed(self.simulation.limits.waiting).items():
+    def _tell_dropped(self) -> None:
+        """Nobody can fill the memory by sending faster than is executed; who has tried is told."""
+        if not self._inbox.dropped:
+            return
+        dropped, self._inbox.dropped = self._inbox.dropped, Counter()
+        for client, count in dropped.items():
             if session := self.sessions.get(client):
                 refusal = self.simulation.limits.reached("waiting", "wait for answers now and then")
                 session.errors.append(f"{count} messages were not executed: {refusal}")
-                logger.warning("%d messages of client %s were not executed: %s", count, session.name, refusal)
+                if session.is_news(str(refusal)):
+                    logger.warning(
+                        "%d messages of client %s were not executed: %s", count, session.name, refusal
+                    )
 
     def _handle(self, event: Event | Arrival) -> None:
         try:

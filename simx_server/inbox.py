@@ -42,6 +42,12 @@ class Inbox:
         self._held: deque[Event | Arrival] = deque()
         """What had to wait for a script's end; it comes before all that is in the queue."""
 
+        self._held_of: Counter[str] = Counter()
+        """Batches among them, by client."""
+
+        self.dropped: Counter[str] = Counter()
+        """Batches that were thrown away, by client; whoever tells of them clears it."""
+
     def __len__(self) -> int:
         return len(self._held) + self._queue.qsize()
 
@@ -56,27 +62,32 @@ class Inbox:
     def hold(self, event: Event | Arrival) -> None:
         """Keep something until no script runs."""
         self._held.append(event)
+        if isinstance(event, Arrival):
+            self._held_of[event.client] += 1
 
-    def shed(self, most: int) -> Counter[str]:
-        """Throw away what a client has sent beyond so many batches that wait; how many of whom."""
-        dropped: Counter[str] = Counter()
+    def _first_held(self) -> Event | Arrival:
+        event = self._held.popleft()
+        if isinstance(event, Arrival):
+            self._held_of[event.client] -= 1
+            if not self._held_of[event.client]:
+                del self._held_of[event.client]
+        return event
+
+    def shed(self, most: int) -> None:
+        """Throw away what a client has sent beyond so many batches that wait."""
         if self._queue.qsize() <= most:
-            return dropped
-        waiting = Counter(held.client for held in self._held if isinstance(held, Arrival))
+            return
         for _ in range(self._queue.qsize()):
             event = self._read(self._queue.get_nowait())
-            if isinstance(event, Arrival):
-                if waiting[event.client] >= most:
-                    dropped[event.client] += 1
-                    continue
-                waiting[event.client] += 1
-            self._held.append(event)
-        return dropped
+            if isinstance(event, Arrival) and self._held_of[event.client] >= most:
+                self.dropped[event.client] += 1
+            else:
+                self.hold(event)
 
     def wait(self, seconds: float) -> Event | Arrival | None:
         """The next one, as soon as there is one; None when the time is over."""
         if self._held:
-            return self._held.popleft()
+            return self._first_held()
         try:
             return self._read(self._queue.get(timeout=seconds))
         except queue.Empty:
@@ -86,28 +97,33 @@ class Inbox:
         """All that is there now. What comes while these are dealt with is left for the next time."""
         for _ in range(len(self)):
             if self._held:
-                yield self._held.popleft()
+                yield self._first_held()
             elif not self._queue.empty():
                 yield self._read(self._queue.get_nowait())
 
-    def meanwhile(self, executing: str) -> Iterator[Event | Arrival]:
+    def meanwhile(self, executing: str, most: int) -> Iterator[Event | Arrival]:
         """What is there now and may be dealt with while a script runs; the rest is held.
 
         Args:
             executing: the client whose batch runs the script; its other batches come after that one.
+            most: batches of a client that are held or dealt with; what it has sent beyond them is thrown away.
         """
+        taken = self._held_of.copy()
         for _ in range(self._queue.qsize()):
             event = self._read(self._queue.get_nowait())
-            if isinstance(event, Arrival) and self._must_wait(event, executing):
-                self._held.append(event)
+            if not isinstance(event, Arrival):
+                yield event
+                continue
+            taken[event.client] += 1
+            if taken[event.client] > most:
+                self.dropped[event.client] += 1
+            elif self._must_wait(event, executing):
+                self.hold(event)
             else:
                 yield event
 
     def _must_wait(self, arrival: Arrival, executing: str) -> bool:
-        client = arrival.client
-        if client == executing:
-            return True
-        if any(isinstance(held, Arrival) and held.client == client for held in self._held):
+        if arrival.client == executing or arrival.client in self._held_of:
             return True
         try:
             calls = decode_batch(arrival.payload).calls

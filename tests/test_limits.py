@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -202,6 +203,29 @@ def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Ope
     assert code == v.simx_return_ok
     assert "80 messages were not executed" in errors[0]
     assert "limit 'waiting'" in errors[0]
+
+
+def test_so_it_is_while_a_script_runs_and_others_are_answered_all_the_same(world: Open) -> None:
+    opened, _ = world("pioneer_p3dx")
+    opened.client()
+    opened.simulation.limits = Limits(waiting=20)
+    flooding, other = opened.engine.sessions.values()
+    starts = encode(
+        Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxStartSimulation", [])])
+    )  # waits for scripts
+    reads = encode(Batch(1, 1, [Call(0, Operation.EXECUTE, 0, "simxGetObjects", [0])]))
+    executed: list[str] = []
+    opened.engine.recorder = SimpleNamespace(batch=lambda client, _: executed.append(client))  # type: ignore[assignment]
+    for _ in range(10):
+        for _ in range(15):
+            opened.engine.submit(flooding.client, starts)
+        opened.engine.submit(other.client, reads)
+        opened.engine.serve_others()  # as a script does
+    assert executed == [other.client] * 10
+    assert len(opened.engine._inbox) == 20
+    assert sum(int(text.split()[0]) for text in flooding.errors) == 130
+    assert not other.errors
+    opened.engine.recorder = None
 
 
 def test_limits_are_chosen_by_flag_and_variable() -> None:
