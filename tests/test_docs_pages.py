@@ -7,14 +7,17 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
-from processes import ROOT
+from processes import ROOT, ServerProcess, server
 from real_world import RealWorld
 
+import simx_client as v
 from simx_client.checking import command as check
+from simx_client.redirect import VARIABLE, format_redirects
 from simx_server import cli
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.annotations import GRAMMAR
@@ -152,3 +155,67 @@ def test_annotations_page_defaults_of_joints_are_those_of_the_code() -> None:
     switches = {key: table[key][1] for key in ("lock", "hybrid", "rewind")}
     assert switches == {key: "on" if getattr(state, key) else "off" for key in switches}
     assert table["mode"][1] == state.mode.name.lower()
+
+
+# --- modes and cameras ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+    scene = tmp_path_factory.mktemp("room") / "room.xml"
+    scene.write_text(next(text for _, title, text in blocks("cameras.md") if title == "room.xml"))
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("MUJOCO_GL", "disable")
+        with server(scene) as process:
+            yield process
+
+
+@pytest.mark.parametrize("name", ["modes.md", "cameras.md"])
+def test_programs_of_a_page_run(name: str, room: ServerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, format_redirects({19997: ("127.0.0.1", room.port)}))
+    programs = [text for language, _, text in blocks(name) if language == "python"]
+    assert len(programs) > 3
+    variables = vars(ModuleType("page"))
+    try:
+        for program in programs:
+            exec(compile(program, f"docs/{name}", "exec"), variables)
+    finally:
+        v.simxFinish(-1)
+
+
+# --- all pages -----------------------------------------------------------------------------------
+
+PAGES = sorted(path.name for path in DOCS.glob("*.md"))
+
+
+def anchors(text: str) -> set[str]:
+    """Of the headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {
+        re.sub(r"[^\w\- ]", "", re.sub(r"`", "", title)).strip().lower().replace(" ", "-") for title in titles
+    }
+
+
+@pytest.mark.parametrize("name", [*PAGES, "../README.md"])
+def test_links_lead_somewhere(name: str) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", page(name), flags=re.DOTALL)):
+        if "://" in target:
+            continue
+        file, _, anchor = target.partition("#")
+        path = (DOCS / name).parent / file if file else DOCS / name
+        assert path.exists(), target
+        if anchor:
+            assert anchor in anchors(path.read_text(encoding="utf-8")), target
+
+
+def test_index_has_every_page_once() -> None:
+    linked = re.findall(r"^\d+\. \[[^]]+\]\((\S+)\)", page("index.md"), re.MULTILINE)
+    assert sorted(linked) == sorted({*PAGES, "../README.md"} - {"index.md"})
+
+
+def test_files_that_the_architecture_page_names_are_there() -> None:
+    for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", page("architecture.md"))):
+        assert (ROOT / path).exists(), path
+    for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", page("architecture.md")):
+        places = (ROOT, ROOT / "simx_server", ROOT / "simx_client", ROOT / "simx_client" / "protocol")
+        assert any((place / path).exists() for place in places), path
