@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
@@ -219,3 +220,18 @@ def test_files_that_the_architecture_page_names_are_there() -> None:
     for path in re.findall(r"`((?:\w+/)*\w+\.py|(?:\w+/)+)`", page("architecture.md")):
         places = (ROOT, ROOT / "simx_server", ROOT / "simx_client", ROOT / "simx_client" / "protocol")
         assert any((place / path).exists() for place in places), path
+
+
+def test_site_has_every_page() -> None:
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
+    assert sorted(re.findall(r"[\w-]+\.md", nav)) == sorted([*PAGES, "start.md"])
+
+
+@pytest.mark.skipif(find_spec("mkdocs") is None, reason="mkdocs is not installed")
+def test_site_builds_without_a_warning(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path],
+        capture_output=True, text=True, cwd=ROOT, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "MuJoCo" in (tmp_path / "start" / "index.html").read_text(encoding="utf-8")

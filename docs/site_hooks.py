@@ -1,0 +1,29 @@
+"""What mkdocs needs beyond the pages as they are: the README as a page, and fences without file names.
+
+Named in mkdocs.yml. The pages are written for the repository, where they are read with their links as they stand.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+START = "start.md"
+"""The README's page. Its own name would take the place of index.md."""
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the README."""
+    readme = Path(config["config_file_path"]).with_name("README.md").read_text(encoding="utf-8")
+    a_file = type(next(iter(files)))  # mkdocs' class, without importing what only a site needs
+    files.append(a_file.generated(config, START, content=re.sub(r"\]\(docs/", "](", readme)))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Links to the README's page and to nothing else outside docs/; fences and lists as Markdown wants them."""
+    markdown = markdown.replace("](../README.md", f"]({START}")
+    markdown = re.sub(r"\[([^]]+)\]\(\.\./[^)]+\)", r"\1", markdown)
+    markdown = re.sub(r"^(```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
+    return re.sub(r"^((?![*|\d-]|  )\S.*)\n(?=\* )", r"\1\n\n", markdown, flags=re.MULTILINE)
