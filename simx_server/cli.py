@@ -15,7 +15,7 @@ import sys
 from collections.abc import Collection, Sequence
 from importlib import metadata
 
-from simx_client.protocol.exit_codes import DONE, INTERRUPTED
+from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.terminal import print_what_can_be
 from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
@@ -101,13 +101,33 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _version() -> str:
     packages = {"mujoco": "mujoco", "zenoh": "eclipse-zenoh"}
-    parts = [f"{name} {metadata.version(package)}" for name, package in packages.items()]
+    parts = [f"{name} {_installed(package)}" for name, package in packages.items()]
     return f"{PROGRAM} {__version__} ({', '.join(parts)}, Python {platform.python_version()})"
+
+
+def _installed(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # --doctor tells more; it must not fail over it
+        return "missing"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
     print_what_can_be()
+    try:
+        return _run(argv)
+    except ModuleNotFoundError as error:  # a client alone needs less, and is often all that is installed
+        if error.name is None or error.name.startswith("simx_"):
+            raise
+        sys.stderr.write(
+            f"{PROGRAM}: the package {error.name} is not installed; pip install simx-vrep brings all that a server "
+            f"needs, and {PROGRAM} --doctor tells what is missing\n"
+        )
+        return FAILURE
+
+
+def _run(argv: Sequence[str] | None) -> int:
     parser = make_parser()
     given = vars(parser.parse_args(argv))
     show_settings = given.pop("show_settings", False)
@@ -159,11 +179,11 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
     level = settings.log_level if "log_level" in settings.origins else "warning"
     log_format.configure(level, settings.log_format, several=False)
     try:
-        import_mujoco()
-        if page == "doctor":
+        if page == "doctor":  # it imports nothing that may be missing: its children do
             from simx_server.doctor.page import print_findings
 
             return print_findings(settings, as_json=as_json)
+        import_mujoco()
         from simx_server.scene_listing import print_tree
 
         return print_tree(settings, as_json=as_json)

@@ -1,4 +1,7 @@
-"""Errors a command may end in: the text reaches `simxGetLastErrors`, the call returns code 8."""
+"""Errors a command may end in: the text reaches `simxGetLastErrors`, the call returns code 8. And that of a picture.
+
+Standard library only: ``simx-server --doctor`` works where nothing else is installed.
+"""
 
 from __future__ import annotations
 
@@ -72,3 +75,7 @@ _LONGEST = 4000
 def shortened(text: str) -> str:
     """An error's text as it is kept, logged and sent: whoever provokes it may have put a megabyte into it."""
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}... ({len(text)} characters)"
+
+
+class RenderError(RuntimeError):
+    """A picture could not be made; the message says why and what to do."""

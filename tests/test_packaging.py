@@ -106,6 +106,24 @@ def test_every_module_can_be_imported_where_there_is_no_posix() -> None:
     assert int(done.stdout) > 300
 
 
+WITH_A_CLIENT_ONLY = """
+import sys
+for name in ("mujoco", "numpy", "cv2", "lupa", "fissix", "ruckig"):
+    sys.modules[name] = None
+import simx_client, simx_client.modern.client, simx_client.run, simx_server.doctor.page
+from simx_server.cli import main
+sys.exit(main([]))
+"""
+
+
+def test_where_only_a_client_is_installed_it_works_and_a_server_tells_what_is_missing() -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WITH_A_CLIENT_ONLY], cwd=ROOT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    assert "the package mujoco is not installed; pip install simx-vrep" in done.stderr
+
+
 def test_a_recording_needs_no_flag_that_windows_lacks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

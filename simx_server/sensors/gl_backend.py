@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simx_server.sensors.picture import RenderError
+from simx_server.errors import RenderError
 
 logger = logging.getLogger(__name__)
 

@@ -17,12 +17,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.errors import RenderError as RenderError
+
 MAX_SIDE = 4096
 """Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB; a slip of the hand must not take the machine."""
-
-
-class RenderError(RuntimeError):
-    """A picture could not be made; the message says why and what to do."""
 
 
 @dataclass(frozen=True)
