@@ -316,6 +316,9 @@ class Engine:
         while (before := session.interrupted) is not None:  # this batch may be what lets its pass come
             session.interrupted = None  # until there is another trigger in the rest
             self._execute(session, before.rest, before.replies)
+        if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
+            session.before_trigger.clear()
+            session.link.deliver(self._publisher.message(session, early))
         self.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
@@ -362,6 +365,8 @@ class Engine:
                 if call.command == TRIGGER and position < len(calls):
                     session.interrupted = Interrupted(before, calls[position:])
                     later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
+                elif call.command == TRIGGER:
+                    session.before_trigger = before
                 answer.add_done_callback(later)
                 if session.interrupted is not None:
                     return
@@ -394,4 +399,5 @@ class Engine:
         """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
         status, values = done.result()
         replies = [*before, Reply(call_id, status, time_ms, values)]
+        before.clear()
         session.link.deliver(self._publisher.message(session, replies))

@@ -69,6 +69,9 @@ class ClientSession:
     interrupted: Interrupted | None = None
     """The batch in whose middle a triggered pass is waited for."""
 
+    before_trigger: list[Reply] = field(default_factory=list)
+    """To the calls in front of the last trigger, which come with its answer, or before those to the next batch."""
+
     _triggers: list[Future[None]] = field(default_factory=list)
     _logged: set[str] = field(default_factory=set)
 

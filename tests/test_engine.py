@@ -80,6 +80,24 @@ def test_values_set_before_a_trigger_act_on_its_pass_and_streams_show_it_right_a
     ]
 
 
+def test_answers_that_wait_for_a_pass_do_not_come_after_newer_ones(world):
+    one, other = world.client(), world.client()
+    for cid in (one, other):
+        assert v.simxSynchronous(cid, True) == 0
+    v.simxStartSimulation(one, v.simx_opmode_blocking)
+    assert v.simxGetJointPosition(one, 1, v.simx_opmode_blocking) == (0, 0.0)
+    v.simxPauseCommunication(one, True)
+    v.simxGetJointPosition(one, 1, v.simx_opmode_oneshot)
+    v.simxSynchronousTrigger(one)
+    v.simxPauseCommunication(one, False)  # no pass comes: the other client does not trigger
+    v.simxSetJointPosition(other, 1, 0.5, v.simx_opmode_blocking)
+    v.simxGetJointPosition(one, 1, v.simx_opmode_oneshot)
+    v.simxSynchronousTrigger(other)
+    world.settle()
+    assert _passes(world) == 1
+    assert v.simxGetJointPosition(one, 1, v.simx_opmode_buffer) == (0, 0.5)
+
+
 def test_all_stepped_clients_must_trigger(world):
     one, two = world.client(), world.client(timeout=0.02)
     for cid in (one, two):
