@@ -16,7 +16,7 @@ START = "start.md"
 def on_files(files: Any, config: Any) -> Any:
     """Add the README."""
     readme = Path(config["config_file_path"]).with_name("README.md").read_text(encoding="utf-8")
-    a_file = type(next(iter(files)))  # mkdocs' class, without importing what only a site needs
+    a_file: Any = type(next(iter(files)))  # mkdocs' class, without importing what only a site needs
     files.append(a_file.generated(config, START, content=re.sub(r"\]\(docs/", "](", readme)))
     return files
 

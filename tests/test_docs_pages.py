@@ -8,10 +8,11 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
+import cv2
 import pytest
 from processes import ROOT, ServerProcess, server
 from real_world import RealWorld
@@ -235,3 +236,17 @@ def test_site_builds_without_a_warning(tmp_path: Path) -> None:
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert "MuJoCo" in (tmp_path / "start" / "index.html").read_text(encoding="utf-8")
+
+
+def test_drawing_is_the_one_that_its_program_makes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = spec_from_file_location("drawings", DOCS / "drawings.py")
+    assert spec is not None
+    assert spec.loader is not None
+    drawings = module_from_spec(spec)
+    spec.loader.exec_module(drawings)
+    monkeypatch.setattr(drawings, "FILE", tmp_path / "camera.png")
+    made, shown = cv2.imread(str(drawings.draw())), cv2.imread(str(DOCS / "pictures" / "camera.png"))
+    assert made is not None
+    assert shown is not None
+    # Fonts and edges may differ a little from one OpenCV to the next.
+    assert (cv2.absdiff(made, shown) > 40).mean() < 0.02
