@@ -206,6 +206,10 @@ SAMPLES: dict[str, str] = {
 """What stands in an example for an argument; the test gives the names that are not quoted their values."""
 
 REMARKS: dict[str, str] = {
+    "simxAuxiliaryConsoleShow": "Code 8: there never was a console with this handle.",
+    "simxGetObjectGroupData": "Handles, then flat lists; an unknown data type gives the handles alone. Code 8: "
+    "`objectType` is no object type and no collection.",
+    "simxGetObjectHandle": "Code 8: there is none; the error text has the nearest names.",
     "simxCallScriptFunction": "The script's function gets four tables and returns four. Code 8 when there is no such "
     "script or function, when it has an error, or returns something else.",
 }
