@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
 
 from .errors import CommandError
+from .library import shipped_scenes
 
 _PACKAGE = "package://"
 """Begins file names in URDF; MuJoCo goes on with the rest."""
@@ -41,14 +42,16 @@ def check_references(file: Path, folders: Collection[Path]) -> None:
     if file.suffix.lower() == ".zip":
         _check_size(file)
         for name, content in _members(file):
-            _check(content, name, file.parent, folders, seen, 0)
+            _check(content, file.parent / name, file.parent, folders, seen, 0)
     else:
-        _check(_read(file), file.name, file.parent, folders, seen, 0)
+        _check(_read(file), file, file.parent, folders, seen, 0)
 
 
 def _check(
-    content: bytes, name: str, folder: Path, folders: Collection[Path], seen: set[Path], depth: int
+    content: bytes, file: Path, folder: Path, folders: Collection[Path], seen: set[Path], depth: int
 ) -> None:
+    """`folder`: that of the file which includes all others; MuJoCo looks there first, then beside the file itself."""
+    name = file.name
     try:
         # MuJoCo takes every file for UTF-8, whatever it says: read otherwise, it would say something else here.
         root = ElementTree.parse(io.BytesIO(content), ElementTree.XMLParser(encoding="utf-8")).getroot()
@@ -64,13 +67,18 @@ def _check(
             if not key.startswith("file"):
                 continue
             named = value.removeprefix(_PACKAGE)
-            for base in bases:
-                path = _within(base / named, folders, f"'{name}' names '{value}'")
+            places = [base / named for base in bases]
+            if depth and file.is_relative_to(
+                shipped_scenes()
+            ):  # nobody tries out there what exists elsewhere
+                places = [place for place in places if place.is_file()] + [file.parent / named]
+            for place in places:
+                path = _within(place, folders, f"'{name}' names '{value}'")
                 if path.suffix.lower() in (".xml", ".mjcf", ".urdf") and path not in seen and path.is_file():
                     seen.add(path)
                     if depth == _DEEPEST:
                         raise CommandError(f"'{name}' is included more than {_DEEPEST} files deep")
-                    _check(_read(path), path.name, folder, folders, seen, depth + 1)
+                    _check(_read(path), path, folder, folders, seen, depth + 1)
 
 
 def _check_growth(root: ElementTree.Element, name: str) -> None:

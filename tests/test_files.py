@@ -17,6 +17,7 @@ from simx_client import files
 from simx_client.protocol.commands import BY_NAME
 from simx_server import references, workspace
 from simx_server.errors import CommandError
+from simx_server.library import list_scenes
 
 LOCAL_ERROR = v.simx_return_local_error_flag
 REMOTE_ERROR = v.simx_return_remote_error_flag
@@ -354,6 +355,11 @@ def test_file_that_names_files_outside_the_workspace_is_refused(client, world, h
     assert v.simxLoadScene(client, "spy.xml", 0, BLOCKING) == REMOTE_ERROR
     assert ("well-formed" if kind == "malformed" else "outside the folders") in error_of(client)
     assert world.simulation.scene is scene
+
+
+@pytest.mark.parametrize("scene", list_scenes())
+def test_each_shipped_scene_is_loaded_by_a_client(client, scene):
+    assert v.simxLoadScene(client, f"{scene}.xml", 0, BLOCKING) == 0, error_of(client)
 
 
 def test_zip_of_a_model_is_looked_into(client, here, monkeypatch):
