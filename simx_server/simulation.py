@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
+import numpy as np
 
 from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError
@@ -288,7 +289,9 @@ class Simulation:
                 self.refresh()
             with self.sleepers.watched_awake():
                 self.joints.step(self.substeps)
-        if [self.data.warning[kind].number for kind in _DIVERGED] != before:
+        warned = [self.data.warning[kind].number for kind in _DIVERGED] != before
+        # MuJoCo looks at the state before each step, so what the last one made of it is not seen by it.
+        if warned or not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
             problem = f"the physics diverged at {self.time:.3f} s; the simulation is stopped"
             logger.error("%s", problem)
             self.stop()

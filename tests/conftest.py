@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 from collections.abc import Iterator
@@ -18,6 +19,16 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in [name for name in os.environ if name.startswith("SIMX_")]:
         monkeypatch.delenv(variable)
+
+
+@pytest.fixture(autouse=True)
+def log_levels_end_with_the_test() -> Iterator[None]:
+    """A command line that a test calls sets them, and later tests look at what is logged."""
+    loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client", "bench")]
+    levels = [logger.level for logger in loggers]
+    yield
+    for logger, level in zip(loggers, levels, strict=True):
+        logger.setLevel(level)
 
 
 @pytest.fixture

@@ -160,6 +160,24 @@ def test_diverged_physics_is_told_to_every_client_and_the_next_run_is_as_good_as
     assert errors(driver) == ""
 
 
+def test_what_the_last_step_of_a_pass_makes_infinite_is_seen_as_diverged(
+    world: RealWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = world.client()
+    start_stepped(client)
+    step = world.simulation.joints.step
+
+    def diverge(count: int) -> None:
+        step(count)
+        world.simulation.data.qpos[0] = float("inf")
+
+    monkeypatch.setattr(world.simulation.joints, "step", diverge)
+    v.simxSynchronousTrigger(client)
+    assert world.simulation.state is SimulationState.STOPPED
+    assert "diverged" in v.simxGetLastErrors(client, BLOCKING)[1][-1]
+    assert v.simxGetJointPosition(client, handle_of(client, "hinge"), BLOCKING) == (0, 0.0)
+
+
 @pytest.mark.parametrize("value", [float("inf"), float("nan"), 1e308])
 def test_an_edit_amid_diverged_physics_is_made_and_the_run_goes_on(world: RealWorld, value: float) -> None:
     client = world.client()
@@ -167,6 +185,8 @@ def test_an_edit_amid_diverged_physics_is_made_and_the_run_goes_on(world: RealWo
     v.simxSynchronousTrigger(client)
     world.simulation.data.qpos[0] = value  # no call can set this; what MuJoCo makes of 1e12 rad/s can
     world.simulation.joints.measure()
+    v.simxGetJointPosition(client, handle_of(client, "hinge"), BLOCKING)
+    assert not any("internal error" in error for error in v.simxGetLastErrors(client, BLOCKING)[1])
     code, dummy = v.simxCreateDummy(client, 0.1, None, BLOCKING)
     assert code == v.simx_return_ok
     assert v.simxGetObjectOrientation(client, dummy, -1, BLOCKING) == (0, pytest.approx([0, 0, 0]))

@@ -293,5 +293,7 @@ def _finite(value: float, what: str) -> float:
 
 
 def _wrapped(angle: float) -> float:
-    """The angle in -pi..pi."""
+    """The angle in -pi..pi; what diverged physics made infinite stays so."""
+    if not math.isfinite(angle):
+        return angle
     return angle if -math.pi <= angle <= math.pi else math.remainder(angle, 2 * math.pi)

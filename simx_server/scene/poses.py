@@ -28,16 +28,20 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
+class NoRotation(CommandError, ValueError):
+    """Four zeros: given, or what diverged physics has left."""
+
+
 def conjugate(q: Quaternion) -> Quaternion:
     return (q[0], -q[1], -q[2], -q[3])
 
 
 def normalised(q: Sequence[float]) -> Quaternion:
-    """Length 1; raises ValueError for length 0."""
+    """Length 1; raises NoRotation for length 0."""
     w, x, y, z = (float(v) for v in q)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if length < 1e-12:
-        raise ValueError("a quaternion of length 0")
+        raise NoRotation("a quaternion of length 0")
     if length == math.inf:  # the squares overflowed
         largest = max(abs(w), abs(x), abs(y), abs(z))
         return normalised((w / largest, x / largest, y / largest, z / largest))
