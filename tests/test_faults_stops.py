@@ -12,9 +12,11 @@ from pathlib import Path
 from subprocess import Popen
 
 import pytest
+import zenoh
 from processes import read_line, running, server, spawn
 
 import simx_client as v
+from simx_server.gateways.zenoh import ZenohGateway
 
 BLOCKING = v.simx_opmode_blocking
 SOON = 5.0
@@ -142,3 +144,16 @@ def test_a_fleet_of_three_of_which_one_runs_an_endless_script_and_one_is_frozen(
         "figures", f"a fleet of three, one frozen, one in an endless script: ended after {took:.2f} s"
     )
     assert took < 2 * SOON
+
+
+def test_when_zenoh_gives_up_on_a_client_that_takes_nothing(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Stuck:
+        def close(self) -> None:
+            raise zenoh.ZError("close operation timed out! at /x/close.rs:135.")
+
+    gateway = ZenohGateway.__new__(ZenohGateway)
+    gateway._session, gateway._zenoh = Stuck(), zenoh
+    gateway.close()
+    assert "was not waited for: close operation timed out!" in caplog.text

@@ -232,7 +232,10 @@ class ZenohGateway:
 
     def close(self) -> None:
         """Leave the network. Clients notice at once."""
-        self._session.close()
+        try:
+            self._session.close()
+        except self._zenoh.ZError as error:
+            logger.warning("a client that takes nothing any more was not waited for: %s", link.reason(error))
 
 
 class ZenohLink:
