@@ -11,7 +11,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from modern_world import SCENE, open_world
+from modern_world import SCENE
 from processes import ROOT, ServerProcess, server
 from real_world import RealWorld
 
@@ -19,20 +19,6 @@ import simx_client as v
 from simx_client import Client, errors
 from simx_client.clients import CLIENTS
 from simx_client.redirect import VARIABLE, format_redirects
-
-
-@pytest.fixture
-def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld]:
-    monkeypatch.setenv("MUJOCO_GL", "disable")
-    world = open_world(tmp_path)
-    yield world
-    world.close()
-
-
-@pytest.fixture
-def client(world: RealWorld) -> Client:
-    return Client.of(world.client())
-
 
 # --- what goes wrong -----------------------------------------------------------------------------
 

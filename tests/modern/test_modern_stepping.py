@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
-from modern_world import messages_of, open_world
-from real_world import RealWorld
+from modern_world import messages_of
 
 import simx_client as v
 from simx_client import Client, errors
-
-
-@pytest.fixture
-def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld]:
-    monkeypatch.setenv("MUJOCO_GL", "disable")
-    world = open_world(tmp_path)
-    yield world
-    world.close()
-
-
-@pytest.fixture
-def client(world: RealWorld) -> Client:
-    return Client.of(world.client())
 
 
 def test_the_simulation_tells_state_and_time(client: Client) -> None:
