@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from simx_client.command_parser import program
 from simx_client.protocol.exit_codes import INTERRUPTED
 from simx_client.protocol.terminal import print_what_can_be
 
@@ -30,8 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Hand the remaining arguments to the command; its exit code is returned, 130 after Ctrl-C."""
     commands = "\n".join(f"  {name:10} {meaning}" for name, (meaning, _) in COMMANDS.items())
     parser = argparse.ArgumentParser(
-        "python -m simx_client",
-        usage="python -m simx_client COMMAND [ARGS...]",
+        program(),
+        usage=f"{program()} COMMAND [ARGS...]",
         description=f"commands:\n{commands}\n\nCOMMAND --help says more.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from . import asking
+from .command_parser import command_parser
 from .discovery import Found, find_servers
 from .protocol import roster
 from .protocol.exit_codes import DONE, FAILURE
@@ -19,10 +20,8 @@ NO_ANSWER = "no answer"
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client list",
-        description="List the live simulators: those of this host, or those behind the given routers.",
-        allow_abbrev=False,
+    parser = command_parser(
+        "list", "List the live simulators: those of this host, or those behind the given routers."
     )
     asking.add_flags(parser)
     return parser

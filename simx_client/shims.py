@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from simx_client.command_parser import program
 from simx_client.protocol.exit_codes import DONE, FAILURE
 
 SURFACE = '''\
@@ -48,9 +49,9 @@ def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
     parser = argparse.ArgumentParser(
-        "python -m simx_client shims",
+        f"{program()} shims",
         description="Write stand-ins for vrep.py, sim.py, vrepConst.py and simConst.py on simx_client.",
-        epilog="example:\n  python -m simx_client shims my_project/simulation --force",
+        epilog=f"example:\n  {program()} shims my_project/simulation --force",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from . import asking
+from .command_parser import command_parser, program
 from .discovery import Measured, Unreachable, measure_servers
 from .listing import NO_ANSWER
 from .places import Place
@@ -83,12 +84,10 @@ def main(argv: Sequence[str]) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client status",
-        description="Tell whether simulators work, how fast, what is asked of them, and what fails.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "status",
+        "Tell whether simulators work, how fast, what is asked of them, and what fails.",
+        examples=EXAMPLES,
     )
     parser.add_argument(
         "where",
@@ -121,7 +120,7 @@ def _tell(options: argparse.Namespace, place: Where, named: Sequence[str]) -> in
         sys.stdout.write("\n".join(pages))
     problems = _problems(unreachable, place, is_local=is_local, is_found=bool(found))
     if not found and not problems:
-        problems = [f"no simulator{_called(place)} is there; python -m simx_client list shows which are"]
+        problems = [f"no simulator{_called(place)} is there; {program()} list shows which are"]
     sys.stderr.writelines(f"{problem}\n" for problem in problems)
     return DONE if not problems and all(server.metrics is not None for server in found) else FAILURE
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from simx_client import __main__ as program
-from simx_client.command_line.completion import CLIENT, PROGRAMS, programs
+from simx_client.command_line.completion import PROGRAMS, programs
+from simx_client.command_parser import SCRIPT
 from simx_client.protocol.commands import BY_NAME
 from simx_server.library import list_scenes
 from simx_server.settings import SETTINGS
@@ -79,11 +80,11 @@ def test_files_and_folders_are_offered_where_they_belong(complete: Complete) -> 
 
 
 def test_commands_and_functions_are_offered(complete: Complete) -> None:
-    assert complete(CLIENT, "wa") == ["watch"]
-    assert complete(CLIENT, "call", "simxGetJointPos") == ["simxGetJointPosition"]
-    assert complete(CLIENT, "watch", "simxGetJointPos") == ["simxGetJointPosition"]
-    assert complete(CLIENT, "watch", "simxSet") == []
-    assert complete(CLIENT, "watch", "--ev") == ["--every"]
+    assert complete(SCRIPT, "wa") == ["watch"]
+    assert complete(SCRIPT, "call", "simxGetJointPos") == ["simxGetJointPosition"]
+    assert complete(SCRIPT, "watch", "simxGetJointPos") == ["simxGetJointPosition"]
+    assert complete(SCRIPT, "watch", "simxSet") == []
+    assert complete(SCRIPT, "watch", "--ev") == ["--every"]
 
 
 @pytest.mark.parametrize("shell", [shell for shell in SHELLS if shutil.which(shell)])
@@ -107,12 +108,12 @@ def test_every_flag_command_function_and_scene_is_in_it(scripts: dict[str, Path]
 
 def test_every_console_script_is_completed() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert set(project["project"]["scripts"]) <= {*PROGRAMS, CLIENT}
-    assert {each.name for each in programs()} == {*PROGRAMS, CLIENT}
+    assert set(project["project"]["scripts"]) <= {*PROGRAMS, SCRIPT}
+    assert {each.name for each in programs()} == {*PROGRAMS, SCRIPT}
 
 
 def test_functions_that_are_offered_exist() -> None:
-    [client] = [each for each in programs() if each.name == CLIENT]
+    [client] = [each for each in programs() if each.name == SCRIPT]
     for name in ("call", "watch"):
         words = client.commands[name][1].value.words
         assert len(words) > 40

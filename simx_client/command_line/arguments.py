@@ -6,6 +6,7 @@ in the scene; where any other whole number is wanted, a legacy constant may be n
 
 from __future__ import annotations
 
+import argparse
 import difflib
 import math
 import re
@@ -48,6 +49,12 @@ _PLAIN = ("simxStart", "simxFinish", "simxPauseCommunication")
 
 class WrongUse(SimxError):
     """The command line asks for something that cannot be; says what is valid."""
+
+
+def add_arguments(parser: argparse.ArgumentParser, function: str) -> None:
+    """Add FUNCTION, whose help is given, and ARGS."""
+    parser.add_argument("function", metavar="FUNCTION", help=function)
+    parser.add_argument("arguments", nargs="*", metavar="ARGS", help="all but client id and operation mode")
 
 
 def shielded(words: Sequence[str]) -> list[str]:
@@ -107,6 +114,11 @@ def parse(command: Command, words: Sequence[str], look_up: LookUp) -> list[Any]:
         else:
             raise WrongUse(f"{usage(command)}; {argument.name} is missing")
     return values
+
+
+def check(command: Command, words: Sequence[str]) -> None:
+    """What is wrong with the words by themselves, before a simulator is asked for names. Raises WrongUse."""
+    parse(command, words, lambda finder, name: 0)
 
 
 def usage(command: Command) -> str:

@@ -8,10 +8,11 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from ..command_parser import command_parser
 from ..errors import SimxError
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
 from . import connecting
-from .arguments import WrongUse, command_named, parse
+from .arguments import WrongUse, add_arguments, check, command_named, parse
 from .asking_one import Refused, ask, handle_of, parse_words
 from .showing import as_lines, as_record
 
@@ -29,16 +30,13 @@ exit codes: 0 the function returned 0, 1 it did not or there is no simulator, 2 
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client call",
-        usage="python -m simx_client call FUNCTION [ARGS...] [--at PLACE] [--json]",
-        description="Call one function of the legacy remote API, and print its results.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "call",
+        "Call one function of the legacy remote API, and print its results.",
+        examples=EXAMPLES,
+        usage="FUNCTION [ARGS...] [--at PLACE] [--json]",
     )
-    parser.add_argument("function", metavar="FUNCTION", help="its name, as simxGetObjectPosition")
-    parser.add_argument("arguments", nargs="*", metavar="ARGS", help="all but client id and operation mode")
+    add_arguments(parser, "its name, as simxGetObjectPosition")
     connecting.add_flags(parser)
     return parser
 
@@ -48,9 +46,7 @@ def main(argv: Sequence[str]) -> int:
     options = parse_words(make_parser(), argv)
     try:
         command = command_named(options.function)
-        parse(
-            command, options.arguments, lambda finder, name: 0
-        )  # what is wrong by itself, before anything else
+        check(command, options.arguments)
         with connecting.connected(options.at, options.timeout) as (client, _):
             arguments = parse(command, options.arguments, partial(handle_of, client))
             values = ask(client, command, arguments)

@@ -13,12 +13,10 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
+from ..command_parser import SCRIPT, command_parser
 from ..protocol.commands import TABLE, Place
 from ..protocol.exit_codes import DONE
 from .arguments import is_callable
-
-CLIENT = "simx"
-"""The console script that is ``python -m simx_client``."""
 
 PROGRAMS = {
     "simx-server": "simx_server.cli",
@@ -73,12 +71,10 @@ class Program:
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client completion",
-        description="Print a script by which a shell completes simx-server, simx-run, simx-check and simx.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "completion",
+        "Print a script by which a shell completes simx-server, simx-run, simx-check and simx.",
+        examples=EXAMPLES,
     )
     parser.add_argument("shell", choices=("bash", "zsh", "fish"), metavar="SHELL", help="bash, zsh or fish")
     return parser
@@ -108,10 +104,10 @@ def programs() -> list[Program]:
             continue  # the client alone
     commands = import_module("simx_client.__main__").COMMANDS
     parts = {
-        name: (meaning, _described(f"{CLIENT}-{name}", import_module(module).make_parser()))
+        name: (meaning, _described(f"{SCRIPT}-{name}", import_module(module).make_parser()))
         for name, (meaning, module) in commands.items()
     }
-    return [*found, Program(CLIENT, commands=parts)]
+    return [*found, Program(SCRIPT, commands=parts)]
 
 
 def _described(name: str, parser: argparse.ArgumentParser) -> Program:

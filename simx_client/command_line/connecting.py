@@ -10,6 +10,7 @@ from collections.abc import Generator
 
 from ..asking import seconds
 from ..clients import CLIENTS
+from ..command_parser import program
 from ..connection import Connection
 from ..discovery import find_servers
 from ..errors import ConnectionFailed, SimxError
@@ -58,7 +59,7 @@ def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connect
     connection = CLIENTS.get(client)
     if connection is None:
         raise ConnectionFailed(
-            "start one with simx-server, or name another with --at; python -m simx_client list shows which are there"
+            f"start one with simx-server, or name another with --at; {program()} list shows which are there"
         )
     connection.timeout = timeout
     try:

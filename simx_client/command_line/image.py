@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..command_parser import command_parser
 from ..errors import SimxError
 from ..protocol.commands import BY_NAME
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
@@ -26,12 +27,8 @@ exit codes: 0 the file is written, 1 it is not, 2 wrong usage
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client image",
-        description="Write the picture of a vision sensor into a PNG file.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "image", "Write the picture of a vision sensor into a PNG file.", examples=EXAMPLES
     )
     parser.add_argument("camera", metavar="CAMERA", help="name, path or handle of a vision sensor")
     parser.add_argument("file", metavar="FILE.png", type=Path, help="is replaced if it is there")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, cast
 
+from ..command_parser import program
 from ..protocol.commands import Command
 from ..values import PixelList
 
@@ -31,7 +32,7 @@ def as_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, PixelList):
-        return f"{value.width}x{value.height} values; python -m simx_client image writes them to a file"
+        return f"{value.width}x{value.height} values; {program()} image writes them to a file"
     if isinstance(value, (bytes, bytearray)):
         return _readable(bytes(value))
     if isinstance(value, list):

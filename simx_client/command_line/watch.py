@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 from ..asking import seconds
+from ..command_parser import command_parser, program
 from ..connection import Connection
 from ..errors import SimxError
 from ..protocol import constants as c
@@ -18,7 +19,7 @@ from ..protocol.commands import Command, Place
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
 from ..shape import Shape
 from . import connecting
-from .arguments import WrongUse, command_named, parse
+from .arguments import WrongUse, add_arguments, check, command_named, parse
 from .asking_one import Refused, alive, ask, handle_of, parse_words
 from .showing import as_record, as_text
 
@@ -37,16 +38,13 @@ exit codes: 0 all lines are there, 1 the function failed or the simulator went a
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        "python -m simx_client watch",
-        usage="python -m simx_client watch FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at PLACE] [--json]",
-        description="Stream what a reading function gives, and print a line whenever it changes.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "watch",
+        "Stream what a reading function gives, and print a line whenever it changes.",
+        examples=EXAMPLES,
+        usage="FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at PLACE] [--json]",
     )
-    parser.add_argument("function", metavar="FUNCTION", help="one that reads, as simxGetObjectPosition")
-    parser.add_argument("arguments", nargs="*", metavar="ARGS", help="all but client id and operation mode")
+    add_arguments(parser, "one that reads, as simxGetObjectPosition")
     parser.add_argument(
         "--every", type=seconds, metavar="SECONDS", help="a line so often, changed or not, in wall time"
     )
@@ -63,9 +61,7 @@ def main(argv: Sequence[str]) -> int:
         parser.error("--count: valid: a whole number from 1")
     try:
         command = _reading(options.function)
-        parse(
-            command, options.arguments, lambda finder, name: 0
-        )  # what is wrong by itself, before anything else
+        check(command, options.arguments)
         with connecting.connected(options.at, options.timeout) as (client, connection):
             arguments = parse(command, options.arguments, partial(handle_of, client))
             ask(client, command, arguments)  # refused now, with the reason, if ever
@@ -90,7 +86,7 @@ def _reading(name: str) -> Command:
     if command.place is not Place.REMOTE or not command.only_reads or command.large or not command.results:
         raise WrongUse(
             f"{name} cannot be watched; valid: functions that only read, such as simxGetJointPosition, "
-            "and for pictures python -m simx_client image"
+            f"and for pictures {program()} image"
         )
     return command
 
