@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Generic, SupportsFloat, SupportsIndex, TypeVar
 
@@ -17,7 +18,24 @@ Value = SupportsIndex | SupportsFloat | str | bytes | bytearray
 """NumPy's numbers are among them."""
 
 
-class _OfKind(Generic[T]):
+class _Named(ABC, Generic[T]):
+    """What follows from brackets that raise NoSuchSignal, as for a dictionary."""
+
+    @abstractmethod
+    def __getitem__(self, name: str) -> T: ...
+
+    def __contains__(self, name: str) -> bool:
+        return self.get(name, None) is not None
+
+    def get(self, name: str, default: D) -> T | D:
+        """Its value, or the default when there is none."""
+        try:
+            return self[name]
+        except NoSuchSignal:
+            return default
+
+
+class _OfKind(_Named[T]):
     """Signals of one kind as a dictionary would have them; each access is one message."""
 
     def __init__(
@@ -46,18 +64,8 @@ class _OfKind(Generic[T]):
         _check(name)
         self._channel.tell(lambda calls: self._clear(calls, name))
 
-    def __contains__(self, name: str) -> bool:
-        return self.get(name, None) is not None
 
-    def get(self, name: str, default: D) -> T | D:
-        """Its value, or the default when there is none."""
-        try:
-            return self[name]
-        except NoSuchSignal:
-            return default
-
-
-class Signals:
+class Signals(_Named[int | float | str]):
     """All signals. ``signals["x"] = 1`` sets an integer one, ``1.0`` a float one, a text or bytes a string one.
 
     A name is of one kind for those who use these brackets: setting it removes signals of the other kinds. Where a
@@ -66,36 +74,15 @@ class Signals:
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
-        self.ints = _OfKind[int](
-            channel,
-            lambda calls, name: calls.simxGetIntegerSignal(name),
-            lambda calls, name, value: calls.simxSetIntegerSignal(name, value),
-            lambda calls, name: calls.simxClearIntegerSignal(name),
-            int,
-        )
-        self.floats = _OfKind[float](
-            channel,
-            lambda calls, name: calls.simxGetFloatSignal(name),
-            lambda calls, name, value: calls.simxSetFloatSignal(name, value),
-            lambda calls, name: calls.simxClearFloatSignal(name),
-            float,
-        )
-        self.strings = _OfKind[str](
-            channel,
-            lambda calls, name: calls.simxGetStringSignal(name),
-            lambda calls, name, value: calls.simxSetStringSignal(name, value),
-            lambda calls, name: calls.simxClearStringSignal(name),
-            _text,
-        )
+        integers = Calls.simxGetIntegerSignal, Calls.simxSetIntegerSignal, Calls.simxClearIntegerSignal
+        floats = Calls.simxGetFloatSignal, Calls.simxSetFloatSignal, Calls.simxClearFloatSignal
+        strings = Calls.simxGetStringSignal, Calls.simxSetStringSignal, Calls.simxClearStringSignal
+        self.ints = _OfKind[int](channel, *integers, int)
+        self.floats = _OfKind[float](channel, *floats, float)
+        self.strings = _OfKind[str](channel, *strings, _text)
         """String signals as text."""
 
-        self.buffers = _OfKind[bytes](
-            channel,
-            lambda calls, name: calls.simxGetStringSignal(name),
-            lambda calls, name, value: calls.simxSetStringSignal(name, value),
-            lambda calls, name: calls.simxClearStringSignal(name),
-            bytes,
-        )
+        self.buffers = _OfKind[bytes](channel, *strings, bytes)
         """String signals as bytes, such as packed numbers."""
 
     def __getitem__(self, name: str) -> int | float | str:
@@ -140,16 +127,6 @@ class Signals:
         calls.simxClearIntegerSignal(name)
         calls.simxClearFloatSignal(name)
         calls.simxClearStringSignal(name)
-
-    def __contains__(self, name: str) -> bool:
-        return self.get(name, None) is not None
-
-    def get(self, name: str, default: D) -> int | float | str | D:
-        """Its value, or the default when there is none."""
-        try:
-            return self[name]
-        except NoSuchSignal:
-            return default
 
 
 def _check(name: str) -> None:

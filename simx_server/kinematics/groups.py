@@ -70,14 +70,7 @@ class IkGroups:
 
     def find(self, name: str) -> int:
         """The handle of a group. Raises CommandError that lists them."""
-        handle = self._registry.find(name.removesuffix("#"))
-        if handle is not None:
-            return handle
-        known = ", ".join(self.names()) or "none"
-        raise CommandError(
-            f"no inverse kinematics group named '{name}'; those of this scene: {known}; "
-            "a scene registers one with a text simx:ik:NAME"
-        )
+        return self._registry.handle_of(name, "inverse kinematics group")
 
     def __contains__(self, handle: int) -> bool:
         return self._registry.get(handle) is not None

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from simx_server.errors import CommandError
 from simx_server.scene.annotations import Annotation
 
 if TYPE_CHECKING:
@@ -64,6 +65,20 @@ class Registry(Generic[_T]):
     def find(self, name: str) -> int | None:
         """The handle that a name has now, or None."""
         return next((handle for handle, (known, _) in self.all().items() if known == name), None)
+
+    def handle_of(self, name: str, called: str) -> int:
+        """The handle of a name as clients say it, with or without ``#``.
+
+        Raises CommandError for none, which lists those that are there; `called` is what such a thing is called.
+        """
+        handle = self.find(name.removesuffix("#"))
+        if handle is not None:
+            return handle
+        known = ", ".join(name for name, _ in self.all().values()) or "none"
+        raise CommandError(
+            f"no {called} named '{name}'; those of this scene: {known}; "
+            f"a scene registers one with a text simx:{self._kind}:NAME"
+        )
 
     def _is_there(self, entry: _Entry[_T]) -> bool:
         present = self._sim.scene.annotations.registered.get(self._kind, {})

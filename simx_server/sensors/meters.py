@@ -85,14 +85,7 @@ class Meter(Generic[_R]):
 
     def find(self, name: str) -> int:
         """The handle of a registered one. Raises CommandError that lists them."""
-        handle = self._registry.find(name.removesuffix("#"))
-        if handle is not None:
-            return handle
-        known = ", ".join(self.names()) or "none"
-        raise CommandError(
-            f"no {self._kind} object named '{name}'; those of this scene: {known}; "
-            f"a scene registers one with a text simx:{self._kind}:NAME"
-        )
+        return self._registry.handle_of(name, f"{self._kind} object")
 
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]

@@ -75,15 +75,7 @@ class ProfileFunctions(ApiPart):
             velocities, accelerations, jerks, most[3] if low else None, most[-1] if low_acceleration else None
         )
         position, velocity = _split(goal, count, 2, "a goal: positions and velocities")
-        return self._keep(
-            Profile(
-                _state(state, count),
-                Goal(position, velocity),
-                bounds,
-                synchronisation(flags),
-                _chosen(selection, count),
-            )
-        )
+        return self._keep(state, Goal(position, velocity), bounds, flags, selection, count)
 
     def ruckigVel(
         self,
@@ -108,15 +100,7 @@ class ProfileFunctions(ApiPart):
         most = _split(limits, count, 2 + low, "limits")
         bounds = Limits([math.inf] * count, most[0], most[1], None, most[2] if low else None)
         (velocity,) = _split(goal, count, 1, "a goal: velocities")
-        return self._keep(
-            Profile(
-                _state(state, count),
-                Goal(None, velocity),
-                bounds,
-                synchronisation(flags),
-                _chosen(selection, count),
-            )
-        )
+        return self._keep(state, Goal(None, velocity), bounds, flags, selection, count)
 
     def ruckigStep(self, handle: int, seconds: float) -> tuple[int, list[float], float]:
         """Go on by so long: 0, or 1 once the goal is reached; the new state; the seconds that are left.
@@ -141,7 +125,13 @@ class ProfileFunctions(ApiPart):
     rmlStep = ruckigStep
     rmlRemove = ruckigRemove
 
-    def _keep(self, profile: Profile) -> int:
+    def _keep(
+        self, state: list[float], goal: Goal, bounds: Limits, flags: int, selection: list[bool], count: int
+    ) -> int:
+        """Make the profile of `count` values; its handle."""
+        profile = Profile(
+            _state(state, count), goal, bounds, synchronisation(flags), _chosen(selection, count)
+        )
         handle, self._next_profile = self._next_profile, self._next_profile + 1
         self._profiles[handle] = profile
         return handle
