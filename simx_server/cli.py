@@ -76,6 +76,15 @@ def make_parser() -> argparse.ArgumentParser:
             parser.add_argument(*spellings, dest=name, action=action, help=setting.help)
         elif not setting.metavar:
             parser.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
+        elif setting.lone:
+            parser.add_argument(
+                *spellings,
+                dest=name,
+                nargs="?",
+                const=setting.lone,
+                metavar=setting.metavar,
+                help=setting.help,
+            )
         else:
             action = "append" if setting.many else "store"
             parser.add_argument(

@@ -222,6 +222,11 @@ class DrawingObjects:
             found.append((drawn, [layout.moved(pose, item) for item in drawn.items]))
         return found
 
+    @property
+    def are_carried(self) -> bool:
+        """Whether any moves with a parent, so that `shown` may change without a new version."""
+        return any(drawn.parent != -1 for drawn in self._present().values())
+
     def _present(self) -> dict[int, DrawingObject]:
         objects = self._sim.scene.objects
         return {h: each for h, each in self._objects.items() if each.parent == -1 or each.parent in objects}

@@ -13,15 +13,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
 
-import mujoco
-
 from simx_client.protocol.exit_codes import DONE, FAILURE
 from simx_client.protocol.terminal import Paint
 
 from .errors import CommandError
+from .object_listing import list_objects
 from .scene.annotations import REGISTERED
-from .scene.names import path_of
-from .scene.objects import ObjectKind, Scene, SceneObject
 from .scripting.interpreter import ScriptError
 from .scripting.outline import functions_in, signals_in
 from .scripting.script import Script
@@ -30,12 +27,6 @@ from .settings import Settings
 from .simulation import Simulation
 
 logger = logging.getLogger(__name__)
-
-_JOINTS = {
-    int(mujoco.mjtJoint.mjJNT_HINGE): "revolute",
-    int(mujoco.mjtJoint.mjJNT_SLIDE): "prismatic",
-    int(mujoco.mjtJoint.mjJNT_BALL): "spherical",
-}
 
 
 def print_tree(settings: Settings, *, as_json: bool) -> int:
@@ -62,8 +53,7 @@ def as_record(simulation: Simulation) -> dict[str, Any]:
         "scene": scene.name,
         "file": str(scene.path) if scene.path is not None else None,
         "objects": [
-            _object(simulation, scene.objects[handle], depth, scripts.get(handle, []))
-            for handle, depth in _in_tree_order(scene, -1, 0)
+            {**each, "scripts": scripts.get(each["handle"], [])} for each in list_objects(simulation)
         ],
         "main_script": scripts.get(-1, []),
         "registered": {kind: sorted(scene.annotations.registered.get(kind, ())) for kind in REGISTERED},
@@ -96,37 +86,6 @@ def as_lines(record: dict[str, Any], paint: Paint) -> Iterator[str]:
 def _type(each: dict[str, Any]) -> str:
     detail = each.get("joint") or "x".join(map(str, each.get("resolution", ())))
     return f"{each['type']} {detail}".rstrip()
-
-
-def _in_tree_order(scene: Scene, parent: int, depth: int) -> Iterator[tuple[int, int]]:
-    for child in scene.children(parent):
-        yield child, depth
-        yield from _in_tree_order(scene, child, depth + 1)
-
-
-def _object(
-    simulation: Simulation, item: SceneObject, depth: int, scripts: list[dict[str, Any]]
-) -> dict[str, Any]:
-    scene, model = simulation.scene, simulation.model
-    parent = scene.objects.get(item.parent)
-    record: dict[str, Any] = {
-        "handle": item.handle,
-        "name": item.name,
-        "path": path_of(scene, item.handle),
-        "type": item.kind.text,
-        "parent": item.parent,
-        "parent_name": parent.name if parent is not None else None,
-        "depth": depth,
-        "is_model": scene.is_model_base(item.handle),
-        "scripts": scripts,
-    }
-    if item.kind is ObjectKind.JOINT:
-        record["joint"] = (
-            _JOINTS.get(int(model.jnt_type[item.id]), "") if item.element == "joint" else "prismatic"
-        )
-    elif item.kind is ObjectKind.VISION_SENSOR:
-        record["resolution"] = [int(number) for number in model.cam_resolution[item.id]]
-    return record
 
 
 def _script(simulation: Simulation, script: Script) -> dict[str, Any]:

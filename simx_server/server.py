@@ -36,6 +36,9 @@ from .sensors.gl_backend import requested_backend
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
+from .viewer.feed import Feed
+from .viewer.launching import missing, page
+from .viewer.messages import ADD_ON
 
 logger = logging.getLogger(__name__)
 
@@ -79,6 +82,9 @@ def serve(settings: Settings) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
+    if settings.view is not None and (problem := missing()):
+        logger.error("%s", problem)
+        return FAILURE
     if settings.replay is not None:
         return _replay(settings.replay, settings)
     with ExitStack() as stack:
@@ -155,7 +161,13 @@ def run_server(
     if settings.quit_after_stop:
         simulation.on_stop.append(engine.end)
     try:
-        with noted(gateway.endpoints), _ending_by_signal(engine), engine.metrics.log.attached():
+        simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
+        with (
+            noted(gateway.endpoints),
+            _ending_by_signal(engine),
+            engine.metrics.log.attached(),
+            ExitStack() as beside,
+        ):
             if recorder is not None:
                 recorder.begin(engine)
             if settings.start:
@@ -168,6 +180,8 @@ def run_server(
             say_ready(gateway, simulation)
             if not is_one_of_many and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
                 simulation.rendering.prepare(simulation.model)
+            if settings.view is not None:
+                beside.enter_context(page(settings.view, gateway.ports, settings.temporary_port))
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
             if recorder is not None:
                 recorder.ending()

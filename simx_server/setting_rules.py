@@ -44,6 +44,9 @@ class Setting:
     unset: str = ""
     """What None means, for people."""
 
+    lone: str = ""
+    """What the flag means when no value follows it."""
+
     @property
     def is_positional(self) -> bool:
         return not self.flag.startswith("-")
@@ -101,6 +104,14 @@ def positive(text: str) -> float:
     if not (0.0 < number < math.inf):
         raise ValueError(text)
     return number
+
+
+def web_address(text: str) -> str:
+    """``HOST:PORT`` of a page; of a port alone this host's own."""
+    host, colon, number = text.strip().rpartition(":")
+    if colon and not host:
+        raise ValueError(text)
+    return f"{host or '127.0.0.1'}:{port(number)}"
 
 
 def speed(text: str) -> float:

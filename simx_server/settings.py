@@ -34,6 +34,7 @@ from simx_server.setting_rules import (
     port,
     positive,
     speed,
+    web_address,
     yes_or_no,
 )
 
@@ -201,6 +202,16 @@ class Settings:
         metavar="NAME=N",
         many=True,
     )
+    view: str | None = _setting(
+        None,
+        "--view",
+        "show it in a browser (8080); HOST:PORT for others too",
+        "a port, 0 for a free one, or HOST:PORT; SCENE stands before it",
+        web_address,
+        metavar="PORT",
+        unset="no page",
+        lone="8080",
+    )
     arguments: tuple[str, ...] = _setting(
         (),
         "--argument",
@@ -301,6 +312,11 @@ class Settings:
             raise SettingError(
                 f"{self.origins['listen']}: with --count all servers would listen on the same endpoint; "
                 "valid: --connect to a router that others reach, or no --count"
+            )
+        if self.view:
+            raise SettingError(
+                f"{self.origins['view']}: with --count all servers would want the same page; "
+                "valid: one of both, and for one of many: python -m simx_server.viewer 127.0.0.1:PORT"
             )
         if max(self.member(self.count - 1).ports) > 65535:
             raise SettingError(

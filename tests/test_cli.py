@@ -50,7 +50,7 @@ def test_help_fits_a_screen_and_ends_with_examples(capsys: pytest.CaptureFixture
         cli.main(["--help"])
     assert left.value.code == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) <= 46
+    assert len(lines) <= 54
     assert max(map(len, lines)) <= 100
     examples = lines.index("examples:")
     assert all(line.startswith("  simx-server") for line in lines[examples + 1 : examples + 4])

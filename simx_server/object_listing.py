@@ -1,0 +1,54 @@
+"""The objects of a scene as plain data, for whoever lists or shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+
+from .scene.names import path_of
+from .scene.objects import ObjectKind, Scene, SceneObject
+from .simulation import Simulation
+
+_JOINTS = {
+    int(mujoco.mjtJoint.mjJNT_HINGE): "revolute",
+    int(mujoco.mjtJoint.mjJNT_SLIDE): "prismatic",
+    int(mujoco.mjtJoint.mjJNT_BALL): "spherical",
+}
+
+
+def list_objects(simulation: Simulation) -> list[dict[str, Any]]:
+    """All objects in tree order: each after its parent, with its depth."""
+    scene = simulation.scene
+    return [
+        _object(simulation, scene.objects[handle], depth) for handle, depth in _in_tree_order(scene, -1, 0)
+    ]
+
+
+def _in_tree_order(scene: Scene, parent: int, depth: int) -> Iterator[tuple[int, int]]:
+    for child in scene.children(parent):
+        yield child, depth
+        yield from _in_tree_order(scene, child, depth + 1)
+
+
+def _object(simulation: Simulation, item: SceneObject, depth: int) -> dict[str, Any]:
+    scene, model = simulation.scene, simulation.model
+    parent = scene.objects.get(item.parent)
+    record: dict[str, Any] = {
+        "handle": item.handle,
+        "name": item.name,
+        "path": path_of(scene, item.handle),
+        "type": item.kind.text,
+        "parent": item.parent,
+        "parent_name": parent.name if parent is not None else None,
+        "depth": depth,
+        "is_model": scene.is_model_base(item.handle),
+    }
+    if item.kind is ObjectKind.JOINT:
+        record["joint"] = (
+            _JOINTS.get(int(model.jnt_type[item.id]), "") if item.element == "joint" else "prismatic"
+        )
+    elif item.kind is ObjectKind.VISION_SENSOR:
+        record["resolution"] = [int(number) for number in model.cam_resolution[item.id]]
+    return record

@@ -1,0 +1,293 @@
+"""What a page needs to show a simulation, copied out of the server when the page asks. Physics thread.
+
+An add-on that is called with simxCallScriptFunction (type 2, name `ADD_ON`). It reads, and makes single passes:
+
+==========  ==========================================  ===========================================================
+function    integers                                    answer
+==========  ==========================================  ===========================================================
+look        known model, known version of its arrays    buffer: `Look`, for each picture of the scene
+survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times a second
+onePass                                                 starts if need be, makes one pass, pauses
+speed       (one float) times real time, or infinity
+==========  ==========================================  ===========================================================
+
+Answers are msgpack maps. What the asker knows already is None: models are large, and trees rarely change.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+import msgpack
+import mujoco
+import numpy as np
+
+from simx_client.protocol.constants import sim_joint_spherical_subtype
+from simx_server import report
+from simx_server.errors import CommandError
+from simx_server.object_listing import list_objects
+from simx_server.scene.objects import ObjectKind
+from simx_server.simulation import SimulationState
+from simx_server.snapshot import editable_arrays, get_state
+from simx_server.viewer.messages import (
+    ADD_ON,
+    LOOK,
+    ONE_PASS,
+    SPEED,
+    SURVEY,
+    Drawing,
+    JointView,
+    Look,
+    SceneItem,
+    Signals,
+    StreamView,
+    Survey,
+)
+
+if TYPE_CHECKING:
+    from simx_server.engine import Engine
+    from simx_server.simulation import Simulation
+
+_MOST_TEXT = 200
+"""Bytes of a string signal, letters of a message that are shown."""
+
+_MOST_LINES = 100
+"""Of a console or the status bar."""
+
+_MOST_ITEMS = 20_000
+"""Items of drawing objects that are handed out; a browser does not show more in good time."""
+
+Results = tuple[list[int], list[float], list[str], bytes]
+
+_models = count(1)
+"""Numbers models through all servers of a process, so that no two are taken for the same."""
+
+
+class Feed:
+    """The add-on. `realm` and `ports` are told to the page, which shows how to connect."""
+
+    def __init__(self, engine: Engine, realm: str, ports: Sequence[int]) -> None:
+        self._engine = engine
+        self._sim: Simulation = engine.simulation
+        self._realm, self._ports = realm, list(ports)
+        self._functions: dict[str, tuple[int, int, Callable[..., Look | Survey | None]]] = {
+            LOOK: (2, 0, self._look),
+            SURVEY: (2, 0, self._survey),
+            ONE_PASS: (0, 0, self._one_pass),
+            SPEED: (0, 1, self._set_speed),
+        }
+        self._model = 0
+        """0: nobody has asked for the present one yet."""
+        self._binary = b""
+        self._arrays: dict[str, np.ndarray] = {}
+        """Of the model as it is handed out."""
+        self._pausing_at: int | None = None
+        self._sim.on_model_changed.append(self._forget_model)
+        self._sim.on_pass_end.append(self._pause_if_due)
+
+    def call(
+        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
+    ) -> Results:
+        """Raises CommandError: no such function, another number of integers, or what the function says."""
+        if function not in self._functions:
+            raise CommandError(
+                f"the add-on {ADD_ON} has no function '{function}'; it has: {', '.join(self._functions)}"
+            )
+        wanted_ints, wanted_floats, perform = self._functions[function]
+        if (len(ints), len(floats)) != (wanted_ints, wanted_floats):
+            raise CommandError(
+                f"{function} of the add-on {ADD_ON} takes {wanted_ints} integers and {wanted_floats} floats, "
+                f"not {len(ints)} and {len(floats)}"
+            )
+        answer = perform(*ints, *floats)
+        return [], [], [], b"" if answer is None else msgpack.packb(answer)
+
+    # --- the scene -------------------------------------------------------------------------------
+
+    def _look(self, known_model: int, known_arrays: int) -> Look:
+        sim = self._sim
+        sim.refresh()
+        if not self._model:
+            self._model = next(_models)
+            self._binary = _binary(sim.model)
+            self._arrays = {name: value.copy() for name, value in editable_arrays(sim.model)}
+        is_new = known_model != self._model
+        version = sim.model_version & 0x7FFFFFFF
+        return {
+            "model": self._model,
+            "arrays_version": version,
+            "binary": self._binary if is_new else None,
+            "arrays": self._changed_arrays() if is_new or known_arrays != version else None,
+            "state": get_state(sim.model, sim.data).tobytes(),
+            "running": sim.state.value,
+            "time": sim.time,
+            "passes": sim.pass_count,
+            "scene": sim.scene.name,
+            "selection": [handle for handle in sim.selection if handle in sim.scene.objects],
+        }
+
+    def _forget_model(self) -> None:
+        self._model = 0
+
+    def _changed_arrays(self) -> dict[str, bytes]:
+        """Those a command has written since the model was first handed out."""
+        return {
+            name: value.tobytes()
+            for name, value in editable_arrays(self._sim.model)
+            if not np.array_equal(value, self._arrays[name])
+        }
+
+    # --- the panels ------------------------------------------------------------------------------
+
+    def _survey(self, known_tree: int, known_drawings: int) -> Survey:
+        sim, engine = self._sim, self._engine
+        tree = self._tree_version()
+        drawings = sim.drawings.version & 0x7FFFFFFF
+        is_drawn_anew = drawings != known_drawings or sim.drawings.are_carried
+        pace = sim.parameters.pace
+        return {
+            "tree_version": tree,
+            "tree": _tree(sim) if tree != known_tree else None,
+            "drawings_version": drawings,
+            "drawings": self._drawings() if is_drawn_anew else None,
+            "joints": self._joints(),
+            "signals": self._signals(),
+            "interface": self._interface(),
+            "messages": sim.status_bar.count,
+            "speed": None if pace is None else pace.speed,
+            "time_step": sim.time_step,
+            "steppers": [one.name for one in engine.sessions.values() if one.is_stepping],
+            "is_waiting": engine.is_waiting_for_trigger,
+            "metrics": report.metrics(engine, self._realm, self._ports),
+            "streams": self._streams(),
+            "workspace": str(sim.workspace),
+        }
+
+    def _tree_version(self) -> int:
+        """Changes with all that the tree shows."""
+        shown = [
+            (item.handle, item.name, item.alias, item.parent, item.id)
+            for item in self._sim.scene.objects.values()
+        ]
+        return zlib.crc32(repr((self._sim.scene_id, shown)).encode()) & 0x7FFFFFFF
+
+    def _joints(self) -> dict[int, JointView]:
+        joints = self._sim.joints
+        found: dict[int, JointView] = {}
+        for handle in self._sim.scene.of_kind(ObjectKind.JOINT):
+            cyclic, minimum, extent = joints.interval(handle)
+            is_ball = joints.joint_type(handle) == sim_joint_spherical_subtype
+            found[handle] = {
+                "position": None if is_ball else joints.position(handle),
+                "target": None if is_ball else joints.target_position(handle),
+                "mode": int(joints.mode(handle)),
+                "cyclic": cyclic,
+                "minimum": minimum,
+                "range": extent,
+            }
+        return found
+
+    def _signals(self) -> Signals:
+        signals = self._sim.signals
+        return {
+            "integers": dict(signals.integers),
+            "floats": dict(signals.floats),
+            "strings": {
+                name: {"size": len(value), "beginning": value[:_MOST_TEXT]}
+                for name, value in signals.strings.items()
+            },
+        }
+
+    def _interface(self) -> dict[str, Any]:
+        """What programs show; of what grows, the end."""
+        shown = self._sim.user_interface.describe()
+        shown["status_bar"] = [text[:_MOST_TEXT] for text in shown["status_bar"][-_MOST_LINES:]]
+        for console in shown["consoles"]:
+            console["lines"] = console["lines"][-_MOST_LINES:]
+        return shown
+
+    def _streams(self) -> list[StreamView]:
+        return [
+            {
+                "client": session.name,
+                "command": stream.command.name,
+                "arguments": ", ".join(map(_short, stream.arguments)),
+            }
+            for session in self._engine.sessions.values()
+            for stream in session.streams.by_id.values()
+        ]
+
+    def _drawings(self) -> list[Drawing]:
+        left = _MOST_ITEMS
+        found: list[Drawing] = []
+        for drawn, items in self._sim.drawings.shown():
+            shown = items[-left:] if left else []
+            left -= len(shown)
+            found.append(
+                {
+                    "handle": drawn.handle,
+                    "flags": drawn.flags,
+                    "size": drawn.size,
+                    "color": drawn.color,
+                    "points": drawn.layout.points,
+                    "items": [list(item) for item in shown],
+                }
+            )
+        return found
+
+    # --- one pass --------------------------------------------------------------------------------
+
+    def _one_pass(self) -> None:
+        sim = self._sim
+        if sim.state is SimulationState.RUNNING:
+            if self._engine.is_waiting_for_trigger:
+                raise CommandError(
+                    "a client steps the simulation, so passes come when it asks; end its stepped mode first"
+                )
+            sim.pause()
+            return
+        sim.start()
+        self._pausing_at = sim.pass_count + 1
+
+    def _pause_if_due(self) -> None:
+        if self._pausing_at is not None and self._sim.pass_count >= self._pausing_at:
+            self._pausing_at = None
+            self._sim.pause()
+
+    def _set_speed(self, speed: float) -> None:
+        pace = self._sim.parameters.pace
+        if pace is None or not speed > 0:
+            raise CommandError(
+                f"a speed is a number above 0, or infinity for as fast as it goes; not {speed}"
+            )
+        pace.speed = speed
+
+
+def _binary(model: mujoco.MjModel) -> bytes:
+    """The model as MuJoCo's own file, small: most of a mesh's arrays compress well."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return zlib.compress(buffer.tobytes(), 1)
+
+
+def _tree(sim: Simulation) -> list[SceneItem]:
+    """As ``--tree --json``, and what each object is in the model."""
+    objects = sim.scene.objects
+    return [
+        {  # pyright: ignore[reportReturnType]: the listing's own form is that of --tree
+            "joint": "",
+            "resolution": [],
+            **each,
+            "element": objects[each["handle"]].element,
+            "id": int(objects[each["handle"]].id),
+        }
+        for each in list_objects(sim)
+    ]
+
+
+def _short(argument: object) -> str:
+    text = repr(argument)
+    return text if len(text) <= 40 else text[:37] + "..."

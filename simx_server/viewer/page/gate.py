@@ -1,0 +1,220 @@
+"""The door of the page: who may see it. Behind it viser listens on a port of this host that nobody is told.
+
+- A page of this host alone (a loopback address) asks for nothing but a browser that was really sent here: a web site
+  that its user has open elsewhere can reach it by a name of its own (DNS rebinding) or open a WebSocket to it, so both
+  `Host` and `Origin` must name this place.
+- A page for others asks for a token once. It stands in the address that is told at the start; then it is a cookie.
+
+What it lets through is copied as it is: one connection here, one there. The head of a request is looked at for each
+connection only once, so connections are closed after each answer (but for WebSockets, which stay).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import ipaddress
+import logging
+import secrets
+import threading
+from concurrent.futures import Future
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+logger = logging.getLogger(__name__)
+
+_MOST_HEAD = 16_384
+_HEAD_TIMEOUT = 10.0
+"""Seconds for a browser to say what it wants."""
+
+_CHUNK = 65_536
+_MOST_CONNECTIONS = 200
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this host reaches that address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class Refused(Exception):
+    """The answer that a request gets in place of the page."""
+
+    def __init__(self, status: str, text: str, *headers: str) -> None:
+        super().__init__(text)
+        self.status, self.text, self.headers = status, text, headers
+
+    def response(self) -> bytes:
+        body = self.text.encode()
+        lines = (
+            f"HTTP/1.1 {self.status}",
+            "Content-Type: text/plain; charset=utf-8",
+            f"Content-Length: {len(body)}",
+            "Connection: close",
+            "Referrer-Policy: no-referrer",
+            *self.headers,
+        )
+        return "\r\n".join(lines).encode() + b"\r\n\r\n" + body
+
+
+class Gate:
+    """Listens where the page is told to be, until `close`. The token is None for a page of this host alone."""
+
+    def __init__(self, host: str, port: int, behind: int, token: str | None = None) -> None:
+        """Raises OSError when the address cannot be listened on.
+
+        Args:
+            host: a name or address of this host.
+            port: 0 for a free one.
+            behind: the port on 127.0.0.1 of what is guarded.
+            token: what to ask for; None chooses one if others can reach `host`.
+        """
+        self._behind = behind
+        self.token = token or (None if is_loopback(host) else secrets.token_urlsafe(16))
+        self._connections = 0
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="simx-gate", daemon=True)
+        started: Future[int] = Future()
+        self._thread.start()
+        asyncio.run_coroutine_threadsafe(self._serve(host, port, started), self._loop)
+        try:
+            self.port = started.result()
+        except BaseException:
+            self.close()
+            raise
+        self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
+        shown = "localhost" if host in ("", "0.0.0.0", "::") else host
+        self.url = f"http://{f'[{shown}]' if ':' in shown else shown}:{self.port}/"
+        """Where a browser goes; for a page for others, with the token."""
+        if self.token is not None:
+            self.url += f"?token={self.token}"
+
+    def close(self) -> None:
+        """Cut every connection and listen no more."""
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_forever()
+        finally:
+            tasks = asyncio.all_tasks(self._loop)
+            for task in tasks:
+                task.cancel()
+            self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+            self._loop.close()
+
+    async def _serve(self, host: str, port: int, started: Future[int]) -> None:
+        try:
+            server = await asyncio.start_server(self._admit, host, port, limit=_MOST_HEAD)
+        except OSError as error:
+            started.set_exception(error)
+            return
+        started.set_result(server.sockets[0].getsockname()[1])
+        async with server:
+            await server.serve_forever()
+
+    async def _admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._connections += 1
+        try:
+            if self._connections > _MOST_CONNECTIONS:
+                raise Refused(
+                    "503 Service Unavailable", "Too many connections to this page; close some browsers.\n"
+                )
+            async with asyncio.timeout(_HEAD_TIMEOUT):
+                head = await reader.readuntil(b"\r\n\r\n")
+            await self._pass_on(self._checked(head), reader, writer)
+        except Refused as refusal:
+            writer.write(refusal.response())
+            with contextlib.suppress(OSError, TimeoutError):
+                async with asyncio.timeout(_HEAD_TIMEOUT):
+                    await writer.drain()
+        except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
+            logger.debug("a browser went away, or did not speak HTTP")
+        finally:
+            self._connections -= 1
+            writer.close()
+
+    # --- what is looked at -----------------------------------------------------------------------
+
+    def _checked(self, head: bytes) -> bytes:
+        """The head as it goes on. Raises Refused."""
+        lines = head.decode("latin-1").split("\r\n")
+        try:
+            method, target, _ = lines[0].split(" ")
+        except ValueError:
+            raise Refused("400 Bad Request", "That is no HTTP request.\n") from None
+        headers: dict[str, str] = {}
+        for line in lines[1:]:
+            name, _, value = line.partition(":")
+            headers[name.strip().lower()] = value.strip()
+        if method not in ("GET", "HEAD"):
+            raise Refused("405 Method Not Allowed", "This page is only looked at: GET.\n", "Allow: GET, HEAD")
+        self._check_place(headers)
+        if self.token is not None:
+            self._check_token(self.token, target, headers)
+        if headers.get("upgrade", "").lower() == "websocket":
+            return head
+        kept = [line for line in lines[:-2] if line.partition(":")[0].strip().lower() != "connection"]
+        return "\r\n".join([*kept, "Connection: close"]).encode("latin-1") + b"\r\n\r\n"
+
+    def _check_place(self, headers: dict[str, str]) -> None:
+        host = headers.get("host", "")
+        if self.token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            raise Refused(
+                "403 Forbidden",
+                f"This page is this host's alone; it is no part of '{host}'. "
+                "For others, start it with --view HOST:PORT.\n",
+            )
+        origin = headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc != host:
+            raise Refused("403 Forbidden", "Another web site may not use this page.\n")
+
+    def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
+        shown = parse_qs(urlsplit(target).query).get("token", [""])[-1]
+        if shown and hmac.compare_digest(shown.encode(), token.encode()):
+            # Out of the address bar, where it could be seen or copied along with the address.
+            cookie = f"{self._cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
+            raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
+        try:
+            kept = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
+        except CookieError:
+            kept = None
+        if kept is None or not hmac.compare_digest(kept.value.encode(), token.encode()):
+            raise Refused(
+                "401 Unauthorized",
+                "This page asks for a token. The server printed an address with it when it started: "
+                "http://HOST:PORT/?token=...\n",
+            )
+
+    # --- what is let through ---------------------------------------------------------------------
+
+    async def _pass_on(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        back_reader, back_writer = await asyncio.open_connection("127.0.0.1", self._behind)
+        try:
+            back_writer.write(head)
+            ways = [
+                asyncio.ensure_future(_copy(reader, back_writer)),
+                asyncio.ensure_future(_copy(back_reader, writer)),
+            ]
+            try:
+                # What the page says last must arrive; a browser that has gone ends it, too.
+                await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for way in ways:
+                    way.cancel()
+                await asyncio.gather(*ways, return_exceptions=True)
+        finally:
+            back_writer.close()
+
+
+async def _copy(source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
+    while data := await source.read(_CHUNK):
+        sink.write(data)
+        await sink.drain()

@@ -1,0 +1,61 @@
+"""A copy of the server's model and state in the page's process, from what the feed tells."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from simx_server.snapshot import STATE, editable_arrays
+from simx_server.viewer.messages import Look
+
+_SHAPES = ("geom_", "mat_", "site_size")
+"""Beginnings of the names of arrays that change what a body looks like, not only where it is."""
+
+
+@dataclass(eq=False)
+class Copy:
+    """A model with its state; forward kinematics done."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+
+
+class Mirror:
+    """Follows the server. `update` for each look; one thread."""
+
+    def __init__(self) -> None:
+        self.copy: Copy | None = None
+        self._first: dict[str, np.ndarray] = {}
+        """The arrays as they were in the model file."""
+
+    def update(self, look: Look) -> tuple[bool, bool]:
+        """Take over a look. Returns (another model, bodies look different)."""
+        binary, arrays = look["binary"], look["arrays"]
+        if binary is not None:
+            model = mujoco.MjModel.from_binary_path("scene.mjb", {"scene.mjb": zlib.decompress(binary)})
+            # Bodies asleep would keep forces of other times.
+            model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+            self.copy = Copy(model, mujoco.MjData(model))
+            self._first = {name: value.copy() for name, value in editable_arrays(model)}
+        copy = self.copy
+        if copy is None:
+            raise ValueError("the first look must bring a model")
+        is_reshaped = arrays is not None and self._write(copy.model, arrays)
+        state = np.frombuffer(look["state"])
+        mujoco.mj_setState(copy.model, copy.data, state, STATE)
+        mujoco.mj_kinematics(copy.model, copy.data)
+        mujoco.mj_camlight(copy.model, copy.data)
+        return binary is not None, is_reshaped
+
+    def _write(self, model: mujoco.MjModel, arrays: dict[str, bytes]) -> bool:
+        is_reshaped = False
+        for name, value in editable_arrays(model):
+            written = arrays.get(name)
+            now = self._first[name] if written is None else np.frombuffer(written, value.dtype)
+            if value.tobytes() != now.tobytes():
+                value[...] = now.reshape(value.shape)
+                is_reshaped |= name.startswith(_SHAPES)
+        return is_reshaped

@@ -1,0 +1,20 @@
+"""Clients."""
+
+from __future__ import annotations
+
+import viser
+
+from simx_server.viewer.messages import Look, Survey
+
+
+class Clients:
+    """To be written."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._text = gui.add_markdown("nothing yet")
+
+    def update(self, survey: Survey, look: Look) -> None:
+        """News."""
+
+    def close(self) -> None:
+        """Nothing to end."""

@@ -1,0 +1,109 @@
+"""Above all tabs: start, pause, stop, one pass, speed, where time stands, and what to do next."""
+
+from __future__ import annotations
+
+import html
+import math
+
+import viser
+
+from simx_client import Client
+from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, ONE_PASS, OWN_NAME, SPEED, Look, Survey
+from simx_server.viewer.page.link import Hands
+
+_SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
+_MESSAGES = 5
+"""Lines of the status bar."""
+
+
+class Run:
+    """The controls. `away` in place of `update` while the server cannot be reached."""
+
+    def __init__(self, gui: viser.GuiApi, hands: Hands, address: str) -> None:
+        self._address = address
+        self._shown = ""
+        self._state = gui.add_markdown("*connecting…*")
+        self._hint = gui.add_markdown("", visible=False)
+        self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="green")
+        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE)
+        self._stop = gui.add_button(
+            "Stop", icon=viser.Icon.PLAYER_STOP, hint="all is again as before the start"
+        )
+        self._one_pass = gui.add_button("One pass", icon=viser.Icon.PLAYER_TRACK_NEXT, hint="and pause")
+        self._speed = gui.add_button_group("Speed", tuple(_SPEEDS), hint="times real time")
+        self._messages = gui.add_html("")
+        self._start.on_click(lambda _: hands.do(lambda client: client.simulation.start()))
+        self._pause.on_click(lambda _: hands.do(lambda client: client.simulation.pause()))
+        self._stop.on_click(lambda _: hands.do(lambda client: client.simulation.stop()))
+        self._one_pass.on_click(lambda _: hands.do(_make_one_pass))
+        self._speed.on_click(lambda event: hands.do(lambda client: _set_speed(client, event.target.value)))
+
+    def update(self, survey: Survey, look: Look) -> None:
+        """News."""
+        running = look["running"]
+        self._start.label = "Go on" if running == "paused" else "Start"
+        self._show(
+            (self._start, running != "running"),
+            (self._pause, running == "running"),
+            (self._stop, running != "stopped"),
+        )
+        speed = survey["speed"]
+        recent = survey["metrics"]["passes"]["real_time_factor"]
+        words = [f"**{running}**", f"{look['time']:.2f} s", f"pass {look['passes']}"]
+        if running == "running":
+            words.append(f"{recent:.2f} × real time")
+        if speed is not None and speed != 1:
+            words.append("as fast as it goes" if math.isinf(speed) else f"speed {speed:g}")
+        if survey["is_waiting"]:
+            words.append(f"waits for {', '.join(survey['steppers'])}, which steps it")
+        self._say(self._state, f"{look['scene']} — {', '.join(words)}")
+        self._say(self._hint, self._advice(survey))
+        lines = survey["interface"]["status_bar"][-_MESSAGES:]
+        text = "<br>".join(html.escape(line) for line in lines)
+        content = f"<div style='font-size:0.8em;padding:0 1em;opacity:0.8'>{text}</div>"
+        if self._messages.content != content:
+            self._messages.content = content
+
+    def away(self, reason: str) -> None:
+        """The server cannot be reached."""
+        self._say(self._state, f"**no server** at {self._address}; this page tries again every second")
+        self._say(self._hint, f"```\n{reason}\n```")
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+    def _advice(self, survey: Survey) -> str:
+        """What a newcomer could do now; empty when somebody is at work."""
+        others = [each for each in survey["metrics"]["clients"] if not each["name"].startswith(OWN_NAME)]
+        if others:
+            return ""
+        port = self._address.rpartition(":")[2]
+        return (
+            "No program is connected. Paste this into Python:\n"
+            "```python\n"
+            "import simx_client as vrep\n"
+            f"client = vrep.simxStart('127.0.0.1', {port}, True, True, 5000, 5)\n"
+            "```\n"
+            "or run an old script as it is: `simx-run robotControl.py`"
+        )
+
+    @staticmethod
+    def _say(element: viser.GuiMarkdownHandle, text: str) -> None:
+        if element.content != text:
+            element.content = text
+        if element.visible != bool(text):
+            element.visible = bool(text)
+
+    @staticmethod
+    def _show(*elements: tuple[viser.GuiButtonHandle, bool]) -> None:
+        for element, is_visible in elements:
+            if element.visible != is_visible:
+                element.visible = is_visible
+
+
+def _make_one_pass(client: Client) -> None:
+    client.call(ONE_PASS, ADD_ON, script_type=ADD_ON_TYPE)
+
+
+def _set_speed(client: Client, label: str) -> None:
+    client.call(SPEED, ADD_ON, floats=[_SPEEDS[label]], script_type=ADD_ON_TYPE)

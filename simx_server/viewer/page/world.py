@@ -1,0 +1,146 @@
+"""The scene in 3-D: each body as one mesh that moves, drawing objects, the selection, contact forces."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import viser
+
+import simx_client as simx
+from simx_server.viewer.messages import Look, SceneItem, Survey
+
+from .bodies import Body, meshes_of
+from .drawings import Drawings
+from .link import Hands
+from .mirror import Copy, Mirror
+
+_FORCE = (220, 40, 60)
+_FORCE_LENGTH = 0.01
+"""Metres of an arrow for each newton."""
+
+_LONGEST_ARROW = 0.5
+
+
+class World:
+    """Owns all that is in the 3-D view. `update` and `survey` on the page's thread."""
+
+    def __init__(self, browser: viser.ViserServer, hands: Hands) -> None:
+        self._browser, self._hands = browser, hands
+        self._mirror = Mirror()
+        self._drawings = Drawings(browser.scene)
+        self._bodies: dict[int, Body] = {}
+        self._tree: list[SceneItem] = []
+        self._selected: tuple[int, ...] = ()
+        self._forces: viser.ArrowsHandle | None = None
+        browser.scene.set_up_direction("+z")
+        browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.6)
+        gui = browser.gui
+        self._show_forces = gui.add_checkbox(
+            "Contact forces", False, hint=f"1 cm for each {_FORCE_LENGTH * 100:g} N"
+        )
+        self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
+        self._whole = gui.add_button("Whole scene", icon=viser.Icon.FOCUS_CENTERED)
+        self._whole.on_click(lambda event: self._look_at_all(event.client))
+        browser.on_client_connect(self._look_at_all)
+        self._extent, self._centre = 2.0, np.zeros(3)
+
+    def update(self, look: Look) -> None:
+        """Take over what was looked at."""
+        is_new, is_reshaped = self._mirror.update(look)
+        copy = self._mirror.copy
+        assert copy is not None
+        with self._browser.atomic():
+            if is_new or is_reshaped:
+                self._build(copy)
+            for body in self._bodies.values():
+                body.move(copy.data)
+            self._mark(look["selection"])
+            self._show_contacts(copy)
+        if is_new:
+            self._extent, self._centre = copy.model.stat.extent, copy.model.stat.center.copy()
+            for client in self._browser.get_clients().values():
+                self._look_at_all(client)
+
+    def survey(self, survey: Survey) -> None:
+        """Take over what changes rarely."""
+        if survey["tree"] is not None:
+            self._tree = survey["tree"]
+            self._mark(self._selected, anew=True)
+        if survey["drawings"] is not None:
+            self._drawings.update(survey["drawings"])
+        self._drawings.visible = self._show_drawings.value
+
+    # --- bodies ----------------------------------------------------------------------------------
+
+    def _build(self, copy: Copy) -> None:
+        for body in self._bodies.values():
+            body.remove()
+        self._bodies.clear()
+        for number in range(copy.model.nbody):
+            if meshes := list(meshes_of(copy.model, number)):
+                body = Body(self._browser.scene, number, meshes)
+                body.on_click(self._clicked)
+                self._bodies[number] = body
+        self._mark(self._selected, anew=True)
+
+    def _clicked(self, number: int) -> None:
+        """Select the object that a body is, or is part of."""
+        assert self._mirror.copy is not None
+        handles = {item["id"]: item["handle"] for item in self._tree if item["element"] == "body"}
+        parents = self._mirror.copy.model.body_parentid
+        while number and number not in handles:
+            number = int(parents[number])
+        chosen = [handles[number]] if number in handles else []
+        self._hands.do(
+            lambda client: simx.simxSetObjectSelection(client.id, chosen, simx.simx_opmode_blocking)
+        )
+
+    def _mark(self, selection: list[int] | tuple[int, ...], *, anew: bool = False) -> None:
+        if tuple(selection) == self._selected and not anew:
+            return
+        self._selected = tuple(selection)
+        ids = {
+            item["id"]
+            for item in self._tree
+            if item["element"] == "body" and item["handle"] in self._selected
+        }
+        for number, body in self._bodies.items():
+            body.mark(number in ids)
+
+    # --- contacts --------------------------------------------------------------------------------
+
+    def _show_contacts(self, copy: Copy) -> None:
+        arrows = _contact_forces(copy) if self._show_forces.value else np.empty((0, 2, 3))
+        if self._forces is not None:
+            self._forces.remove()
+            self._forces = None
+        if len(arrows):
+            self._forces = self._browser.scene.add_arrows(
+                "/contact_forces", arrows, _FORCE, shaft_radius=0.004
+            )
+
+    # --- where from ------------------------------------------------------------------------------
+
+    def _look_at_all(self, client: viser.ClientHandle | None) -> None:
+        if client is None:
+            return
+        direction = np.array([1.0, -1.1, 0.75])
+        client.camera.position = self._centre + direction * self._extent * 1.1
+        client.camera.look_at = self._centre
+        client.camera.up_direction = (0.0, 0.0, 1.0)
+
+
+def _contact_forces(copy: Copy) -> np.ndarray:
+    """Arrows of the forces that contacts exert, in newtons as metres: (N, 2, 3), begin and end in the world."""
+    model, data = copy.model, copy.data
+    mujoco.mj_forward(model, data)
+    arrows: list[np.ndarray] = []
+    force = np.zeros(6)
+    for number in range(data.ncon):
+        mujoco.mj_contactForce(model, data, number, force)
+        contact = data.contact[number]
+        arrow = contact.frame.reshape(3, 3).T @ force[:3] * _FORCE_LENGTH
+        if (length := float(np.linalg.norm(arrow))) > 1e-4:
+            arrow *= min(1.0, _LONGEST_ARROW / length)
+            arrows.append(np.stack([contact.pos, contact.pos + arrow]))
+    return np.array(arrows).reshape(-1, 2, 3)
