@@ -457,6 +457,12 @@ DIFFERENCES: tuple[Difference, ...] = (
         "64 MiB of binary data. What is larger is code 8.",
         _CONNECTION + "test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on",
     ),
+    Difference(
+        "A vision sensor's render mode (integer parameter 1017) is 0, colours, or 2, handles.",
+        "V-REP's others needed auxiliary channels or renderers that are not here: code 8.",
+        "tests/test_sensors_handles.py::test_a_render_mode_that_is_not_here_is_refused",
+        "simxSetObjectIntParameter",
+    ),
 )
 
 

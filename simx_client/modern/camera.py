@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..protocol import constants as c
 from .objects import Object
@@ -11,7 +11,13 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ..answers import Answer
+    from ..calls import Calls
+
 _GREY = 1
+_HANDLES = 2
+"""The render mode in which each pixel is the handle of what is seen; V-REP's name is `sim_rendermode_colorcoded`."""
+_NOTHING = 0xFFFFFF
 
 
 class Camera(Object):
@@ -46,6 +52,30 @@ class Camera(Object):
         )
         upright = buffer.value[1].upright()
         return np.float32(near.value) + upright * np.float32(far.value - near.value)
+
+    def objects(self) -> NDArray[np.int32]:
+        """Height × width, the handle of the shape that each pixel shows, -1 where there is none; the top row first.
+
+        What belongs to no shape, a cloth for example, is -1 too. The sensor shows handles (its render mode is 2) for
+        the time of one message, which nothing comes between. A picture that a script has made or kept for it is
+        dropped by that, and a sensor which is handled explicitly only sees nothing.
+        """
+        import numpy as np
+
+        mode = self._ask(
+            lambda calls: calls.simxGetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode)
+        )
+
+        def look(calls: Calls) -> Answer[Any]:
+            calls.simxSetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode, _HANDLES)
+            picture = calls.simxGetVisionSensorImage(self.handle, 0)
+            calls.simxSetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode, mode)
+            return picture
+
+        _, image = self._ask(look)
+        codes = image.upright().astype(np.int32) @ np.array([1, 256, 65536], np.int32)
+        codes[codes == _NOTHING] = -1
+        return codes
 
     @property
     def resolution(self) -> tuple[int, int]:

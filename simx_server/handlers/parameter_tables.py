@@ -118,6 +118,23 @@ def _view(name: str, field: str) -> tuple[int, Entry]:
     return _entry(name, get, lambda sim, handle, value: sim.vision.change(handle, **{field: value}))
 
 
+_COLOURS, _HANDLES = 0, 2
+"""`sim_rendermode_opengl`, `sim_rendermode_colorcoded`, which the legacy constants lack."""
+
+
+def _render_mode(sim: Simulation, handle: int) -> float:
+    return _HANDLES if sim.vision.settings(handle).shows_handles else _COLOURS
+
+
+def _set_render_mode(sim: Simulation, handle: int, mode: float) -> None:
+    if mode not in (_COLOURS, _HANDLES):
+        raise CommandError(
+            f"render mode {mode:g} is not available; give {_COLOURS} for colours, or {_HANDLES} for pixels that are "
+            "the handles of what is seen (there are no auxiliary channels, and no other renderers)"
+        )
+    sim.vision.change(handle, shows_handles=mode == _HANDLES)
+
+
 _VISION: dict[int, Entry] = dict(
     [
         _view("visionfloatparam_near_clipping", "near"),
@@ -126,6 +143,7 @@ _VISION: dict[int, Entry] = dict(
         _view("visionintparam_resolution_y", "height"),
         _view("visionfloatparam_perspective_angle", "angle"),
         _view("visionfloatparam_ortho_size", "orthographic_size"),
+        _entry("visionintparam_render_mode", _render_mode, _set_render_mode),
         _entry("visionintparam_entity_to_render", *_only(-1, "a vision sensor here sees every object")),
     ]
 )

@@ -135,6 +135,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "angle_deg": _positive,
         "explicit": _switch,
         "external": _switch,
+        "render": _one_of("colours", "handles"),
         "detect_above": _share,
         "detect_below": _share,
     },

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.sensors.gl_backend import make_gl_context
-from simx_server.sensors.picture import CameraView, Picture, RenderError
+from simx_server.sensors.picture import NO_CODE, CameraView, Picture, RenderError
 from simx_server.sensors.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
 
@@ -83,10 +83,12 @@ class OpenGLRenderer:
         drawing = self._drawing_for(data, view, near)
         self._take_scene(data, view)
         # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
-        flat = not rgb
+        flat = not rgb or view.codes is not None
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
         self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
         self._leave_out(data, view, near, flat)
+        if view.codes is not None:
+            self._write_codes(view.codes)
 
         masked = rgb and any(view.background_bytes())
         rect = mujoco.MjrRect(0, 0, view.width, view.height)
@@ -153,14 +155,18 @@ class OpenGLRenderer:
         eye = data.cam_xpos[view.camera_id]
         for geom in self._scene.geoms[: self._scene.ngeom]:
             beside = geom.objtype == _GEOM and not near[geom.objid]
-            if beside or (flat and _is_see_through(geom, eye)):
+            unseen = flat and (_is_back(geom, eye) or (view.codes is None and geom.rgba[3] < OPAQUE_ALPHA))
+            if beside or unseen:
                 geom.type = _NOTHING
 
+    def _write_codes(self, codes: tuple[int, ...]) -> None:
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            code = codes[geom.objid] if geom.objtype == _GEOM else NO_CODE
+            geom.segid = code - 1  # MuJoCo draws the number after it
 
-def _is_see_through(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
-    """Whether MuJoCo draws it see-through: by its colour, or because it is a plane seen from behind."""
-    if geom.rgba[3] < OPAQUE_ALPHA:
-        return True
+
+def _is_back(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
+    """Whether it is a plane seen from behind, which MuJoCo draws see-through."""
     return geom.type == _PLANE and float((eye - geom.pos) @ geom.mat[:, 2]) < 0.0
 
 

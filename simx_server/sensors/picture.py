@@ -6,7 +6,8 @@ Rules, the same for OpenGL and for ray casting:
 * a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
   plane RGB is the background and depth is 1, as in V-REP;
 * only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces;
-* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone.
+* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone;
+* a picture of codes instead of colours has one code a pixel, exactly, and in it see-through geoms are solid.
 """
 
 import math
@@ -21,6 +22,9 @@ from simx_server.errors import RenderError as RenderError
 
 MAX_SIDE = 4096
 """Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB; a slip of the hand must not take the machine."""
+
+NO_CODE = 0xFFFFFF
+"""White: the code of what is no object, and in V-REP's pictures of handles that of the background."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,9 @@ class CameraView:
     """RGB, each 0..1."""
     orthographic_size: float | None = None
     """Metres across the larger image side; None for a perspective view."""
+    codes: tuple[int, ...] | None = None
+    """For each geom of the model the number, 1 to NO_CODE, that its pixels show in place of its colour: red + 256 green
+    + 65536 blue. Skins and flexes show NO_CODE. None: colours."""
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):

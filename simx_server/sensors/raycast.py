@@ -40,10 +40,14 @@ class RaycastRenderer:
         # One more, at the end, so that -1 (nothing hit) is an index even in an empty model.
         alpha = np.append(self._surfaces.rgba()[:, 3], np.float32(0))
         seeing = Seeing(self._model, data, view, alpha[:-1] > 0.0)
+        shown = None
+        if view.codes is not None:
+            shown = _colours_of(view.codes)
+            alpha[:] = 1.0
         rows_at_once = max(1, _RAYS_AT_ONCE // view.width)
         for first in range(0, view.height, rows_at_once):
             rows = slice(first, min(first + rows_at_once, view.height))
-            colour, distance = self._look(seeing, Rays.through_pixels(data, view, rows), alpha, rgb)
+            colour, distance = self._look(seeing, Rays.through_pixels(data, view, rows), alpha, rgb, shown)
             if colours is not None:
                 colour *= 255.0
                 colour += 0.5
@@ -57,9 +61,17 @@ class RaycastRenderer:
         """Nothing is held outside Python."""
 
     def _look(
-        self, seeing: Seeing, rays: Rays, alpha: NDArray[np.float32], rgb: bool
+        self,
+        seeing: Seeing,
+        rays: Rays,
+        alpha: NDArray[np.float32],
+        rgb: bool,
+        shown: NDArray[np.float32] | None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is."""
+        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is.
+
+        `shown`: (ngeom, 3), what geoms show whatever their own colour and light; None: what they look like.
+        """
         view = seeing.view
         count = len(rays.directions)
         colour = np.zeros((count, 3), np.float32)
@@ -79,8 +91,11 @@ class RaycastRenderer:
             if rgb and seen.any():
                 lit = np.flatnonzero(seen)
                 where, geoms = pixels[lit], geom_ids[lit]
-                points = some.of(lit).at(depths[lit])
-                shades = self._surfaces.colours(seeing.data, geoms, points, normals[lit], rays.forward)
+                if shown is not None:
+                    shades = shown[geoms]
+                else:
+                    points = some.of(lit).at(depths[lit])
+                    shades = self._surfaces.colours(seeing.data, geoms, points, normals[lit], rays.forward)
                 cover = np.where(solid[lit], np.float32(1), alpha[geoms])
                 colour[where] += (unblocked[where] * cover)[:, np.newaxis] * shades
                 unblocked[where] *= 1.0 - cover
@@ -91,3 +106,9 @@ class RaycastRenderer:
         if rgb and any(view.background):
             colour += unblocked[:, np.newaxis] * np.clip(view.background, 0.0, 1.0).astype(np.float32)
         return colour, distance
+
+
+def _colours_of(codes: tuple[int, ...]) -> NDArray[np.float32]:
+    """(ngeom, 3) RGB 0..1 whose bytes are the codes' three, the lowest first."""
+    parts = np.array(codes, "<u4").view(np.uint8).reshape(-1, 4)
+    return parts[:, :3].astype(np.float32) / np.float32(255)

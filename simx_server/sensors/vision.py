@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import CommandError, NotHandledYet
 from ..scene.objects import ObjectKind
-from .picture import CameraView, Picture, depth_as_grey, fovy_from_perspective_angle, grey
+from .picture import NO_CODE, CameraView, Picture, depth_as_grey, fovy_from_perspective_angle, grey
 from .vision_settings import Verdict, VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _A = TypeVar("_A")
 _B = TypeVar("_B")
 
-BLACK = (0.0, 0.0, 0.0)
+BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
 class VisionSensors:
@@ -113,6 +113,9 @@ class VisionSensors:
 
     def read(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
         """Whether it detects, and [15 numbers]: least, greatest and mean of intensity, red, green, blue and depth.
+
+        Of a sensor that shows handles the numbers are those handles, each plus a half, as in V-REP; it detects nothing
+        by itself.
 
         Colours are bytes / 255 and their means whole bytes before that, as in V-REP. What a sensor detects is set by
         `simx:vision` annotations (`detect_above`, `detect_below`), which stand for V-REP's image filters, or by its
@@ -231,9 +234,18 @@ class VisionSensors:
         )
 
     def _background(self, settings: VisionSettings) -> Picture:
-        colour = np.rint(np.clip(self.background, 0.0, 1.0) * np.float64(255)).astype(np.uint8)
+        colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
         rgb = np.tile(colour, (settings.height, settings.width, 1))
         return Picture(rgb, np.ones((settings.height, settings.width), np.float32))
+
+    def _background_of(self, settings: VisionSettings) -> tuple[float, float, float]:
+        return WHITE if settings.shows_handles else self.background
+
+    def _codes(self) -> tuple[int, ...]:
+        """The handle of each geom's shape."""
+        scene, model = self._sim.scene, self._sim.model
+        owners = (scene.owner_of_geom(geom, model) for geom in range(model.ngeom))
+        return tuple(owner if owner >= 0 else NO_CODE for owner in owners)
 
     def _view(self, handle: int) -> CameraView:
         settings = self.settings(handle)
@@ -245,8 +257,9 @@ class VisionSensors:
                 fovy_deg=fovy_from_perspective_angle(settings.angle, settings.width, settings.height),
                 near=settings.near,
                 far=settings.far,
-                background=self.background,
+                background=self._background_of(settings),
                 orthographic_size=settings.orthographic_size,
+                codes=self._codes() if settings.shows_handles else None,
             )
         except ValueError as problem:
             raise CommandError(str(problem)) from None
@@ -295,6 +308,13 @@ def statistics(picture: Picture, shows_depth: bool) -> list[float]:
     return found
 
 
+def _handles_in(picture: Picture) -> list[float]:
+    """The handles a picture shows, in order; V-REP adds a half so that no rounding downwards can change them."""
+    assert picture.rgb is not None
+    codes = np.unique(picture.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
+    return [code + 0.5 for code in codes.tolist() if code != NO_CODE]
+
+
 _MEAN_INTENSITY = 10
 """Which of the 15 numbers it is."""
 
@@ -306,6 +326,9 @@ def _judged(
 
     What a script says goes before the limits.
     """
+    if settings.shows_handles:
+        seen = [_handles_in(picture)]
+        return (False, seen) if verdict is None else (bool(verdict.detects), [*seen, *verdict.packets])
     numbers = statistics(picture, shows_depth)
     intensity = numbers[_MEAN_INTENSITY]
     above, below = settings.detect_above, settings.detect_below

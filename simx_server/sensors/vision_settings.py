@@ -40,9 +40,11 @@ class VisionSettings:
     """Perspective angle across the larger image side, radians."""
     orthographic_size: float | None
     """Metres across the larger image side; None for perspective."""
-    shows_depth: bool
-    """The picture is the depth in grey (MJCF output="depth")."""
+    is_depth_camera: bool
+    """The picture is the depth in grey (MJCF output="depth"), unless it is of handles."""
     explicit: bool
+    shows_handles: bool = False
+    """V-REP's render mode 2: each pixel is the handle of the object that is seen, red + 256 green + 65536 blue."""
     external: bool = False
     """Nothing is rendered: the picture is what was set, until something else is."""
     detect_above: float | None = None
@@ -58,6 +60,11 @@ class VisionSettings:
     """What a script has found in the picture."""
     picture_pass: int = -1
     """The last pass in which all these hold, unless the sensor is handled explicitly."""
+
+    @property
+    def shows_depth(self) -> bool:
+        """Whether the picture is the depth in grey."""
+        return self.is_depth_camera and not self.shows_handles
 
     def forget(self) -> None:
         """Drop the picture, and what was set or found."""
@@ -88,8 +95,9 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         far=float(note["far"]) if "far" in note else float(model.vis.map.zfar) * extent,
         angle=angle,
         orthographic_size=fovy * max(1.0, width / height) if orthographic else None,
-        shows_depth=wants_depth and not wants_rgb,
+        is_depth_camera=wants_depth and not wants_rgb,
         explicit=bool(note.get("explicit", False)),
+        shows_handles=note.get("render") == "handles",
         external=bool(note.get("external", False)),
         detect_above=_limit(note, "detect_above"),
         detect_below=_limit(note, "detect_below"),

@@ -131,6 +131,20 @@ def test_pictures_stand_upright_and_depth_is_metres(
     assert camera.grey() == pytest.approx(picture.astype(int).sum(axis=2) // 3, abs=1)
 
 
+@pytest.mark.parametrize("name", ["above", "plan"])
+def test_each_pixel_tells_whose_it_is_and_the_picture_stays_one_of_colours(client: Client, name: str) -> None:
+    camera, red, blue = client.camera(name), client.object("red"), client.object("blue")
+    before = camera.rgb()
+    owners = camera.objects()
+    assert (owners.shape, owners.dtype) == ((48, 64), np.int32)
+    assert set(np.unique(owners)) == {-1, red.handle, blue.handle}
+    for thing, channel, up, left in ((red, 0, True, True), (blue, 2, False, False)):
+        assert np.array_equal(owners == thing.handle, before[:, :, channel] > 0)
+        rows, columns = np.nonzero(owners == thing.handle)
+        assert ((rows.mean() < 24), (columns.mean() < 32)) == (up, left)
+    assert np.array_equal(camera.rgb(), before)
+
+
 def test_pixels_and_depths_give_the_points_of_the_scene(client: Client) -> None:
     camera = client.camera("above")
     picture, depth = camera.rgb(), camera.depth()

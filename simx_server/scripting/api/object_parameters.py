@@ -36,6 +36,11 @@ class ObjectParameterFunctions(ApiPart):
             "objintparam_visible": 36,
             "jointintparam_dynctrlmode": 2039,
             "dummyfloatparam_size": 10002,
+            "rendermode_opengl": 0,
+            "rendermode_auxchannels": 1,
+            "rendermode_colorcoded": 2,
+            "rendermode_povray": 3,
+            "rendermode_opengl3": 7,
         }
     )
 
