@@ -87,9 +87,8 @@ def make_parser() -> argparse.ArgumentParser:
             )
         else:
             action = "append" if setting.many else "store"
-            parser.add_argument(
-                *spellings, dest=name, action=action, metavar=setting.metavar, help=setting.help
-            )
+            shown = argparse.SUPPRESS if setting.is_told_elsewhere else setting.help
+            parser.add_argument(*spellings, dest=name, action=action, metavar=setting.metavar, help=shown)
         for flag, meaning in setting.shortcuts.items():
             # The setting's own help names them: a screen has few lines.
             parser.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)

@@ -39,6 +39,9 @@ logger = logging.getLogger(__name__)
 IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
 
+HELD = 0.002
+"""Seconds until a pass that is held (`Simulation.holds_pass`) is looked at again."""
+
 _OPERATIONS = len(Operation)
 
 MOST_REFUSALS = 1_000_000
@@ -208,13 +211,17 @@ class Engine:
             if not self._is_paced:
                 self._is_paced = True
                 self._pacer.restart()  # after a stop, a pause or stepped mode there is no time to make up
-            return self._pacer.seconds_left()
+            return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
         self._is_paced = False
         if self._is_advancing():
-            return 0.0
+            return self._seconds_held(True)
         if self._idle_is_wanted() or any(session.streams.by_id for session in self.sessions.values()):
             return max(0.0, self._next_idle_pass - time.monotonic())
         return math.inf
+
+    def _seconds_held(self, is_free: bool) -> float:
+        """`is_free`: of the wall clock, which no film may hold up."""
+        return HELD if is_free and self.simulation.holds_pass() else 0.0
 
     def _idle_is_wanted(self) -> bool:
         return bool(self.simulation.on_idle) and self.simulation.state is not SimulationState.RUNNING

@@ -22,6 +22,7 @@ from .clock import Pacer
 from .command_server import add_command_server
 from .engine import Engine
 from .errors import CommandError
+from .filming import Film, PictureError, Shot, write_snapshot
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .library import find_scene
@@ -87,6 +88,8 @@ def serve(settings: Settings) -> int:
         return FAILURE
     if settings.replay is not None:
         return _replay(settings.replay, settings)
+    if settings.snapshot is not None:
+        return _picture(settings.snapshot, settings)
     with ExitStack() as stack:
         recorder = None
         try:
@@ -94,10 +97,25 @@ def serve(settings: Settings) -> int:
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
             simulation = build_simulation(settings, stack, recorder and recorder.watch)
-        except (CommandError, LogError) as error:
+            if settings.video is not None:
+                shot = Shot(simulation, settings.camera, settings.size)
+                stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
+        except (CommandError, LogError, PictureError) as error:
             logger.error("%s", error)
             return FAILURE
         return run_server(simulation, settings, _say_ready, recorder=recorder)
+
+
+def _picture(path: Path, settings: Settings) -> int:
+    with ExitStack() as stack:
+        try:
+            simulation = build_simulation(settings, stack)
+            shot = Shot(simulation, settings.camera, settings.size)
+            write_snapshot(simulation, path, shot, settings.duration)
+        except (CommandError, PictureError) as error:
+            logger.error("%s", error)
+            return FAILURE
+    return DONE
 
 
 def _replay(recording: Path, settings: Settings) -> int:

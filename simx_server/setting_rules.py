@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+LARGEST_SIDE = 4096
+"""Pixels: what a picture may have, see sensors/picture.py."""
+
 
 class SettingError(ValueError):
     """A setting has a value that cannot be used; the text says where it came from and what is valid."""
@@ -46,6 +49,9 @@ class Setting:
 
     lone: str = ""
     """What the flag means when no value follows it."""
+
+    is_told_elsewhere: bool = False
+    """The help of another flag names it: a screen has few lines."""
 
     @property
     def is_positional(self) -> bool:
@@ -99,6 +105,16 @@ def between(least: int, most: int) -> Callable[[str], int]:
     return parse
 
 
+def between_numbers(least: float, most: float) -> Callable[[str], float]:
+    def parse(text: str) -> float:
+        number = float(text)
+        if not least <= number <= most:
+            raise ValueError(text)
+        return number
+
+    return parse
+
+
 def positive(text: str) -> float:
     number = float(text)
     if not (0.0 < number < math.inf):
@@ -139,6 +155,23 @@ def new_file(text: str) -> Path:
     if path.is_dir() or not path.parent.is_dir():
         raise ValueError(text)
     return path.resolve()
+
+
+def new_file_ending(ending: str) -> Callable[[str], Path]:
+    def parse(text: str) -> Path:
+        path = new_file(text)
+        if path.suffix.lower() != ending:
+            raise ValueError(text)
+        return path
+
+    return parse
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    width, height = (int(side) for side in text.lower().split("x"))
+    if not (16 <= width <= LARGEST_SIDE and 16 <= height <= LARGEST_SIDE):
+        raise ValueError(text)
+    return width, height
 
 
 def folder(text: str) -> Path:

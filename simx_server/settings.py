@@ -25,12 +25,15 @@ from simx_server.setting_rules import (
     Setting,
     SettingError,
     between,
+    between_numbers,
     file,
     folder,
     matching,
     new_file,
+    new_file_ending,
     one_of,
     only_yes,
+    picture_size,
     port,
     positive,
     speed,
@@ -196,7 +199,7 @@ class Settings:
     limit: tuple[str, ...] = _setting(
         (),
         "--limit",
-        "how much clients may make it hold, as objects=500; repeatable, see limits.py",
+        "how much clients may make it hold, as objects=500; repeatable",
         VALID_LIMIT,
         limit_text,
         metavar="NAME=N",
@@ -239,6 +242,54 @@ class Settings:
         file,
         metavar="FILE",
         unset="nothing",
+    )
+    snapshot: Path | None = _setting(
+        None,
+        "--snapshot",
+        "write one picture and leave (--camera NAME, --size WxH)",
+        "a file in an existing folder whose name ends in .png",
+        new_file_ending(".png"),
+        metavar="FILE.png",
+        unset="nothing",
+    )
+    video: Path | None = _setting(
+        None,
+        "--video",
+        "film what runs (--camera NAME, --size WxH, --fps N)",
+        "a file in an existing folder whose name ends in .mp4",
+        new_file_ending(".mp4"),
+        metavar="FILE.mp4",
+        unset="nothing",
+    )
+    camera: str | None = _setting(
+        None,
+        "--camera",
+        "camera or vision sensor of pictures and films",
+        "the name of a camera or vision sensor",
+        matching(r"\S+"),
+        metavar="NAME",
+        unset="an overview",
+        is_told_elsewhere=True,
+    )
+    size: tuple[int, int] | None = _setting(
+        None,
+        "--size",
+        "pixels of pictures and films",
+        "WIDTHxHEIGHT, each from 16 to 4096, such as 1280x720",
+        picture_size,
+        metavar="WxH",
+        unset="the vision sensor's, else 1280x720",
+        is_told_elsewhere=True,
+    )
+    fps: float | None = _setting(
+        None,
+        "--fps",
+        "pictures of a film per simulated second",
+        "a number from 1 to 240",
+        between_numbers(1.0, 240.0),
+        metavar="N",
+        unset="one for each pass, 25 at most",
+        is_told_elsewhere=True,
     )
     log_level: str = _setting(
         "info",
@@ -294,6 +345,7 @@ class Settings:
         settings._refuse_repeated_ports()
         settings._refuse_impossible_count()
         settings._refuse_impossible_recording()
+        settings._refuse_impossible_pictures()
         return settings
 
     def _refuse_repeated_ports(self) -> None:
@@ -335,6 +387,25 @@ class Settings:
                 f"{self.origins['replay']}: a recording brings its scene, and a replay is not recorded; "
                 "valid: no SCENE, --record or --count beside it"
             )
+
+    def _refuse_impossible_pictures(self) -> None:
+        """A snapshot is no server, and a film is one server's."""
+        others = {"snapshot": ("video", "record"), "video": ()}
+        for name, more in others.items():
+            if getattr(self, name) is None:
+                continue
+            for other in (*more, "replay", "count"):
+                if getattr(self, other) is not None:
+                    raise SettingError(
+                        f"{self.origins[name]}: does not go together with {SETTINGS[other].flag}; valid: one of both"
+                    )
+        if self.snapshot or self.video:
+            return
+        for name in ("camera", "size", "fps"):
+            if self.origins.get(name, "").startswith("flag"):
+                raise SettingError(
+                    f"{self.origins[name]}: nothing is pictured; valid: with --snapshot or --video"
+                )
 
     def member(self, number: int) -> Settings:
         """The settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.

@@ -119,6 +119,8 @@ class Simulation:
         self.physics_calls = PhysicsCalls()
         self.is_ending = False
         """The server has been told to end: no script is given long any more."""
+        self.holds_pass: Callable[[], bool] = _holds_nothing
+        """Whether the next pass is to come later where the wall clock does not set the pace: a film lags behind."""
         self._soon: list[Listener] = []
         self.on_start: list[Listener] = []
         self.on_stopping: list[Listener] = []
@@ -409,6 +411,10 @@ def _call(listeners: list[Listener]) -> None:
 
 def _nothing() -> None:
     """Nobody waits."""
+
+
+def _holds_nothing() -> bool:
+    return False
 
 
 def _log_warning(text: str) -> None:

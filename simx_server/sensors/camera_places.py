@@ -16,6 +16,8 @@ class CameraPlaces:
 
     def by_first(self, model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> CameraView:
         """The same view, but of the first camera that is where this one is and looks the same way."""
+        if view.viewpoint is not None:
+            return view
         if self._model is not model:
             poses = [_pose(data, camera_id) for camera_id in range(model.ncam)]
             self._firsts = {camera_id: poses.index(pose) for camera_id, pose in enumerate(poses)}

@@ -56,7 +56,6 @@ class OpenGLRenderer:
         self._scene.flags[:] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
         self._camera = mujoco.MjvCamera()
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         # Pictures go to an offscreen buffer of their own, so the context's own surface can be tiny.
         self._gl = make_gl_context(backend_name, 16, 16)
         try:
@@ -76,8 +75,7 @@ class OpenGLRenderer:
             RenderError: no such camera in the model.
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
-        if not 0 <= view.camera_id < self._model.ncam:
-            raise RenderError(f"camera id {view.camera_id} is not in the model, which has {self._model.ncam}")
+        view.check_camera(self._model)
         self._gl.make_current()
         near = near_the_view(self._model, data, view)
         drawing = self._drawing_for(data, view, near)
@@ -133,7 +131,13 @@ class OpenGLRenderer:
         return drawing
 
     def _take_scene(self, data: mujoco.MjData, view: CameraView) -> None:
-        self._camera.fixedcamid = view.camera_id
+        if (stand := view.viewpoint) is None:
+            self._camera.type, self._camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, view.camera_id
+        else:
+            self._camera.type, self._camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FREE, -1
+            self._camera.lookat[:] = stand.lookat
+            self._camera.distance = stand.distance
+            self._camera.azimuth, self._camera.elevation = stand.azimuth_deg, stand.elevation_deg
         mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
         half_width, half_height = view.half_extent()
         at_near = 1.0 if view.orthographic_size is not None else view.near
@@ -152,7 +156,7 @@ class OpenGLRenderer:
         Beside the view: vertices cost as much there as in the middle, and a hand camera has its robot behind it.
         Flat drawing makes everything solid, so also what leaves no depth in a coloured picture.
         """
-        eye = data.cam_xpos[view.camera_id]
+        eye, _ = view.pose(data)
         for geom in self._scene.geoms[: self._scene.ngeom]:
             beside = geom.objtype == _GEOM and not near[geom.objid]
             unseen = flat and (_is_back(geom, eye) or (view.codes is None and geom.rgba[3] < OPAQUE_ALPHA))

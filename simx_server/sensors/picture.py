@@ -28,11 +28,35 @@ NO_CODE = 0xFFFFFF
 
 
 @dataclass(frozen=True)
+class Viewpoint:
+    """Where an eye stands that is no camera of the model, in the words of MuJoCo's free camera. Hashable."""
+
+    lookat: tuple[float, float, float]
+    """World position of what is in the middle of the picture, metres."""
+    distance: float
+    """From there to the eye, metres."""
+    azimuth_deg: float
+    """Direction in which it looks, about the world's z: 90 is along y."""
+    elevation_deg: float
+    """-90 looks straight down."""
+
+    def pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Position (3,) and matrix (3, 3) as a MuJoCo camera has them: columns right, up, backward."""
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        flat = np.array((math.cos(azimuth), math.sin(azimuth), 0.0))
+        upwards = np.array((0.0, 0.0, 1.0))
+        forward = math.cos(elevation) * flat + math.sin(elevation) * upwards
+        up = math.cos(elevation) * upwards - math.sin(elevation) * flat
+        position = np.array(self.lookat) - self.distance * forward
+        return position, np.stack((np.cross(forward, up), up, -forward), axis=1)
+
+
+@dataclass(frozen=True)
 class CameraView:
     """Everything that decides a picture, apart from the state of the world. Hashable.
 
     `camera_id` is a MuJoCo camera (looks along -z, +y up, +x right); its own field of view, resolution and
-    clip planes are not used.
+    clip planes are not used. It counts only without a `viewpoint`.
 
     Raises:
         ValueError: a size, angle or clip plane that no camera can have.
@@ -56,6 +80,8 @@ class CameraView:
     codes: tuple[int, ...] | None = None
     """For each geom of the model the number, 1 to NO_CODE, that its pixels show in place of its colour: red + 256 green
     + 65536 blue. Skins and flexes show NO_CODE. None: colours."""
+    viewpoint: Viewpoint | None = None
+    """For a view of the scene that none of its cameras has."""
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
@@ -75,6 +101,17 @@ class CameraView:
             raise ValueError(
                 f"an orthographic size of {self.orthographic_size} is not usable; give metres above 0"
             )
+
+    def check_camera(self, model: mujoco.MjModel) -> None:
+        """Raises RenderError: the model has no such camera."""
+        if self.viewpoint is None and not 0 <= self.camera_id < model.ncam:
+            raise RenderError(f"camera id {self.camera_id} is not in the model, which has {model.ncam}")
+
+    def pose(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """World position (3,) and matrix (3, 3) of the eye: columns right, up, backward."""
+        if self.viewpoint is not None:
+            return self.viewpoint.pose()
+        return data.cam_xpos[self.camera_id], data.cam_xmat[self.camera_id].reshape(3, 3)
 
     def half_extent(self) -> tuple[float, float]:
         """Half width and half height of what is seen, metres: at 1 m depth, or anywhere if orthographic."""

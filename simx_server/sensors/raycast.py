@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.picture import CameraView, Picture, RenderError
+from simx_server.sensors.picture import CameraView, Picture
 from simx_server.sensors.rays import Rays, Seeing
 from simx_server.sensors.surface import Surfaces
 from simx_server.sensors.visibility import OPAQUE_ALPHA
@@ -32,8 +32,7 @@ class RaycastRenderer:
         Raises:
             RenderError: no such camera in the model.
         """
-        if not 0 <= view.camera_id < self._model.ncam:
-            raise RenderError(f"camera id {view.camera_id} is not in the model, which has {self._model.ncam}")
+        view.check_camera(self._model)
         shape = (view.height, view.width)
         colours = np.empty((*shape, 3), np.uint8) if rgb else None
         depths = np.empty(shape, np.float32) if depth else None

@@ -32,8 +32,8 @@ class Rays:
     @classmethod
     def through_pixels(cls, data: mujoco.MjData, view: CameraView, rows: slice) -> "Rays":
         """Rays through the centres of the pixels of some rows, bottom row first, each left to right."""
-        right, up, backward = data.cam_xmat[view.camera_id].reshape(3, 3).T
-        eye = data.cam_xpos[view.camera_id]
+        eye, turn = view.pose(data)
+        right, up, backward = turn.T
         half_width, half_height = view.half_extent()
         across = half_width * ((np.arange(view.width) + 0.5) * 2 / view.width - 1)
         along = half_height * ((np.arange(rows.start, rows.stop) + 0.5) * 2 / view.height - 1)

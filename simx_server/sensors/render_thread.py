@@ -291,8 +291,14 @@ def _names(rgb: bool, depth: bool) -> set[str]:
 
 
 def _camera_name(job: _Job) -> str:
+    if job.view.viewpoint is not None:
+        return "(overview)"
     camera = job.view.camera_id
     return mujoco.mj_id2name(job.model, mujoco.mjtObj.mjOBJ_CAMERA, camera) or f"camera {camera}"
+
+
+def _told(view: CameraView) -> str:
+    return "the overview" if view.viewpoint is not None else f"camera id {view.camera_id}"
 
 
 def _failed(reason: str) -> "Future[Picture]":
@@ -304,7 +310,7 @@ def _failed(reason: str) -> "Future[Picture]":
 def _explained(job: _Job, backend: Backend | None, error: Exception) -> RenderError:
     means = f" with {backend.name}" if backend is not None else ""
     explained = RenderError(
-        f"the {job.view.width} x {job.view.height} picture of camera id {job.view.camera_id} "
+        f"the {job.view.width} x {job.view.height} picture of {_told(job.view)} "
         f"could not be rendered{means}: {error}"
     )
     explained.__cause__ = error

@@ -46,8 +46,8 @@ def may_be_coarse(
     if view.orthographic_size is not None:
         largest = radius.max() * pixels_per_metre
     else:
-        forward = -data.cam_xmat[view.camera_id].reshape(3, 3)[:, 2]
-        depth = (data.geom_xpos[chosen] - data.cam_xpos[view.camera_id]) @ forward
+        eye, turn = view.pose(data)
+        depth = (eye - data.geom_xpos[chosen]) @ turn[:, 2]
         nearest = np.maximum(depth - model.geom_rbound[chosen], view.near)
         largest = (radius / nearest).max() * pixels_per_metre
     return bool(largest * (1.0 - math.cos(math.pi / corners)) <= TOLERANCE_PIXELS)

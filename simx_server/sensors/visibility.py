@@ -18,7 +18,8 @@ OPAQUE_ALPHA = 0.995
 def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
     """(ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
     radius = model.geom_rbound
-    local = (data.geom_xpos - data.cam_xpos[view.camera_id]) @ data.cam_xmat[view.camera_id].reshape(3, 3)
+    eye, turn = view.pose(data)
+    local = (data.geom_xpos - eye) @ turn
     depth = -local[:, 2]
     inside = (depth + radius > view.near) & (depth - radius < view.far)
     for axis, half in enumerate(view.half_extent()):

@@ -208,6 +208,30 @@ class VisionSensors:
         settings.picture = self._request(handle, rgb=True, depth=True)
         settings.picture_pass = until
 
+    def look(
+        self, handle: int, size: tuple[int, int], background: tuple[float, float, float] | None = None
+    ) -> Future[NDArray[np.uint8]]:
+        """What a sensor or a camera sees now, in another size: (height, width, 3), rows bottom first.
+
+        As `image` otherwise, but always rendered: what scripts and clients have put in the picture's place is not in
+        it. The perspective angle belongs to the larger side here too.
+
+        Raises:
+            CommandError: no such sensor or camera, or no picture of this size.
+        """
+        settings = self.settings(handle)
+        shows_depth = settings.shows_depth
+        view = self._view(handle, size)
+        if background is not None:
+            view = replace(view, background=background)
+        return then(
+            self._ask(view, rgb=not shows_depth, depth=shows_depth), lambda made: _shown(made, shows_depth)
+        )
+
+    def look_from(self, view: CameraView) -> Future[NDArray[np.uint8]]:
+        """As `look`, for a view that is no object's."""
+        return then(self._ask(view, rgb=True, depth=False), lambda made: _shown(made, shows_depth=False))
+
     def _sensor(self, handle: int) -> VisionSettings:
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)
@@ -226,12 +250,13 @@ class VisionSensors:
         return self._request(handle, rgb=rgb, depth=depth)
 
     def _request(self, handle: int, *, rgb: bool, depth: bool) -> Future[Picture]:
+        return self._ask(self._view(handle), rgb=rgb, depth=depth)
+
+    def _ask(self, view: CameraView, *, rgb: bool, depth: bool) -> Future[Picture]:
         sim = self._sim
         sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
         sim.refresh()
-        return sim.rendering.request(
-            sim.model, sim.data, self._view(handle), rgb=rgb, depth=depth, version=sim.version
-        )
+        return sim.rendering.request(sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version)
 
     def _background(self, settings: VisionSettings) -> Picture:
         colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)
@@ -247,14 +272,15 @@ class VisionSensors:
         owners = (scene.owner_of_geom(geom, model) for geom in range(model.ngeom))
         return tuple(owner if owner >= 0 else NO_CODE for owner in owners)
 
-    def _view(self, handle: int) -> CameraView:
+    def _view(self, handle: int, size: tuple[int, int] | None = None) -> CameraView:
         settings = self.settings(handle)
+        width, height = size or (settings.width, settings.height)
         try:
             return CameraView(
                 camera_id=self._sim.scene.get(handle).id,
-                width=settings.width,
-                height=settings.height,
-                fovy_deg=fovy_from_perspective_angle(settings.angle, settings.width, settings.height),
+                width=width,
+                height=height,
+                fovy_deg=fovy_from_perspective_angle(settings.angle, width, height),
                 near=settings.near,
                 far=settings.far,
                 background=self._background_of(settings),
