@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
 import trimesh
+import trimesh.visual
 import viser
 from mjviser.conversions import group_geoms_by_visual_compat, merge_geoms
+from PIL import Image
 
 _SELECTED = (255, 140, 0)
-_MOVED = 1e-5
-"""Metres, or a unit quaternion's difference, below which nothing is sent."""
+_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+_ENDLESS = 20.0
+"""Metres that half of a plane without an end is long here."""
 
 _FIRST_HIDDEN_GROUP = 3
 """Geoms of this group and above only collide; MuJoCo's own viewer leaves them out, too."""
@@ -36,18 +40,101 @@ def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
     """What of a body is to be seen, in the body's frame; those of one texture are one mesh."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     seen = [geom for geom in range(first, first + count) if _is_seen(model, geom)]
-    for group in group_geoms_by_visual_compat(model, seen):
-        yield merge_geoms(model, group)
+    papered = {geom: texture for geom in seen if (texture := _paper(model, geom)) >= 0}
+    for geom, texture in papered.items():
+        yield _papered_plane(model, geom, texture)
+    plain = [geom for geom in seen if geom not in papered]
+    with _own_colors(model, plain):
+        for group in group_geoms_by_visual_compat(model, plain):
+            yield merge_geoms(model, group)
+
+
+def appearance(model: mujoco.MjModel, body: int) -> bytes:
+    """Changes with all that `meshes_of` depends on, in one model."""
+    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+    geoms = slice(first, first + count)
+    materials = model.geom_matid[geoms]
+    parts = (
+        model.geom_pos,
+        model.geom_quat,
+        model.geom_size,
+        model.geom_rgba,
+        model.geom_group,
+        model.geom_matid,
+    )
+    of_materials = (model.mat_rgba, model.mat_texid, model.mat_texrepeat)
+    return b"".join(
+        [each[geoms].tobytes() for each in parts]
+        + [each[materials[materials >= 0]].tobytes() for each in of_materials]
+    )
 
 
 def _is_seen(model: mujoco.MjModel, geom: int) -> bool:
-    material = int(model.geom_matid[geom])
-    alpha = float(model.geom_rgba[geom, 3] if material < 0 else model.mat_rgba[material, 3])
     return (
-        alpha > 0
+        _rgba(model, geom)[3] > 0
         and int(model.geom_group[geom]) < _FIRST_HIDDEN_GROUP
         and int(model.geom_type[geom]) in _CONVERTED
     )
+
+
+def _has_own_color(model: mujoco.MjModel, geom: int) -> bool:
+    """MuJoCo draws a geom in the colour of its material, unless its own is another than the default."""
+    return int(model.geom_matid[geom]) < 0 or not np.allclose(model.geom_rgba[geom], _DEFAULT_RGBA)
+
+
+def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    return model.geom_rgba[geom] if _has_own_color(model, geom) else model.mat_rgba[model.geom_matid[geom]]
+
+
+@contextmanager
+def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Iterator[None]:
+    """Within the block those that have a colour of their own have no material: the converter prefers that."""
+    kept = model.geom_matid.copy()
+    for geom in geoms:
+        if _has_own_color(model, geom):
+            model.geom_matid[geom] = -1
+    try:
+        yield
+    finally:
+        model.geom_matid[:] = kept
+
+
+def _paper(model: mujoco.MjModel, geom: int) -> int:
+    """The texture of a plane that has one, which the converter leaves out; else -1."""
+    material = int(model.geom_matid[geom])
+    if material < 0 or int(model.geom_type[geom]) != mujoco.mjtGeom.mjGEOM_PLANE:
+        return -1
+    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    flat = mujoco.mjtTexture.mjTEXTURE_2D
+    is_color = texture >= 0 and int(model.tex_type[texture]) == flat and int(model.tex_nchannel[texture]) == 3
+    return texture if is_color else -1
+
+
+def _papered_plane(model: mujoco.MjModel, geom: int, texture: int) -> trimesh.Trimesh:
+    """A rectangle with a picture, repeated as the material says."""
+    material = int(model.geom_matid[geom])
+    half = np.where(model.geom_size[geom, :2] > 0, model.geom_size[geom, :2], _ENDLESS)
+    unit = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
+    repeats = model.mat_texrepeat[material] * (2 * half if model.mat_texuniform[material] else 1.0)
+    first, height, width = (int(a[texture]) for a in (model.tex_adr, model.tex_height, model.tex_width))
+    pixels = model.tex_data[first : first + height * width * 3].reshape(height, width, 3)
+    paper = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=_rgba(model, geom),
+        baseColorTexture=Image.fromarray(np.ascontiguousarray(pixels[::-1])),
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+    )
+    mesh = trimesh.Trimesh(
+        np.column_stack([unit * half, np.zeros(4)]),
+        [[0, 1, 2], [0, 2, 3]],
+        visual=trimesh.visual.TextureVisuals(uv=(unit + 1) / 2 * repeats, material=paper),
+        process=False,
+    )
+    pose = np.eye(4)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), model.geom_pos[geom]
+    return mesh.apply_transform(pose)
 
 
 class Body:
@@ -63,22 +150,15 @@ class Body:
         self._low = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
         self._high = np.max([mesh.bounds[1] for mesh in meshes], axis=0)
         self._box: viser.LineSegmentsHandle | None = None
-        self._position, self._quat = np.full(3, np.nan), np.full(4, np.nan)
 
     def on_click(self, act: Callable[[int], None]) -> None:
         """`act` is given the body's number, on a thread of viser's."""
         for mesh in self._meshes:
             mesh.on_click(lambda _: act(self._number))
 
-    def move(self, data: mujoco.MjData) -> None:
-        """To where it is in `data`; nothing is sent when it is there already."""
-        position, quat = data.xpos[self._number], data.xquat[self._number]
-        if not np.allclose(position, self._position, rtol=0, atol=_MOVED):
-            self._position = position.copy()
-            self._frame.position = self._position
-        if not np.allclose(quat, self._quat, rtol=0, atol=_MOVED):
-            self._quat = quat.copy()
-            self._frame.wxyz = self._quat
+    def move(self, position: np.ndarray, quat_wxyz: np.ndarray) -> None:
+        """To a place in the world."""
+        self._frame.position, self._frame.wxyz = position, quat_wxyz
 
     def mark(self, is_selected: bool) -> None:
         """Draw a box around it, or none."""

@@ -9,10 +9,13 @@ import viser
 import simx_client as simx
 from simx_server.viewer.messages import Look, SceneItem, Survey
 
-from .bodies import Body, meshes_of
+from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
 from .link import Hands
 from .mirror import Copy, Mirror
+
+_MOVED = 1e-5
+"""Metres, or a unit quaternion's difference, below which nothing is sent."""
 
 _FORCE = (220, 40, 60)
 _FORCE_LENGTH = 0.01
@@ -29,14 +32,20 @@ class World:
         self._mirror = Mirror()
         self._drawings = Drawings(browser.scene)
         self._bodies: dict[int, Body] = {}
+        self._looks: list[bytes] = []
+        """By body, what it was made from."""
+
+        self._places = np.empty((0, 7))
+        """By body, where browsers have it: position and quat_wxyz."""
+
         self._tree: list[SceneItem] = []
         self._selected: tuple[int, ...] = ()
         self._forces: viser.ArrowsHandle | None = None
         browser.scene.set_up_direction("+z")
-        browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.6)
+        browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.25)
         gui = browser.gui
         self._show_forces = gui.add_checkbox(
-            "Contact forces", False, hint=f"1 cm for each {_FORCE_LENGTH * 100:g} N"
+            "Contact forces", False, hint=f"{_FORCE_LENGTH * 100:g} cm for each newton"
         )
         self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
         self._whole = gui.add_button("Whole scene", icon=viser.Icon.FOCUS_CENTERED)
@@ -50,10 +59,11 @@ class World:
         copy = self._mirror.copy
         assert copy is not None
         with self._browser.atomic():
+            if is_new:
+                self._clear(copy.model)
             if is_new or is_reshaped:
-                self._build(copy)
-            for body in self._bodies.values():
-                body.move(copy.data)
+                self._build(copy.model)
+            self._move(copy.data)
             self._mark(look["selection"])
             self._show_contacts(copy)
         if is_new:
@@ -72,16 +82,36 @@ class World:
 
     # --- bodies ----------------------------------------------------------------------------------
 
-    def _build(self, copy: Copy) -> None:
+    def _clear(self, model: mujoco.MjModel) -> None:
         for body in self._bodies.values():
             body.remove()
         self._bodies.clear()
-        for number in range(copy.model.nbody):
-            if meshes := list(meshes_of(copy.model, number)):
+        self._looks = [b""] * model.nbody
+
+    def _build(self, model: mujoco.MjModel) -> None:
+        """Make the bodies that look different from before."""
+        for number in range(model.nbody):
+            look = appearance(model, number)
+            if look == self._looks[number]:
+                continue
+            self._looks[number] = look
+            if before := self._bodies.pop(number, None):
+                before.remove()
+            if meshes := list(meshes_of(model, number)):
                 body = Body(self._browser.scene, number, meshes)
                 body.on_click(self._clicked)
                 self._bodies[number] = body
+        self._places = np.full((model.nbody, 7), np.nan)
         self._mark(self._selected, anew=True)
+
+    def _move(self, data: mujoco.MjData) -> None:
+        """Send where bodies are, of those that are elsewhere than before."""
+        places = np.concatenate([data.xpos, data.xquat], axis=1)
+        moved = ~np.all(np.abs(places - self._places) <= _MOVED, axis=1)
+        for number in np.flatnonzero(moved).tolist():
+            if body := self._bodies.get(number):
+                body.move(places[number, :3], places[number, 3:])
+        self._places[moved] = places[moved]
 
     def _clicked(self, number: int) -> None:
         """Select the object that a body is, or is part of."""
