@@ -13,6 +13,7 @@ from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
 from .link import Hands
 from .mirror import Copy, Mirror
+from .selected import Selected
 
 _MOVED = 1e-5
 """Metres, or a unit quaternion's difference, below which nothing is sent."""
@@ -31,6 +32,7 @@ class World:
         self._browser, self._hands = browser, hands
         self._mirror = Mirror()
         self._drawings = Drawings(browser.scene)
+        self._marks = Selected(browser.scene)
         self._bodies: dict[int, Body] = {}
         self._looks: list[bytes] = []
         """By body, what it was made from."""
@@ -65,6 +67,7 @@ class World:
                 self._build(copy.model)
             self._move(copy.data)
             self._mark(look["selection"])
+            self._marks.move(copy)
             self._show_contacts(copy)
         if is_new:
             self._extent, self._centre = copy.model.stat.extent, copy.model.stat.center.copy()
@@ -129,11 +132,9 @@ class World:
         if tuple(selection) == self._selected and not anew:
             return
         self._selected = tuple(selection)
-        ids = {
-            item["id"]
-            for item in self._tree
-            if item["element"] == "body" and item["handle"] in self._selected
-        }
+        items = [item for item in self._tree if item["handle"] in self._selected]
+        self._marks.choose(items, self._extent)
+        ids = {item["id"] for item in items if item["element"] == "body"}
         for number, body in self._bodies.items():
             body.mark(number in ids)
 
@@ -146,7 +147,7 @@ class World:
             self._forces = None
         if len(arrows):
             self._forces = self._browser.scene.add_arrows(
-                "/contact_forces", arrows, _FORCE, shaft_radius=0.004
+                "/contact_forces", arrows, _FORCE, shaft_radius=0.004, head_radius=0.01, head_length=0.02
             )
 
     # --- where from ------------------------------------------------------------------------------
