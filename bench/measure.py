@@ -29,9 +29,12 @@ class Effort:
     factor: float
     """Scales the number of calls of a round, seconds of observation and repetitions of slow things."""
 
-    def count(self, full: int, least: int = 2) -> int:
+    least: int = 2
+    """The fewest calls a round, or processes to start, where a measurement does not need more."""
+
+    def count(self, full: int, least: int | None = None) -> int:
         """So many calls a round, or processes to start, instead of `full`."""
-        return max(least, round(full * self.factor))
+        return max(self.least if least is None else least, round(full * self.factor))
 
     def seconds(self, full: float) -> float:
         return full * self.factor

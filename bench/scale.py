@@ -86,7 +86,7 @@ def _starts(found: Findings, effort: Effort) -> None:
 
 def _servers(found: Findings, effort: Effort) -> None:
     """Memory and processor time of one server more."""
-    span = max(1.0, effort.seconds(4.0))
+    span = max(0.2, effort.seconds(4.0))
     with processes.server("--start") as server:
         with connected(server.port) as client:
             _picture(client)

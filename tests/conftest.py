@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import compileall
 import logging
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from real_world import Open, RealWorld, World
@@ -13,6 +15,15 @@ from real_world import Open, RealWorld, World
 # A shell ignores Ctrl-C for what it starts in the background, and every process that a test starts would inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+ROOT = Path(__file__).parents[1]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile what the tests start, once: where PYTHONDONTWRITEBYTECODE is set, every process would do it anew."""
+    if not hasattr(config, "workerinput"):  # workers of xdist begin after this
+        for package in ("simx_client", "simx_server", "bench"):
+            compileall.compile_dir(ROOT / package, quiet=2)
 
 
 @pytest.fixture(autouse=True)

@@ -35,7 +35,7 @@ from bench.machine import Watch, description
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
 
-TINY = Effort(sets=1, rounds=1, factor=0.02)
+TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)
 
 
 def rounds(*medians: float) -> Rounds:
@@ -162,7 +162,9 @@ def test_blocking_reads_are_measured_beside_their_baselines() -> None:
     assert [ratio.target for ratio in found.ratios] == 2 * bounds
 
 
-def test_streams_are_measured_at_both_speeds() -> None:
+def test_streams_are_measured_at_both_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streaming, "CLIENTS", 2)
+    monkeypatch.setattr(streaming, "VALUES", 5)
     found = streaming.measure(TINY)
     told = {row.what for row in found.rows}
     assert {streaming.READ, streaming.SET, streaming.PUT} <= told
