@@ -12,6 +12,7 @@ import viser
 
 from simx_server.viewer.messages import Look, Survey
 
+from .keys import Keys
 from .link import AGAIN, Away, Eye, Hands
 from .panels.cameras import Cameras
 from .panels.clients import Clients
@@ -64,6 +65,7 @@ class Page:
         with tabs.add_tab("Objects"):
             objects = Objects(gui, hands)
         with tabs.add_tab("Joints"):
+            keys = Keys(gui, hands)
             joints = Joints(gui, hands)
         with tabs.add_tab("Cameras"):
             cameras = Cameras(browser, address)
@@ -75,7 +77,16 @@ class Page:
             clients = Clients(gui)
         with tabs.add_tab("View"):
             self._world = World(browser, hands)
-        self._panels: Sequence[Panel] = (self._run, objects, joints, cameras, signals, interface, clients)
+        self._panels: Sequence[Panel] = (
+            self._run,
+            objects,
+            keys,
+            joints,
+            cameras,
+            signals,
+            interface,
+            clients,
+        )
 
     def run(self) -> None:
         """Keep the page up to date until `end`."""
