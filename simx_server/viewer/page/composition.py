@@ -60,6 +60,7 @@ class Page:
             show_logo=False, show_share_button=False, control_width="large", brand_color=(31, 111, 139)
         )
         gui.set_panel_label("simx")
+        gui.main_panel.dock_right()
         self._run = Run(gui, hands, address)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Objects"):

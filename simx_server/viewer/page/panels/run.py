@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import viser
 
@@ -11,7 +13,9 @@ from simx_client import Client
 from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, ONE_PASS, OWN_NAME, SPEED, Look, Survey
 from simx_server.viewer.page.link import Hands
 
-_SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
+_SPEEDS: Mapping[str, float] = MappingProxyType(
+    {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
+)
 _MESSAGES = 5
 """Lines of the status bar."""
 
@@ -21,32 +25,19 @@ class Run:
 
     def __init__(self, gui: viser.GuiApi, hands: Hands, address: str) -> None:
         self._address = address
-        self._shown = ""
         self._state = gui.add_markdown("*connecting…*")
         self._hint = gui.add_markdown("", visible=False)
-        self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="green")
-        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE)
-        self._stop = gui.add_button(
-            "Stop", icon=viser.Icon.PLAYER_STOP, hint="all is again as before the start"
+        self._run = gui.add_button_group(
+            "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
         )
-        self._one_pass = gui.add_button("One pass", icon=viser.Icon.PLAYER_TRACK_NEXT, hint="and pause")
         self._speed = gui.add_button_group("Speed", tuple(_SPEEDS), hint="times real time")
         self._messages = gui.add_html("")
-        self._start.on_click(lambda _: hands.do(lambda client: client.simulation.start()))
-        self._pause.on_click(lambda _: hands.do(lambda client: client.simulation.pause()))
-        self._stop.on_click(lambda _: hands.do(lambda client: client.simulation.stop()))
-        self._one_pass.on_click(lambda _: hands.do(_make_one_pass))
+        self._run.on_click(lambda event: hands.do(_ACTIONS[event.target.value]))
         self._speed.on_click(lambda event: hands.do(lambda client: _set_speed(client, event.target.value)))
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
         running = look["running"]
-        self._start.label = "Go on" if running == "paused" else "Start"
-        self._show(
-            (self._start, running != "running"),
-            (self._pause, running == "running"),
-            (self._stop, running != "stopped"),
-        )
         speed = survey["speed"]
         recent = survey["metrics"]["passes"]["real_time_factor"]
         words = [f"**{running}**", f"{look['time']:.2f} s", f"pass {look['passes']}"]
@@ -82,9 +73,10 @@ class Run:
             "No program is connected. Paste this into Python:\n"
             "```python\n"
             "import simx_client as vrep\n"
-            f"client = vrep.simxStart('127.0.0.1', {port}, True, True, 5000, 5)\n"
+            f"client = vrep.simxStart(\n    '127.0.0.1', {port}, True, True, 5000, 5)\n"
             "```\n"
-            "or run an old script as it is: `simx-run robotControl.py`"
+            "or run an old script as it is: `simx-run script.py`.  \n"
+            "Or press Start, and move the joints: tab Joints."
         )
 
     @staticmethod
@@ -94,12 +86,6 @@ class Run:
         if element.visible != bool(text):
             element.visible = bool(text)
 
-    @staticmethod
-    def _show(*elements: tuple[viser.GuiButtonHandle, bool]) -> None:
-        for element, is_visible in elements:
-            if element.visible != is_visible:
-                element.visible = is_visible
-
 
 def _make_one_pass(client: Client) -> None:
     client.call(ONE_PASS, ADD_ON, script_type=ADD_ON_TYPE)
@@ -107,3 +93,13 @@ def _make_one_pass(client: Client) -> None:
 
 def _set_speed(client: Client, label: str) -> None:
     client.call(SPEED, ADD_ON, floats=[_SPEEDS[label]], script_type=ADD_ON_TYPE)
+
+
+_ACTIONS: Mapping[str, Callable[[Client], None]] = MappingProxyType(
+    {
+        "Start": lambda client: client.simulation.start(),
+        "Pause": lambda client: client.simulation.pause(),
+        "Stop": lambda client: client.simulation.stop(),
+        "One pass": _make_one_pass,
+    }
+)
