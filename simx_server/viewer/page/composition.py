@@ -14,6 +14,7 @@ from simx_server.viewer.messages import Look, Survey
 
 from .keys import Keys
 from .link import AGAIN, Away, Eye, Hands
+from .mirror import Mirror
 from .panels.cameras import Cameras
 from .panels.clients import Clients
 from .panels.interface import Interface
@@ -54,6 +55,7 @@ class Page:
         self._browser = browser
         self._eye = Eye(address)
         self._hands = hands = Hands(address, self._tell)
+        mirror = Mirror()
         self._ending = threading.Event()
         gui = browser.gui
         gui.configure_theme(
@@ -69,21 +71,21 @@ class Page:
             keys = Keys(gui, hands)
             joints = Joints(gui, hands)
         with tabs.add_tab("Cameras"):
-            cameras = Cameras(browser, address)
+            self._cameras = Cameras(browser, hands, address, mirror)
         with tabs.add_tab("Signals"):
-            signals = Signals(gui, hands)
+            signals = Signals(gui, hands, mirror)
         with tabs.add_tab("Dialogs"):
             interface = Interface(gui, hands)
         with tabs.add_tab("Clients"):
             clients = Clients(gui)
         with tabs.add_tab("View"):
-            self._world = World(browser, hands)
+            self._world = World(browser, hands, mirror)
         self._panels: Sequence[Panel] = (
             self._run,
             objects,
             keys,
             joints,
-            cameras,
+            self._cameras,
             signals,
             interface,
             clients,
@@ -98,6 +100,7 @@ class Page:
             try:
                 look = self._eye.look()
                 self._world.update(look)
+                self._cameras.follow()
                 if began >= next_survey:
                     survey = self._eye.survey()
                     self._world.survey(survey)

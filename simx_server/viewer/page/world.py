@@ -28,9 +28,9 @@ _LONGEST_ARROW = 0.5
 class World:
     """Owns all that is in the 3-D view. `update` and `survey` on the page's thread."""
 
-    def __init__(self, browser: viser.ViserServer, hands: Hands) -> None:
+    def __init__(self, browser: viser.ViserServer, hands: Hands, mirror: Mirror) -> None:
         self._browser, self._hands = browser, hands
-        self._mirror = Mirror()
+        self._mirror = mirror
         self._drawings = Drawings(browser.scene)
         self._marks = Selected(browser.scene)
         self._bodies: dict[int, Body] = {}
