@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from functools import partial
 
 import simx_client as vrep
@@ -80,14 +80,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     handles = [handle_of(client, name) for name in JOINTS]
     handle = handles[0]
     request = baselines.request_of(*message_sizes(handle))
-    query, publications, tcp = (
-        stack.enter_context(closing(near(stack.enter_context(processes.baseline(far)).port)))
-        for near, far in (
-            (baselines.Query, baselines.QUERY),
-            (baselines.Publications, baselines.PUBLICATIONS),
-            (baselines.Tcp, baselines.TCP),
-        )
-    )
+    query, publications, tcp = processes.all_baselines(stack)
     cases = {
         READ: lambda: check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)),
         BURST: lambda: _burst(client, handles),

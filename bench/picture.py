@@ -10,7 +10,7 @@ import itertools
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
@@ -77,14 +77,7 @@ def _transport(stack: ExitStack) -> dict[str, Callable[[], object]]:
     client = stack.enter_context(simulator())
     camera, joints = handle_of(client, CAMERA), [handle_of(client, name) for name in JOINTS]
     pose(client, joints)
-    query, publications, tcp = (
-        stack.enter_context(closing(near(stack.enter_context(processes.baseline(far)).port)))
-        for near, far in (
-            (baselines.Query, baselines.QUERY),
-            (baselines.Publications, baselines.PUBLICATIONS),
-            (baselines.Tcp, baselines.TCP),
-        )
-    )
+    query, publications, tcp = processes.all_baselines(stack)
     depth_camera = handle_of(client, DEPTH_CAMERA)
     request = baselines.request_of(REQUEST_SIZE, SIZE)
     angles = itertools.cycle((0.0, 0.001))

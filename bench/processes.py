@@ -10,9 +10,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from . import baselines
 
 logger = logging.getLogger(__name__)
 
@@ -54,6 +56,21 @@ def baseline(name: str) -> Iterator[Running]:
     """A bare server of ``bench/baselines.py`` on a free port; ended when the block is left."""
     with _running([*BASELINE, name]) as running:
         yield running
+
+
+def all_baselines(
+    stack: ExitStack,
+) -> tuple[baselines.Query, baselines.Publications, baselines.Tcp]:
+    """The near ends of all three baselines, whose far ends run until the stack is closed."""
+
+    def port(name: str) -> int:
+        return stack.enter_context(baseline(name)).port
+
+    return (
+        stack.enter_context(closing(baselines.Query(port(baselines.QUERY)))),
+        stack.enter_context(closing(baselines.Publications(port(baselines.PUBLICATIONS)))),
+        stack.enter_context(closing(baselines.Tcp(port(baselines.TCP)))),
+    )
 
 
 @contextmanager

@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import argparse
 import json
+import logging
 import os
 import platform
 import sys
 from collections.abc import Collection, Sequence
 from importlib import metadata
 
-from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
+from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.terminal import print_what_can_be
 from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
+
+logger = logging.getLogger(__name__)
 
 PROGRAM = "simx-server"
 
@@ -163,15 +166,26 @@ def _run(argv: Sequence[str] | None) -> int:
     # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        import_mujoco()
-        if settings.count is None:
-            from simx_server.server import serve
-        else:
-            from simx_server.fleet import serve
-
-        return serve(settings)
+        return _serve(settings)
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _serve(settings: Settings) -> int:
+    import_mujoco()
+    from simx_server.sensors.gl_backend import requested_backend
+
+    try:
+        requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
+    except ValueError as error:
+        logger.error("%s", error)
+        return USAGE
+    if settings.count is None:
+        from simx_server.server import serve
+    else:
+        from simx_server.fleet import serve
+
+    return serve(settings)
 
 
 def _print_settings(settings: Settings) -> int:

@@ -28,7 +28,6 @@ from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 
 from .errors import CommandError
 from .gateways.zenoh import ZenohGateway
-from .sensors.gl_backend import requested_backend
 from .server import build_simulation, run_server
 from .settings import Settings
 from .simulation import Simulation
@@ -75,11 +74,6 @@ def serve(settings: Settings) -> int:
         logger.error(
             "--count needs a system that can fork, such as Linux; start simx-server several times instead"
         )
-        return USAGE
-    try:
-        requested_backend()
-    except ValueError as error:
-        logger.error("%s", error)
         return USAGE
     with ExitStack() as stack:
         try:

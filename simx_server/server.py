@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.roster import noted
 
 from .clock import Pacer
@@ -33,7 +33,6 @@ from .recording.opened import Opened
 from .recording.replay_engine import Divergence
 from .recording.replaying import replay
 from .scene.objects import ObjectKind
-from .sensors.gl_backend import requested_backend
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
@@ -78,11 +77,6 @@ def build_simulation(
 
 def serve(settings: Settings) -> int:
     """Run a server until it is told to end. Returns the process's exit code."""
-    try:
-        requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
-    except ValueError as error:
-        logger.error("%s", error)
-        return USAGE
     if settings.view is not None and (problem := missing()):
         logger.error("%s", problem)
         return FAILURE

@@ -7,7 +7,6 @@ import logging
 import subprocess
 import sys
 import types
-from collections.abc import Iterator
 
 import pytest
 
@@ -18,7 +17,7 @@ from simx_server.settings import SETTINGS, Settings
 
 
 @pytest.fixture
-def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Settings]]:
+def served(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     """What the command line hands to the server, without one being started."""
     handed: list[Settings] = []
     stand_in = types.ModuleType("simx_server.server")
@@ -29,13 +28,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Settings]]:
 
     stand_in.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
     monkeypatch.setitem(sys.modules, "simx_server.server", stand_in)
-    loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client")]
-    levels = [logger.level for logger in loggers]
-    handlers = list(loggers[0].handlers)
-    yield handed
-    loggers[0].handlers[:] = handlers
-    for logger, level in zip(loggers, levels, strict=True):
-        logger.setLevel(level)
+    return handed
 
 
 def usage_error(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -43,6 +36,19 @@ def usage_error(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         cli.main(arguments)
     assert left.value.code == 2
     return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("count", [[], ["--count", "2"]])
+def test_an_unknown_way_to_render_is_refused_before_anything_is_loaded(
+    count: list[str],
+    served: list[Settings],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "vulkan")
+    assert cli.main(count) == 2
+    assert not served
+    assert "MUJOCO_GL='vulkan' is not a way to render; valid are" in caplog.text
 
 
 def test_help_fits_a_screen_and_ends_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
