@@ -10,7 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from processes import PENDULUM
 from real_world import Open, RealWorld, World
+
+import simx_client as v
 
 # A shell ignores Ctrl-C for what it starts in the background, and every process that a test starts would inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -33,13 +36,29 @@ def no_settings_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def log_levels_end_with_the_test() -> Iterator[None]:
-    """A command line that a test calls sets them, and later tests look at what is logged."""
+def logging_ends_with_the_test() -> Iterator[None]:
+    """A command line that a test calls sets levels and handlers, and later tests look at what is logged."""
     loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client", "bench")]
-    levels = [logger.level for logger in loggers]
+    before = [(logger, logger.level, list(logger.handlers)) for logger in loggers]
     yield
-    for logger, level in zip(loggers, levels, strict=True):
+    for logger, level, handlers in before:
         logger.setLevel(level)
+        logger.handlers[:] = handlers
+
+
+@pytest.fixture
+def no_connection_left() -> Iterator[None]:
+    """Every connection that this process has made is closed after the test."""
+    yield
+    v.simxFinish(-1)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pendulum's file."""
+    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
+    path.write_text(PENDULUM)
+    return path
 
 
 @pytest.fixture

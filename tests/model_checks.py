@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from real_world import BLOCKING, RealWorld, handle_of, step
+from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as v
 from simx_server.scene.objects import ObjectKind
@@ -122,6 +122,16 @@ def load_model(client: int, file: str, at: tuple[float, float]) -> int:
     return base
 
 
+def check_copies(
+    world: RealWorld, client: int, file: str, rows: Sequence[Stock], at: tuple[float, float] = (1.0, 1.5)
+) -> None:
+    """A model, and a second one that is loaded beside it at `at`, are as the rows say."""
+    load_model(client, file, (0.0, 0.0))
+    load_model(client, file, at)
+    check_stock(world, client, rows)
+    check_stock(world, client, rows, suffix="#0", shift=(*at, 0.0))
+
+
 def check_idle(client: int, names: Iterable[str], seconds: float = 60.0, settling: float = 1.0) -> None:
     """Named objects of a stepped, running simulation stay where they are, once they had time to settle."""
     handles = {name: handle_of(client, name) for name in names}
@@ -134,6 +144,20 @@ def check_idle(client: int, names: Iterable[str], seconds: float = 60.0, settlin
         assert np.all(np.isfinite(position)), name
         assert np.linalg.norm(position - first_position) < UNSTIRRED, (name, position - first_position)
         assert _angle(rotation, first_rotation) < UNSTIRRED, name
+
+
+def check_still(
+    world: RealWorld,
+    client: int,
+    names: Iterable[str],
+    record: Callable[[str, str], None],
+    settling: float = 1.0,
+) -> None:
+    """The named objects of a scene that is started stay where they are for a minute; `record` gets its pace."""
+    start_stepped(client)
+    check_idle(client, names, settling=settling)
+    scene, factor = world.simulation.scene.name, real_time_factor(world, 5.0)
+    record("figures", f"{scene}: {factor:.0f} times real time")
 
 
 def real_time_factor(world: RealWorld, seconds: float = 10.0) -> float:

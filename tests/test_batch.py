@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from plain_world import World
-from processes import PENDULUM, ROOT, ServerProcess, server, wait_until
+from processes import ROOT, ServerProcess, server, wait_until
 
 import simx_client as v
 from simx_client import batch, stubs
@@ -363,13 +363,6 @@ def test_a_step_without_stepped_mode_says_what_to_do(worlds: list[World]) -> Non
 
 
 # --- real processes ------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 @pytest.fixture

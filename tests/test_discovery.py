@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from processes import PENDULUM, ROOT, ServerProcess, server, wait_until
+from processes import ROOT, ServerProcess, server, wait_until
 from routers import Wire, free_port, router
 
 import simx_client as v
@@ -24,14 +24,10 @@ from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
 from simx_server.load import LoadMeter
 
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
 BLOCKING = v.simx_opmode_blocking
 PATIENCE = 20.0
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
 
 
 @pytest.fixture(autouse=True)
@@ -40,13 +36,6 @@ def own_notes(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPath
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
     for name in ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT"):
         monkeypatch.delenv(name, raising=False)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 @dataclass

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running, spawn
+from processes import ROOT, read_line, running, spawn
 from routers import free_port
 
 from simx_client import __main__ as client
@@ -28,13 +28,6 @@ def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:
         return main([str(argument) for argument in arguments])
     except SystemExit as left:
         return left.code if isinstance(left.code, int) else FAILURE
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    path = tmp_path / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 def test_the_page_has_the_numbers_of_the_code() -> None:

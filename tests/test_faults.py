@@ -20,13 +20,9 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
 from simx_client.transport import ZenohTransport
 from simx_server.gateways.zenoh import ZenohLink
 
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
 BLOCKING = v.simx_opmode_blocking
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left():
-    yield
-    v.simxFinish(-1)
 
 
 @contextlib.contextmanager

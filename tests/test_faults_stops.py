@@ -18,6 +18,8 @@ from processes import read_line, running, server, spawn
 import simx_client as v
 from simx_server.gateways.zenoh import ZenohGateway
 
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
 BLOCKING = v.simx_opmode_blocking
 SOON = 5.0
 """Seconds; as long as a fleet gives each of its servers."""
@@ -63,12 +65,6 @@ print('ready', flush=True)
 sys.stdin.read()
 """
 Record = Callable[[str, object], None]
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
 
 
 @contextlib.contextmanager

@@ -25,6 +25,8 @@ from simx_client.clients import CLIENTS
 from simx_client.patience import FLUSH_TIMEOUT, MAX_UNANSWERED
 from simx_client.transport import CLOSE_TIMEOUT
 
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
 BLOCKING = v.simx_opmode_blocking
 PROMISE = 0.05
 """Seconds."""
@@ -35,12 +37,6 @@ LARGE = 12_000_000
 """Bytes; neither fit into Zenoh's queue and the sockets, nor travel in an instant."""
 
 Record = Callable[[str, object], None]
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
 
 
 @contextlib.contextmanager

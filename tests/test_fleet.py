@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running, wait_until
+from processes import ROOT, read_line, running, wait_until
 
 import simx_client as v
 from simx_server.settings import SettingError, Settings
@@ -38,20 +38,10 @@ def count(ints, floats, strings, buffer):
 """
 MEGABYTE = 1024  # in the kilobytes of /proc
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
+pytestmark = [
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork"),
+    pytest.mark.usefixtures("no_connection_left"),
+]
 
 
 @dataclass

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,8 @@ from processes import ROOT, read_line, running
 
 import simx_client as v
 from simx_client.protocol.messages import PROTOCOL_VERSION
+
+pytestmark = pytest.mark.usefixtures("no_connection_left")
 
 SERVER = """
 import logging, runpy, sys
@@ -23,12 +24,6 @@ if {notices_nothing}:
 sys.path.insert(0, "tests")
 runpy.run_path("tests/plain_server.py", run_name="__main__")
 """
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
 
 
 @pytest.mark.parametrize(("offset", "older"), [(-1, "server"), (1, "client")])

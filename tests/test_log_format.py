@@ -28,24 +28,18 @@ Configure = Callable[..., io.StringIO]
 @pytest.fixture
 def configure(monkeypatch: pytest.MonkeyPatch) -> Iterator[Configure]:
     """Sets logging up as a server does, and gives what would be its stderr; all is as before afterwards."""
-    root = logging.getLogger()
-    loggers = [root, logging.getLogger("simx_server"), logging.getLogger("simx_client")]
-    handlers, levels = list(root.handlers), [each.level for each in loggers]
     monkeypatch.setattr(sys, "excepthook", sys.excepthook)
     monkeypatch.setattr(threading, "excepthook", threading.excepthook)
 
     def set_up(form: str, *, level: str = "info", several: bool = False) -> io.StringIO:
         stderr = io.StringIO()
         monkeypatch.setattr(sys, "stderr", stderr)
-        root.handlers.clear()
+        logging.getLogger().handlers.clear()
         log_format.configure(level, form, several=several)
         return stderr
 
     yield set_up
     logging.captureWarnings(False)
-    root.handlers[:] = handlers
-    for each, level in zip(loggers, levels, strict=True):
-        each.setLevel(level)
 
 
 def only_line(stderr: io.StringIO) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from arm_stock import MODELS, SCENES
-from model_checks import check_idle, check_stock, load_model, real_time_factor
+from model_checks import check_copies, check_idle, check_stock, real_time_factor
 from real_world import Open, start_stepped
 
 
@@ -14,10 +14,7 @@ from real_world import Open, start_stepped
 def test_model_and_its_copy_are_vreps_and_stand_still(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
     rows = MODELS[file]
-    load_model(client, file, (0.0, 0.0))
-    load_model(client, file, (1.0, 1.5))
-    check_stock(opened, client, rows)
-    check_stock(opened, client, rows, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, file, rows)
     start_stepped(client)
     # RG2 opens when the simulation starts.
     check_idle(client, [row.name + suffix for row in rows for suffix in ("", "#0")], 8.0, 3.0)

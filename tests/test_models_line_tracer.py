@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
-from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor
+from model_checks import check_copies, check_still, position_of
 from real_world import RealWorld, handle_of, start_stepped, step
 from wheeled_stock import LINE_TRACER
 
@@ -41,17 +41,13 @@ def world() -> Iterator[Open]:
 
 def test_model_and_its_copy_are_vreps(world: Open) -> None:
     opened, client = world("stock_kinect")
-    load_model(client, "models/robots/mobile/line follower.ttm", (0.0, 0.0))
-    load_model(client, "models/robots/mobile/line follower.ttm", (1.0, 1.5))
-    check_stock(opened, client, LINE_TRACER)
-    check_stock(opened, client, LINE_TRACER, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, "models/robots/mobile/line follower.ttm", LINE_TRACER)
 
 
 def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
     opened, client = world("line_tracer")
-    start_stepped(client)
-    check_idle(client, ("LineTracer", "DynamicLeftJoint", "LeftJoint", "DynamicSlider"))
-    record_property("figures", f"line_tracer: {real_time_factor(opened, 5.0):.0f} times real time")
+    names = ("LineTracer", "DynamicLeftJoint", "LeftJoint", "DynamicSlider")
+    check_still(opened, client, names, record_property)
 
 
 @pytest.mark.parametrize("back_end", [None, RAYCAST])

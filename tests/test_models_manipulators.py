@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from manipulators_stock import YOUBOT
-from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from model_checks import check_copies, check_still, load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
@@ -17,17 +17,13 @@ ONESHOT = vrep.simx_opmode_oneshot
 
 def test_model_and_its_copy_are_vreps(world: Open) -> None:
     opened, client = world("stock_kinect")
-    load_model(client, "models/robots/mobile/KUKA YouBot.ttm", (0.0, 0.0))
-    load_model(client, "models/robots/mobile/KUKA YouBot.ttm", (1.0, 1.5))
-    check_stock(opened, client, YOUBOT)
-    check_stock(opened, client, YOUBOT, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, "models/robots/mobile/KUKA YouBot.ttm", YOUBOT)
 
 
 def test_scene_stands_still_for_a_minute(world: Open, record_property: Callable[[str, str], None]) -> None:
     opened, client = world("youbot")
-    start_stepped(client)
-    check_idle(client, ("youBot", "youBotGripperJoint2", "youBot_positionTip", "Cube"))
-    record_property("figures", f"youbot: {real_time_factor(opened, 5.0):.0f} times real time")
+    names = ("youBot", "youBotGripperJoint2", "youBot_positionTip", "Cube")
+    check_still(opened, client, names, record_property)
 
 
 WHEELS = ("fl", "rl", "rr", "fr")

@@ -12,8 +12,8 @@ from model_checks import (
     SHAPE,
     VISION,
     Stock,
+    check_copies,
     check_idle,
-    check_stock,
     load_model,
     position_of,
 )
@@ -66,10 +66,7 @@ def distances(client: int, sensor: str) -> list[float]:
 
 def test_model_and_its_copy_are_vreps_and_stand_still(world: World) -> None:
     opened, client = world
-    load_model(client, FILE, (0.0, 0.0))
-    load_model(client, FILE, (1.0, 1.5))
-    check_stock(opened, client, SCANNER)
-    check_stock(opened, client, SCANNER, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, FILE, SCANNER)
     start_stepped(client)
     check_idle(client, ("fastHokuyo#0", "fastHokuyo_sensor1#0"))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from model_checks import Stock, check_idle, check_stock, load_model, position_of, rotation_of
+from model_checks import Stock, check_copies, check_idle, load_model, position_of, rotation_of
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 from small_wheeled_stock import DR12, K_JUNIOR, KHEPERA, LUMIBOT
 
@@ -57,10 +57,7 @@ def world() -> Iterator[World]:
 def test_model_and_its_copy_are_vreps(world: World, name: str) -> None:
     opened, client = world
     robot = ROBOTS[name]
-    load_model(client, "models/robots/mobile/" + robot.file, (0.0, 0.0))
-    load_model(client, "models/robots/mobile/" + robot.file, (1.0, 1.5))
-    check_stock(opened, client, robot.rows)
-    check_stock(opened, client, robot.rows, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, "models/robots/mobile/" + robot.file, robot.rows)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from model_checks import check_idle, load_model, position_of, real_time_factor
+from model_checks import check_still, load_model, position_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
 
 import simx_client as vrep
@@ -27,9 +27,7 @@ def test_scene_stands_still_for_a_minute(
     world: Open, scene: str, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world(scene)
-    start_stepped(client)
-    check_idle(client, SCENES[scene])
-    record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
+    check_still(opened, client, SCENES[scene], record_property)
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from model_checks import check_copies, check_idle, check_still, load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, handle_of, start_stepped, step
 from vehicles_stock import ACKERMANN, MANTA, QUADRICOPTER
 
@@ -30,10 +30,7 @@ SCENES = {
 @pytest.mark.parametrize("file", MODELS)
 def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
-    load_model(client, file, (0.0, 0.0))
-    load_model(client, file, (5.0, 5.5))
-    check_stock(opened, client, MODELS[file])
-    check_stock(opened, client, MODELS[file], suffix="#0", shift=(5.0, 5.5, 0.0))
+    check_copies(opened, client, file, MODELS[file], at=(5.0, 5.5))
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -41,9 +38,7 @@ def test_scene_stands_still_for_a_minute(
     world: Open, scene: str, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world(scene)
-    start_stepped(client)
-    check_idle(client, SCENES[scene], settling=2.0)
-    record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
+    check_still(opened, client, SCENES[scene], record_property, settling=2.0)
 
 
 # The quadricopter: clients move the target, the model's own script flies.

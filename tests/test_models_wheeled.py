@@ -7,7 +7,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from model_checks import check_idle, check_stock, load_model, position_of, real_time_factor, rotation_of
+from model_checks import check_copies, check_still, load_model, position_of, rotation_of
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped, step
 from wheeled_stock import BUBBLE_ROB, PIONEER, REMOTE_BUBBLE_ROB
 
@@ -28,11 +28,7 @@ SCENES = {
 @pytest.mark.parametrize("file", MODELS)
 def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
     opened, client = world("stock_kinect")
-    rows = MODELS[file]
-    load_model(client, file, (0.0, 0.0))
-    load_model(client, file, (1.0, 1.5))
-    check_stock(opened, client, rows)
-    check_stock(opened, client, rows, suffix="#0", shift=(1.0, 1.5, 0.0))
+    check_copies(opened, client, file, MODELS[file])
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -40,9 +36,7 @@ def test_scene_stands_still_for_a_minute(
     world: Open, scene: str, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world(scene)
-    start_stepped(client)
-    check_idle(client, SCENES[scene])
-    record_property("figures", f"{scene}: {real_time_factor(opened, 5.0):.0f} times real time")
+    check_still(opened, client, SCENES[scene], record_property)
 
 
 COPIES = {

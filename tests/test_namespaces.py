@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running, wait_until
+from processes import ROOT, read_line, running, wait_until
 
 PATIENCE = 30.0
 HOSTS = ("client", "north", "east")
@@ -130,13 +130,6 @@ def lab(hosts: Sequence[str] = HOSTS) -> Iterator[Lab]:
         pytest.skip("no rights to make network namespaces")
     with ExitStack() as stack:
         yield Lab(stack, hosts)
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    path = tmp_path / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(scene: Path) -> None:

@@ -8,28 +8,17 @@ from pathlib import Path
 
 import pytest
 from plain_world import World
-from processes import PENDULUM, server, wait_until
+from processes import server, wait_until
 from routers import free_port
 
 import simx_client as v
+
+pytestmark = pytest.mark.usefixtures("no_connection_left")
 
 BLOCKING, BUFFER, STREAMING = v.simx_opmode_blocking, v.simx_opmode_buffer, v.simx_opmode_streaming
 CLIENTS = 10
 PATIENCE = 20.0
 Record = Callable[[str, object], None]
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left() -> Iterator[None]:
-    yield
-    v.simxFinish(-1)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 @pytest.fixture

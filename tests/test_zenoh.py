@@ -7,24 +7,13 @@ import sys
 import time
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running, server, spawn, wait_until
+from processes import ROOT, read_line, running, server, spawn, wait_until
 
 import simx_client as v
 
+pytestmark = pytest.mark.usefixtures("no_connection_left")
+
 BLOCKING = v.simx_opmode_blocking
-
-
-@pytest.fixture(autouse=True)
-def no_connection_left():
-    yield
-    v.simxFinish(-1)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "pendulum.xml"
-    path.write_text(PENDULUM)
-    return path
 
 
 @pytest.fixture(scope="module")
