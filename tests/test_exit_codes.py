@@ -57,7 +57,7 @@ def test_server_with_wrong_settings_is_wrong_usage(
     assert code_of(cli.main, "--port", "http") == USAGE
     assert code_of(cli.main, "--config", "nowhere.json5") == USAGE
     monkeypatch.setenv("MUJOCO_GL", "crayons")
-    assert server.serve(Settings(ports=(0,))) == USAGE
+    assert code_of(cli.main, "--port", "0", "--duration", "1") == USAGE
     monkeypatch.setenv("SIMX_SPEED", "ludicrous")
     assert code_of(cli.main) == USAGE
 
