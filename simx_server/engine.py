@@ -163,14 +163,10 @@ class Engine:
         if not self._inbox.dropped:
             return
         dropped, self._inbox.dropped = self._inbox.dropped, Counter()
+        refusal = self.simulation.limits.reached("waiting", "wait for answers now and then")
         for client, count in dropped.items():
             if session := self.sessions.get(client):
-                refusal = self.simulation.limits.reached("waiting", "wait for answers now and then")
-                session.errors.append(f"{count} messages were not executed: {refusal}")
-                if session.is_news(str(refusal)):
-                    logger.warning(
-                        "%d messages of client %s were not executed: %s", count, session.name, refusal
-                    )
+                session.has_lost(count, str(refusal))
 
     def _handle(self, event: Event | Arrival) -> None:
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
@@ -13,6 +14,8 @@ from simx_client.protocol.messages import Call, Reply
 
 from .errors import CommandError
 from .streams import Streams
+
+logger = logging.getLogger(__name__)
 
 MAX_ERRORS = 50
 """Error texts kept for simxGetLastErrors; the oldest go first."""
@@ -85,6 +88,12 @@ class ClientSession:
             return False
         self._logged.add(failure)
         return True
+
+    def has_lost(self, messages: int, reason: str) -> None:
+        """So many of its messages were not executed: its errors say so, and the log once."""
+        self.errors.append(f"{messages} messages were not executed: {reason}")
+        if self.is_news(reason):
+            logger.warning("%d messages of client %s were not executed: %s", messages, self.name, reason)
 
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it lets waiting triggers go."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError
+from simx_server.hooks import Hooks, Listener, call
 from simx_server.joints import Joints
 from simx_server.library import find_scene
 from simx_server.limits import Limits
@@ -54,8 +55,6 @@ logger = logging.getLogger(__name__)
 DEFAULT_TIME_STEP = 0.05
 """Seconds; V-REP's default pass."""
 
-Listener = Callable[[], object]
-
 _DIVERGED = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
@@ -69,7 +68,7 @@ class SimulationState(Enum):
     PAUSED = "paused"
 
 
-class Simulation:
+class Simulation(Hooks):
     """One world: scene, model, state, joints, signals, and who listens to its life."""
 
     limits = Limits()
@@ -98,6 +97,7 @@ class Simulation:
     stored: dict[Path, int]  # sizes of what clients have stored there
 
     def __init__(self) -> None:
+        super().__init__()
         mujoco.set_mju_user_warning(_log_warning)
         self.state = SimulationState.STOPPED
         self.client_files = ClientFiles()
@@ -112,50 +112,16 @@ class Simulation:
         self.dynamics_enabled = True
         """Boolean parameter 6: off, passes go by without physics. Another scene begins with them on."""
         self.signals = Signals(self)
-        self.on_starting: list[Listener] = []
-        """Called while still stopped: what is changed here stays after the run."""
         self.is_stopping = False
         """The run is to end: a script asked for it, or it is ending now."""
         self.physics_calls = PhysicsCalls()
         self.is_ending = False
         """The server has been told to end: no script is given long any more."""
-        self.holds_pass: Callable[[], bool] = _holds_nothing
-        """Whether the next pass is to come later where the wall clock does not set the pace: a film lags behind."""
         self._soon: list[Listener] = []
-        self.on_start: list[Listener] = []
-        self.on_stopping: list[Listener] = []
-        """Called before anything is restored: what is still changed here is taken back with the rest."""
-        self.on_stop: list[Listener] = []
-        """Called after everything was restored."""
-        self.on_pause: list[Listener] = []
-        self.on_resume: list[Listener] = []
-        self.on_pass_begin: list[Listener] = []
-        """Before actuation."""
-        self.on_sensing: list[Listener] = []
-        """After physics, before `time` advances."""
-        self.on_pass_end: list[Listener] = []
-        """After `time` has advanced; here a run may be stopped."""
-        self.on_idle: list[Listener] = []
-        """Every now and then while stopped or paused; empty when nobody needs it."""
-        self.on_load: list[Listener] = []
-        self.on_closing: list[Listener] = []
-        """Before the scene is replaced by another or by the empty one."""
-        self.on_close: list[Listener] = []
-        self.on_model_changed: list[Listener] = []
-        """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
-        self.on_script_stopped: list[Callable[[str], object]] = []
-        """Called with the reason, when an error has ended a script, or diverged physics a run."""
-        self.on_file: list[Callable[[Path], object]] = []
-        """Called with each file of the server's side that a client or a script has read: scenes, models, scripts."""
         self.find_file: Callable[[str, bool], Path] = self._find_file
         """The scene file that a text means, or (True) model file. Raises CommandError. A replay has its own."""
         self.more_folders: list[Path] = []
         """From which clients may load too."""
-        self.script_point: Listener = _nothing
-        """Called before each call of a script's into the API, and after each call into a script: a script cannot tell
-        where between two of these something was changed. Set by recordings and replays."""
-        self.serve_others: Listener = _nothing
-        """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
         self.scene: Scene
         self.model: mujoco.MjModel
         self.data: mujoco.MjData
@@ -214,57 +180,57 @@ class Simulation:
         self._require_stopped("a scene can be loaded")
         scene, model = load_scene(path)
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
-        _call(self.on_closing)
+        call(self.on_closing)
         self._adopt(scene, model)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
-        _call(self.on_load)
-        _call(self.on_model_changed)
+        call(self.on_load)
+        call(self.on_model_changed)
 
     def use(self, scene: Scene, model: mujoco.MjModel) -> None:
         """As `load`, for a scene that is built already."""
         self._require_stopped("a scene can be loaded")
-        _call(self.on_closing)
+        call(self.on_closing)
         self._adopt(scene, model)
-        _call(self.on_load)
-        _call(self.on_model_changed)
+        call(self.on_load)
+        call(self.on_model_changed)
 
     def close(self) -> None:
         """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
         self._require_stopped("a scene can be closed")
-        _call(self.on_closing)
+        call(self.on_closing)
         self._adopt(*empty_scene())
-        _call(self.on_close)
-        _call(self.on_model_changed)
+        call(self.on_close)
+        call(self.on_model_changed)
 
     def start(self) -> None:
         """Start from stopped (everything is saved), resume from paused."""
         if self.state == SimulationState.PAUSED:
             self.state = SimulationState.RUNNING
-            _call(self.on_resume)
+            call(self.on_resume)
             return
         if self.state == SimulationState.RUNNING:
             return
-        _call(self.on_starting)
+        call(self.on_starting)
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
         self.pass_count = 0
         self.state = SimulationState.RUNNING
         self.refresh()
         self._velocities.restart()
-        _call(self.on_start)
+        call(self.on_start)
 
     def pause(self) -> None:
         """Hold time still; nothing when not running."""
         if self.state == SimulationState.RUNNING:
             self.state = SimulationState.PAUSED
-            _call(self.on_pause)
+            call(self.on_pause)
 
     def stop(self) -> None:
         """End the run and bring back, bit for bit, what was saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
         self.is_stopping = True
-        _call(self.on_stopping)
+        call(self.on_stopping)
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
         self.pass_count = 0
@@ -274,15 +240,15 @@ class Simulation:
         self.refresh()
         self._velocities.restart()
         self.is_stopping = False
-        _call(self.on_stop)
+        call(self.on_stop)
         if replaced:
-            _call(self.on_model_changed)
+            call(self.on_model_changed)
 
     def advance(self) -> None:
         """One pass; nothing unless running. When the physics diverges, the run is stopped."""
         if self.state != SimulationState.RUNNING:
             return
-        _call(self.on_pass_begin)
+        call(self.on_pass_begin)
         if self.state != SimulationState.RUNNING:  # a listener may stop the run
             return
         before = [self.data.warning[kind].number for kind in _DIVERGED]
@@ -306,14 +272,14 @@ class Simulation:
         self.refresh()
         self._velocities.remember()
         self.joints.measure()
-        _call(self.on_sensing)
+        call(self.on_sensing)
         self.pass_count += 1
-        _call(self.on_pass_end)
+        call(self.on_pass_end)
         self.settle()
 
     def idle(self) -> None:
         """To be called now and then while stopped or paused."""
-        _call(self.on_idle)
+        call(self.on_idle)
         self.settle()
 
     def soon(self, action: Listener) -> None:
@@ -377,7 +343,7 @@ class Simulation:
         self.changed()
         self.refresh()
         self._velocities.carry(old, model)
-        _call(self.on_model_changed)
+        call(self.on_model_changed)
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
         self.scene, self.model = scene, model
@@ -402,19 +368,6 @@ class Simulation:
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:
             raise CommandError(f"{what} only while the simulation is stopped; stop it first")
-
-
-def _call(listeners: list[Listener]) -> None:
-    for listener in tuple(listeners):
-        listener()
-
-
-def _nothing() -> None:
-    """Nobody waits."""
-
-
-def _holds_nothing() -> bool:
-    return False
 
 
 def _log_warning(text: str) -> None:
