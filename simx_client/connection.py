@@ -9,16 +9,15 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from .alarm import Alarm
+from .attempts import Attempts
 from .errors import ConnectionFailed
+from .hold import Hold
 from .message_header import client_time
 from .modes import MODE_MASK, Modes
 from .patience import (
     DEFAULT_TIMEOUT,
     FLUSH_TIMEOUT,
-    HOLD,
     LAST_LOOK,
-    MAX_HELD,
     MAX_UNANSWERED,
     RETRY_PAUSE,
     WELCOME_TIMEOUT,
@@ -71,7 +70,7 @@ class Connection:
         self._may_connect = True
         """There may be a connection later, if there is none."""
 
-        self._connecting: threading.Thread | None = None
+        self._connecting: Attempts | None = None
         self._transport: Transport | None = None
         self._modes = Modes()
         self._takers: dict[int, Callable[[Reply], None]] = {}
@@ -79,12 +78,7 @@ class Connection:
 
         self._lock = threading.RLock()
         self._pauses = 0
-        self._is_stepping = False
-        """This client asked for stepped mode: nothing moves before its trigger."""
-
-        self._held: Alarm | None = None
-        """Sends what waits for the trigger, if that is long in coming; made with stepped mode."""
-
+        self._hold = Hold(self._modes, self._drain_and_flush, self._send_held)
         self._connection_id = -1
         self._connections = 0
         self._next_greeting = 0.0
@@ -120,21 +114,9 @@ class Connection:
 
     def connect_in_background(self) -> None:
         """As ``connect``, again and again until it succeeds; once if there is to be one attempt only."""
-        self._connecting = threading.Thread(target=self._keep_connecting, name="simx-connect", daemon=True)
-        self._connecting.start()
-
-    def _keep_connecting(self) -> None:
-        while not self._closed:
-            try:
-                self.connect(WELCOME_TIMEOUT)
-            except ConnectionFailed as error:
-                if not self._may_reconnect:
-                    if not self._closed:
-                        logger.warning("no connection to %s: %s", self.where, error)
-                    return
-                time.sleep(RETRY_PAUSE)
-            else:
-                return
+        self._connecting = Attempts(
+            self.connect, lambda: self._closed, where=self.where, is_only_one=not self._may_reconnect
+        )
 
     def _count_connection(self) -> None:
         """There is a connection, the first or a new one: what was called before it came goes out."""
@@ -157,13 +139,11 @@ class Connection:
             self._connection_id = -1
             if self._transport is not None:
                 self._transport.close()
-            if self._held is not None:
-                self._held.close()
+            self._hold.close()
             if is_free:
                 self._lock.release()
         if self._connecting is not None:
-            # At exit, a thread that comes back from Zenoh into an interpreter that has ended aborts the process.
-            self._connecting.join(WELCOME_TIMEOUT)
+            self._connecting.join()
 
     @property
     def connection_id(self) -> int:
@@ -183,7 +163,7 @@ class Connection:
             return False
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
-            self._is_stepping = False
+            self._hold.is_on = False
             self._modes.lose(arms_again=self._may_reconnect)
             self._takers.clear()
             self._header = None
@@ -222,24 +202,17 @@ class Connection:
         with self._lock:
             if not self._check_link() or self._pauses:
                 return self._modes.call(shape, values, mode)
-            if self._is_stepping and mode == c.simx_opmode_oneshot and shape.is_set:
-                return self._hold(shape, values, mode)
+            if self._hold.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
+                return self._hold.call(shape, values, mode)
             self._drain()
             result = self._modes.call(shape, values, mode)
             if mode != c.simx_opmode_buffer:  # that adds nothing, and what is held may wait
                 self._flush()
             return result
 
-    def _hold(self, shape: Shape, values: list[Any], mode: int) -> Any:
-        """A set that waits for the trigger: not for longer because others come after it, and not with very many."""
-        assert self._held is not None
-        if not self._modes.unsent:
-            self._held.set(time.monotonic() + HOLD)
-        result = self._modes.call(shape, values, mode)
-        if self._modes.unsent >= MAX_HELD:
-            self._drain()
-            self._flush()
-        return result
+    def _drain_and_flush(self) -> None:
+        self._drain()
+        self._flush()
 
     def _send_held(self) -> None:
         """The alarm's thread: no trigger came."""
@@ -279,9 +252,7 @@ class Connection:
             self._flush(deadline)
             self._receive_until(lambda: self._modes.is_answered, deadline)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
-                if self._held is None:
-                    self._held = Alarm(self._send_held)
-                self._is_stepping = bool(values[0])
+                self._hold.switch(bool(values[0]))
         return self._modes.answer(shape)
 
     def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
