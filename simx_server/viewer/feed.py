@@ -87,6 +87,7 @@ class Feed:
         self._pausing_at: int | None = None
         self._sim.on_model_changed.append(self._forget_model)
         self._sim.on_pass_end.append(self._pause_if_due)
+        self._sim.on_stop.append(self._forget_pause)
 
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
@@ -256,6 +257,9 @@ class Feed:
         if self._pausing_at is not None and self._sim.pass_count >= self._pausing_at:
             self._pausing_at = None
             self._sim.pause()
+
+    def _forget_pause(self) -> None:
+        self._pausing_at = None
 
     def _set_speed(self, speed: float) -> None:
         pace = self._sim.parameters.pace

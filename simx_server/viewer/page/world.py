@@ -141,7 +141,7 @@ class World:
     # --- contacts --------------------------------------------------------------------------------
 
     def _show_contacts(self, copy: Copy) -> None:
-        arrows = _contact_forces(copy) if self._show_forces.value else np.empty((0, 2, 3))
+        arrows = contact_forces(copy) if self._show_forces.value else np.empty((0, 2, 3))
         if self._forces is not None:
             self._forces.remove()
             self._forces = None
@@ -161,7 +161,7 @@ class World:
         client.camera.up_direction = (0.0, 0.0, 1.0)
 
 
-def _contact_forces(copy: Copy) -> np.ndarray:
+def contact_forces(copy: Copy) -> np.ndarray:
     """Arrows of the forces that contacts exert, in newtons as metres: (N, 2, 3), begin and end in the world."""
     model, data = copy.model, copy.data
     mujoco.mj_forward(model, data)

@@ -1,0 +1,147 @@
+"""The scene as the browser gets it: shapes, colours and places of bodies, and what is drawn beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+import pytest
+
+viser = pytest.importorskip("viser", reason="the page needs viser: pip install 'simx-vrep[viewer]'")
+
+from simx_server.viewer.page.bodies import Body, appearance, meshes_of  # noqa: E402
+from simx_server.viewer.page.drawings import Drawings  # noqa: E402
+from simx_server.viewer.page.mirror import Copy  # noqa: E402
+from simx_server.viewer.page.quiet_viser import open_browser_server  # noqa: E402
+from simx_server.viewer.page.selected import Selected  # noqa: E402
+from simx_server.viewer.page.world import contact_forces  # noqa: E402
+
+SCENE = """
+<mujoco>
+  <asset>
+    <texture name="checks" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="20" height="10"/>
+    <material name="paper" texture="checks" texrepeat="4 2"/>
+    <material name="blue" rgba="0 0 1 1"/>
+  </asset>
+  <worldbody>
+    <geom name="floor" type="plane" size="2 1 0.1" material="paper"/>
+    <body name="cube" pos="0 0 0.095">
+      <freejoint/>
+      <geom name="own" type="box" size="0.1 0.1 0.1" material="blue" rgba="0 1 0 1" mass="2"/>
+      <geom name="of_material" type="sphere" size="0.05" pos="0 0 0.3" material="blue" mass="0"/>
+      <geom name="collides_only" type="box" size="1 1 1" group="3" contype="0" conaffinity="0" mass="0"/>
+      <geom name="invisible" type="box" size="1 1 1" rgba="1 1 1 0" contype="0" conaffinity="0" mass="0"/>
+    </body>
+    <body name="nothing_to_see"><site name="mark"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(SCENE)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[viser.ViserServer]:
+    server = open_browser_server()
+    yield server
+    server.stop()
+
+
+def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: mujoco.MjModel) -> None:
+    (mesh,) = meshes_of(model, model.body("cube").id)
+    assert np.abs(mesh.bounds).max() == pytest.approx(0.35)  # the sphere's top: neither of the big boxes
+    colors = {tuple(color) for color in mesh.visual.vertex_colors.tolist()}
+    assert colors == {(0, 255, 0, 255), (0, 0, 255, 255)}
+    assert model.geom("own").matid[0] == model.material("blue").id  # the model is as it was
+    assert list(meshes_of(model, model.body("nothing_to_see").id)) == []
+
+
+def test_plane_has_its_pattern_as_often_as_the_material_says(model: mujoco.MjModel) -> None:
+    (mesh,) = meshes_of(model, 0)
+    assert np.allclose(mesh.bounds, [[-2, -1, 0], [2, 1, 0]])
+    assert mesh.visual.uv.max(axis=0).tolist() == [4, 2]
+    pixels = np.asarray(mesh.visual.material.baseColorTexture)
+    assert pixels.shape == (10, 20, 3)
+    assert pixels[-1, 0].tolist() == [255, 0, 0]  # MuJoCo's first row is the lowest
+
+
+def test_appearance_changes_with_what_a_body_is_made_of_and_not_with_its_place(model: mujoco.MjModel) -> None:
+    cube = model.body("cube").id
+    before = appearance(model, cube), appearance(model, 0)
+    model.body_pos[cube] += 1
+    assert (appearance(model, cube), appearance(model, 0)) == before
+    model.body_pos[cube] -= 1
+    model.mat_rgba[model.material("blue").id] = (0, 0.5, 1, 1)
+    assert appearance(model, cube) != before[0]
+    assert appearance(model, 0) == before[1]
+    model.mat_rgba[model.material("blue").id] = (0, 0, 1, 1)
+
+
+def test_body_is_moved_and_gets_a_box_when_it_is_selected(
+    model: mujoco.MjModel, browser: viser.ViserServer
+) -> None:
+    number = model.body("cube").id
+    body = Body(browser.scene, number, list(meshes_of(model, number)))
+    body.move(np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0, 0.0]))
+    frame = browser.scene._handle_from_node_name[f"/scene/body_{number}"]
+    assert np.allclose(frame.position, [1, 2, 3])
+    marked = f"/scene/body_{number}/selected"
+    for is_selected in (True, True, False):
+        body.mark(is_selected)
+        assert (marked in browser.scene._handle_from_node_name) == is_selected
+    body.remove()
+
+
+def test_contact_forces_carry_the_weight(model: mujoco.MjModel) -> None:
+    data = mujoco.MjData(model)
+    for _ in range(500):
+        mujoco.mj_step(model, data)
+    arrows = contact_forces(Copy(model, data))
+    assert len(arrows) == 4
+    force = (arrows[:, 1] - arrows[:, 0]).sum(axis=0) * 100  # 1 cm for each newton
+    assert force == pytest.approx([0, 0, 2 * 9.81], abs=0.1)
+
+
+def test_selected_objects_get_axes_where_they_are(model: mujoco.MjModel, browser: viser.ViserServer) -> None:
+    data = mujoco.MjData(model)
+    data.qpos[:3] = (1, 2, 3)
+    mujoco.mj_kinematics(model, data)
+    selected = Selected(browser.scene)
+    items = [
+        {"handle": 7, "name": "cube", "element": "body", "id": model.body("cube").id},
+        {"handle": 8, "name": "mark", "element": "site", "id": model.site("mark").id},
+    ]
+    selected.choose(items, 2.0)
+    selected.move(Copy(model, data))
+    nodes = browser.scene._handle_from_node_name
+    assert np.allclose(nodes["/selected/7"].position, [1, 2, 3])
+    assert np.allclose(nodes["/selected/8"].position, [0, 0, 0])
+    selected.choose([], 2.0)
+    assert "/selected/7" not in nodes
+
+
+@pytest.mark.parametrize(
+    ("flags", "points", "items", "kind"),
+    [
+        (0, 1, [[0, 0, 0], [1, 0, 0]], viser.PointCloudHandle),
+        (1, 2, [[0, 0, 0, 1, 0, 0]], viser.LineSegmentsHandle),
+        (2, 3, [[0, 0, 0, 1, 0, 0, 0, 1, 0]], viser.MeshHandle),
+        (7, 1, [[0, 0, 0]], viser.PointCloudHandle),
+        (8 | 0x1000, 1, [[0, 0, 0], [1, 0, 0], [1, 1, 0]], viser.LineSegmentsHandle),
+    ],
+)
+def test_drawing_objects_are_shown_as_what_they_are(
+    browser: viser.ViserServer, flags: int, points: int, items: list[list[float]], kind: type
+) -> None:
+    drawings = Drawings(browser.scene)
+    drawing = {"handle": 1, "flags": flags, "size": 2.0, "color": (1, 0, 0), "points": points, "items": items}
+    drawings.update([drawing])
+    assert isinstance(browser.scene._handle_from_node_name["/drawings/1"], kind)
+    drawings.visible = False
+    drawings.update([])
+    assert "/drawings/1" not in browser.scene._handle_from_node_name
+    assert not drawings.visible
