@@ -46,7 +46,7 @@ def _summary(metrics: Metrics) -> Iterator[str]:
     p50, p99 = _percentiles(passes["times"])
     yield (
         f"  passes    {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
-        f"{speed}); each of {passes['time_step'] * 1000:g} ms takes {_duration(p50)} (p50), {_duration(p99)} (p99); "
+        f"{speed}); each of {passes['time_step'] * 1000:g} ms takes {duration(p50)} (p50), {duration(p99)} (p99); "
         f"{passes['lost']:.2f} s lost"
     )
     yield (
@@ -128,10 +128,10 @@ def _timing_cells(name: str, times: Timing) -> tuple[str, ...]:
         name,
         f"{recent['per_second']:.1f}",
         str(times["count"]),
-        _duration(chosen["p50"]),
-        _duration(chosen["p90"]),
-        _duration(chosen["p99"]),
-        _duration(times["longest"]),
+        duration(chosen["p50"]),
+        duration(chosen["p90"]),
+        duration(chosen["p99"]),
+        duration(times["longest"]),
     )
 
 
@@ -140,7 +140,8 @@ def _percentiles(times: Timing) -> tuple[float, float]:
     return chosen["p50"], chosen["p99"]
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """In the unit that suits it."""
     if 0 < seconds < 1e-3:
         return f"{seconds * 1e6:.3g} us"
     return f"{seconds * 1e3:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"

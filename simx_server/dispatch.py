@@ -14,7 +14,7 @@ from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
 from .errors import CommandError, shortened
 from .handlers.registry import Handler
-from .metrics import Metrics
+from .metrics import UNKNOWN, Metrics
 from .sessions import ClientSession
 from .simulation import Simulation
 
@@ -41,7 +41,10 @@ class Dispatch:
         try:
             command, checked = self.check(name, arguments)
         except Exception as error:
+            meant = self.command(name)
+            client.called[UNKNOWN if meant is None else meant.name] += 1
             return self._failure(client, name, error)
+        client.called[command.name] += 1
         return self.carry_out(client, command, checked)
 
     def carry_out(

@@ -159,6 +159,7 @@ def _client(engine: Engine, session: ClientSession, before: Sample, window: floa
         "calls_per_second": (calls - before.client_calls.get(session.client, 0)) / window,
         "streams": len(session.streams.by_id),
         "is_stepping": session.is_stepping,
+        "commands": dict(session.called),
     }
 
 

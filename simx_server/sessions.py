@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -67,6 +67,9 @@ class ClientSession:
     is_stepping: bool = False
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict)
     """Files of the client's side that a loading call will ask for: given path to name and content."""
+    called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    """How often it has called each command."""
+
     message_id: int = 0
     client_time: int = 0
     interrupted: Interrupted | None = None

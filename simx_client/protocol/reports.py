@@ -107,7 +107,14 @@ class Command(Timing):
     last_error: str
 
 
-class Client(TypedDict):
+class ClientAdditions(TypedDict, total=False):
+    """What servers of the first versions do not tell."""
+
+    commands: dict[str, int]
+    """How often it has called what; what is no command is "(unknown)"."""
+
+
+class Client(ClientAdditions):
     name: str
     role: str
     """driver or viewer."""
@@ -205,6 +212,8 @@ def _check(value: Any, kind: Any, where: str) -> None:
         fields = _mapping(value, where)
         for name, part in get_type_hints(kind).items():
             if name not in fields:
+                if name in kind.__optional_keys__:
+                    continue
                 raise CodecError(f"{where}.{name} is missing")
             _check(fields[name], part, f"{where}.{name}")
     elif origin is dict:

@@ -138,6 +138,10 @@ class Joints(Machine):
         """Of any joint, spherical ones too."""
         return self._any(handle)[1].mode
 
+    def rule(self, handle: int) -> Rule:
+        """What moves the joint; of any joint."""
+        return rule_of(*self._any(handle))
+
     def is_hybrid(self, handle: int) -> bool:
         """True when a motor drives the joint although its mode is not force."""
         state = self._any(handle)[1]

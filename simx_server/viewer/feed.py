@@ -28,6 +28,7 @@ import numpy as np
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_server import report
 from simx_server.errors import CommandError
+from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.simulation import SimulationState
@@ -52,7 +53,10 @@ if TYPE_CHECKING:
     from simx_server.simulation import Simulation
 
 _MOST_TEXT = 200
-"""Bytes of a string signal, letters of a message that are shown."""
+"""Bytes of a string signal that are shown."""
+
+_MOST_LETTERS = 2000
+"""Of a message, or a line of a console."""
 
 _MOST_LINES = 100
 """Of a console or the status bar."""
@@ -185,6 +189,9 @@ class Feed:
                 "position": None if is_ball else joints.position(handle),
                 "target": None if is_ball else joints.target_position(handle),
                 "mode": int(joints.mode(handle)),
+                "moved_by": joints.rule(handle).name,
+                "control": -1 if is_ball else int(joints.get_parameter(handle, CONTROL_MODE)),
+                "target_velocity": 0.0 if is_ball else joints.target_velocity(handle),
                 "cyclic": cyclic,
                 "minimum": minimum,
                 "range": extent,
@@ -205,9 +212,9 @@ class Feed:
     def _interface(self) -> dict[str, Any]:
         """What programs show; of what grows, the end."""
         shown = self._sim.user_interface.describe()
-        shown["status_bar"] = [text[:_MOST_TEXT] for text in shown["status_bar"][-_MOST_LINES:]]
+        shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
-            console["lines"] = console["lines"][-_MOST_LINES:]
+            console["lines"] = [line[:_MOST_LETTERS] for line in console["lines"][-_MOST_LINES:]]
         return shown
 
     def _streams(self) -> list[StreamView]:

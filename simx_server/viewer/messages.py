@@ -71,6 +71,14 @@ class JointView(TypedDict):
     mode: int
     """sim_jointmode_."""
 
+    moved_by: str
+    """Name of a `joints.servo.Rule`."""
+
+    control: int
+    """0 free, 4 velocity, 8 position, 12 spring and damper, as sim_jointintparam_dynctrlmode; -1 for a ball joint."""
+
+    target_velocity: float
+
     cyclic: bool
     minimum: float
     range: float

@@ -14,7 +14,9 @@ from typing import Any, TypeVar, cast
 import msgpack
 
 from simx_client import Client
-from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
+from simx_client.batch import Batch, Calls
+from simx_client.errors import CallsFailed, ConnectionFailed, NotConnected, RemoteError, SimxError, TimedOut
+from simx_client.protocol.constants import simx_return_remote_error_flag
 from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, LOOK, SURVEY, Look, Survey
 
 logger = logging.getLogger(__name__)
@@ -108,6 +110,16 @@ class Eye:
 
     def close(self) -> None:
         self._link.close()
+
+
+def make(client: Client, note: Callable[[Calls], object]) -> None:
+    """Make legacy calls, all as one message. Raises RemoteError when one is refused; TimedOut."""
+    try:
+        with Batch(client.id, timeout=client.timeout) as calls:
+            note(calls)
+    except CallsFailed as failed:
+        is_refused = all(each.code == simx_return_remote_error_flag for each in failed.failures)
+        raise (RemoteError if is_refused else TimedOut)(failed.failures) from None
 
 
 class Hands:

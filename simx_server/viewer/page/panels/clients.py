@@ -1,20 +1,204 @@
-"""Clients."""
+"""Who is connected, what they call, how long that takes, and what has gone wrong of late."""
 
 from __future__ import annotations
 
+import html
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+
 import viser
 
-from simx_server.viewer.messages import Look, Survey
+from simx_client.protocol.reports import Client, Metrics, Timing
+from simx_client.status_text import duration
+from simx_server.viewer.messages import OWN_NAME, Look, StreamView, Survey
+
+from .elements import put
+
+EVERY = 1.0
+"""Seconds between two updates: the server's own figures are not newer."""
+
+_COMMANDS = 20
+"""Commands that are shown: those called most of late, then those that took the most time."""
+
+_BY_CLIENT = 6
+"""Of the commands and streams of one client."""
+
+_ERRORS = 5
+_LETTERS = 300
+_BLOCK = "padding:0 0.75em 0.75em;font-size:0.8em;overflow-x:auto"
+_CELL = "padding:0.1em 0.5em 0.1em 0"
+_NUMBER = f"{_CELL};text-align:right;white-space:nowrap"
 
 
 class Clients:
-    """To be written."""
+    """Tables. The page's own clients stand apart: they are there because somebody looks."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._text = gui.add_markdown("nothing yet")
+        self._next = 0.0
+        self._before: dict[tuple[str, int], dict[str, int]] = {}
+        self._before_at = 0.0
+        """When `_before`, what each client had called, was noted; on the clock of the server's age."""
+
+        self._rates: dict[tuple[str, int], dict[str, float]] = {}
+        self._summary = gui.add_html("")
+        with gui.add_folder("Clients"):
+            self._clients = gui.add_html("")
+        with gui.add_folder("Calls and streams"):
+            self._commands = gui.add_html("")
+        with gui.add_folder("Pictures") as self._pictures_folder:
+            self._pictures = gui.add_html("")
+        with gui.add_folder("Latest errors and warnings") as self._errors_folder:
+            self._errors = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + EVERY
+        metrics = survey["metrics"]
+        self._count(metrics)
+        own = [each for each in metrics["clients"] if each["name"].startswith(OWN_NAME)]
+        others = [each for each in metrics["clients"] if not each["name"].startswith(OWN_NAME)]
+        put(self._summary, content=_block(_summary(metrics)))
+        put(self._clients, content=_block(self._who(others, own, survey["streams"])))
+        put(self._commands, content=_block(_commands(metrics)))
+        cameras = metrics["pictures"]["cameras"]
+        put(self._pictures_folder, visible=bool(cameras))
+        put(self._pictures, content=_block(_times("camera", cameras)))
+        errors = "".join(f"<p>{_text(each, _LETTERS)}</p>" for each in _errors(metrics))
+        put(self._errors_folder, visible=bool(errors))
+        put(self._errors, content=_block(errors))
 
     def close(self) -> None:
         """Nothing to end."""
+
+    def _count(self, metrics: Metrics) -> None:
+        """How often each client has called each command of late, as the server tells only how often ever."""
+        if metrics["age"] < self._before_at:  # another server
+            self._before, self._rates, self._before_at = {}, {}, 0.0
+        passed = metrics["age"] - self._before_at
+        if self._before and passed < metrics["window"] / 2:
+            return
+        called = {key: dict(each.get("commands", {})) for key, each in _keyed(metrics["clients"])}
+        self._rates = {
+            key: {name: (count - self._before[key].get(name, 0)) / passed for name, count in counts.items()}
+            for key, counts in called.items()
+            if key in self._before
+        }
+        self._before, self._before_at = called, metrics["age"]
+
+    def _who(self, others: Sequence[Client], own: Sequence[Client], streams: Sequence[StreamView]) -> str:
+        streamed: defaultdict[str, list[str]] = defaultdict(list)
+        for stream in streams:
+            streamed[stream["client"]].append(f"{stream['command']}({stream['arguments']})")
+        shown = "".join(self._client(key, each, streamed[each["name"]]) for key, each in _keyed(others))
+        rate = sum(each["calls_per_second"] for each in own)
+        return (
+            shown or "<p>No program is connected.</p>"
+        ) + f"<p style='opacity:0.7'>This page itself: {len(own)} clients, {rate:.0f} calls/s.</p>"
+
+    def _client(self, key: tuple[str, int], client: Client, streams: Sequence[str]) -> str:
+        words = [client["role"], f"port {client['port']}", f"{client['calls_per_second']:.1f} calls/s"]
+        words += [f"{client['calls']} in all", f"{client['streams']} streams"]
+        if client["is_stepping"]:
+            words.append("<b>steps the simulation</b>")
+        rates = self._rates.get(key, {})
+        counts = client.get("commands", {})
+        often = sorted(counts, key=lambda name: (-rates.get(name, 0.0), -counts[name]))
+        calls = [f"{_text(name)} {counts[name]} ({rates.get(name, 0.0):.1f}/s)" for name in often]
+        return (
+            f"<p style='margin:0 0 0.6em'><b>{_text(client['name'], 60)}</b>: {', '.join(words)}"
+            f"{_few('calls', calls)}{_few('streams', [_text(each, 120) for each in streams])}</p>"
+        )
+
+
+def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]]:
+    """Each client with its name and its number among those of that name, in the order they joined."""
+    seen: defaultdict[str, int] = defaultdict(int)
+    for client in clients:
+        yield (client["name"], seen[client["name"]]), client
+        seen[client["name"]] += 1
+
+
+def _summary(metrics: Metrics) -> str:
+    passes, calls = metrics["passes"], metrics["calls"]
+    speed = "as fast as it goes" if passes["speed"] is None else f"{passes['speed']:g} asked"
+    times = _of_late(passes["times"])
+    lines = [
+        f"{passes['real_time_factor']:.2f} × real time ({speed}), {passes['per_second']:.1f} passes/s",
+        f"a pass takes {duration(times['p50'])} (p50), {duration(times['p99'])} (p99)",
+        f"{calls['per_second']:.0f} calls/s, {metrics['streams']} streams, {calls['failed']} failures",
+        f"{metrics['process']['memory'] / 1e6:.0f} MB, {metrics['process']['core_share']:.0%} of a core",
+        *(f"<b>{_text(problem, _LETTERS)}</b>" for problem in metrics["problems"]),
+    ]
+    return "<br>".join(lines)
+
+
+def _commands(metrics: Metrics) -> str:
+    commands = metrics["commands"]
+    busiest = sorted(
+        commands, key=lambda name: (-commands[name]["recent"]["per_second"], -commands[name]["seconds"])
+    )
+    chosen = {name: commands[name] for name in busiest[:_COMMANDS]}
+    text = _times("command", chosen, {name: str(each["failed"]) for name, each in chosen.items()})
+    if len(busiest) > _COMMANDS:
+        text += f"<p>and {len(busiest) - _COMMANDS} more; <code>simx status --json</code> has them all</p>"
+    return text or "<p>Nothing was called yet.</p>"
+
+
+def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] | None = None) -> str:
+    """A table of how often and how long; empty for none."""
+    if not timings:
+        return ""
+    head = [what, "/s", "count", "p50", "p90", "p99", *(["failed"] if failed is not None else [])]
+    rows = [
+        "".join(f"<th style='{_NUMBER if index else _CELL}'>{each}</th>" for index, each in enumerate(head))
+    ]
+    for name, times in timings.items():
+        late = _of_late(times)
+        cells = [f"{times['recent']['per_second']:.1f}", str(times["count"])]
+        cells += [duration(late["p50"]), duration(late["p90"]), duration(late["p99"])]
+        if failed is not None:
+            cells.append(failed[name])
+        numbers = "".join(f"<td style='{_NUMBER}'>{cell}</td>" for cell in cells)
+        rows.append(f"<td style='{_CELL}'>{_text(name)}</td>{numbers}")
+    body = "".join(f"<tr>{row}</tr>" for row in rows)
+    return f"<table style='border-collapse:collapse;text-align:left'>{body}</table>"
+
+
+def _of_late(times: Timing) -> Mapping[str, float]:
+    """Percentiles of late, else those since the start; seconds."""
+    chosen = times["recent"] if times["recent"]["per_second"] else times
+    return {"p50": chosen["p50"], "p90": chosen["p90"], "p99": chosen["p99"]}
+
+
+def _errors(metrics: Metrics) -> Iterator[str]:
+    log, pictures = metrics["log"], metrics["pictures"]
+    if log["last_error"]:
+        yield f"{log['errors']} errors in the log, the last: {log['last_error']}"
+    if log["last_warning"]:
+        yield f"{log['warnings']} warnings in the log, the last: {log['last_warning']}"
+    if pictures["last_error"]:
+        yield f"{pictures['failed']} pictures failed, the last: {pictures['last_error']}"
+    failed = [each for each in metrics["commands"].values() if each["last_error"]]
+    for each in sorted(failed, key=lambda each: -each["failed"])[:_ERRORS]:
+        yield f"{each['failed']} × {each['last_error']}"
+
+
+def _few(what: str, texts: Sequence[str]) -> str:
+    """The first few of some texts of HTML, on a line of their own."""
+    if not texts:
+        return ""
+    more = f" and {len(texts) - _BY_CLIENT} more" if len(texts) > _BY_CLIENT else ""
+    return f"<br><span style='opacity:0.8'>{what}: {', '.join(texts[:_BY_CLIENT])}{more}</span>"
+
+
+def _text(text: str, most: int = 80) -> str:
+    """What a client may have written, harmless."""
+    return html.escape(text if len(text) <= most else text[: most - 1] + "…")
+
+
+def _block(content: str) -> str:
+    return f"<div style='{_BLOCK}'>{content}</div>"

@@ -1,0 +1,46 @@
+"""What panels share. An element is changed only when its content is another: each change goes to all browsers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from simx_client import Client
+from simx_server.viewer.page.link import Hands
+
+T = TypeVar("T")
+
+HELD = 1.0
+"""Seconds after somebody has changed an element in which news from the server leave it alone."""
+
+
+def put(element: Any, **properties: Any) -> None:
+    """Assign what is not so yet to an element of viser's."""
+    for name, value in properties.items():
+        if getattr(element, name) != value:
+            setattr(element, name, value)
+
+
+class Latest(Generic[T]):
+    """Sends the newest of values that change fast, as while somebody drags a slider; those between are left out."""
+
+    def __init__(self, hands: Hands, send: Callable[[Client, T], object]) -> None:
+        self._hands, self._send = hands, send
+        self._changes = 0
+        self._changed = -HELD
+
+    @property
+    def is_held(self) -> bool:
+        """Whether somebody has changed the value just now."""
+        return time.monotonic() - self._changed < HELD
+
+    def change(self, value: T) -> None:
+        """Send this soon, unless it changes again before. On threads of viser's."""
+        self._changed = time.monotonic()
+        self._changes = number = self._changes + 1
+        self._hands.do(lambda client: self._deliver(client, number, value))
+
+    def _deliver(self, client: Client, number: int, value: T) -> None:
+        if number == self._changes:
+            self._send(client, value)

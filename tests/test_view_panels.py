@@ -1,0 +1,446 @@
+"""The page's tabs of objects, joints, dialogs and clients: what they show, and what a click does over the API."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+
+import viser
+from browser_panels import Stage
+from real_world import BLOCKING, Open, handle_of
+
+import simx_client as v
+from simx_server.viewer.page.panels.clients import Clients
+from simx_server.viewer.page.panels.elements import HELD, Latest
+from simx_server.viewer.page.panels.interface import Interface
+from simx_server.viewer.page.panels.joints import Joints
+from simx_server.viewer.page.panels.objects import ROWS, Objects
+from simx_server.viewer.page.quiet_viser import open_browser_server
+
+SCENE = """
+<mujoco>
+  <worldbody>
+    <body name="base">
+      <geom size="0.1"/>
+      <body name="arm" pos="0 0 1">
+        <joint name="hinge" axis="0 1 0" range="-90 90"/>
+        <geom size="0.1"/>
+        <body name="hand" pos="1 0 0">
+          <joint name="slide" type="slide" axis="1 0 0"/>
+          <geom size="0.1"/>
+          <body name="tip &lt;b&gt;`x`" pos="1 0 0"><joint name="ball" type="ball"/><geom size="0.1"/></body>
+        </body>
+      </body>
+      <body name="wheel" pos="0 1 0"><joint name="axle" axis="0 1 0"/><geom size="0.1"/></body>
+    </body>
+  </worldbody>
+  <actuator>
+    <velocity name="axle" joint="axle" kv="10"/>
+  </actuator>
+  <custom>
+    <text name="simx:joint:hinge" data="mode=force motor=true control=position"/>
+    <text name="simx:joint:slide" data="mode=passive"/>
+  </custom>
+</mujoco>
+"""
+
+UIS = """
+[[ui]]
+name = "belt"
+title = "Belt"
+[[ui.element]]
+id = 3
+label = "go"
+[[ui.element]]
+id = 4
+kind = "slider"
+label = "speed"
+position = 500
+[[ui.element]]
+id = 6
+kind = "label"
+label = "<b>not bold</b>"
+[[ui.element]]
+id = 7
+kind = "editbox"
+label = "old"
+[[ui.element]]
+id = 8
+label = "off"
+enabled = false
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[viser.ViserServer]:
+    server = open_browser_server()
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def stage(world: Open, browser: viser.ViserServer, tmp_path: Path) -> Stage:
+    browser.gui.reset()
+    (tmp_path / "scene.xml").write_text(SCENE)
+    return Stage(*world(str(tmp_path / "scene.xml")), browser)
+
+
+@pytest.fixture
+def objects(stage: Stage) -> Stage:
+    stage.panel = Objects(stage.gui, stage.hands)
+    stage.show()
+    return stage
+
+
+@pytest.fixture
+def joints(stage: Stage) -> Stage:
+    stage.panel = Joints(stage.gui, stage.hands)
+    stage.show()
+    return stage
+
+
+@pytest.fixture
+def interface(stage: Stage) -> Stage:
+    stage.panel = Interface(stage.gui, stage.hands)
+    assert v.simxStartSimulation(stage.client, BLOCKING) == 0
+    stage.show()
+    return stage
+
+
+# --- objects -------------------------------------------------------------------------------------
+
+
+def rows(stage: Stage) -> list[str]:
+    return [button.label.strip() for button in stage.all(viser.GuiButtonHandle)]
+
+
+def test_objects_stand_under_their_parents_with_type_and_handle(objects: Stage) -> None:
+    shown = rows(objects)
+    names = [row.lstrip("▾▸\u2007 ").split("  ·  ")[0] for row in shown]
+    assert names.index("base") < names.index("hinge") < names.index("arm")
+    assert f"revolute joint  ·  {handle_of(objects.client, 'hinge')}" in shown[names.index("hinge")]
+    assert any(row.startswith("▸") for row in shown), "deep objects are folded at first"
+    assert "hand" not in names
+
+
+def test_click_selects_for_all_clients_and_another_click_opens(objects: Stage) -> None:
+    slide = handle_of(objects.client, "slide")
+    assert v.simxSetObjectSelection(objects.client, [slide], BLOCKING) == 0
+    objects.show()
+    selected = [button.label for button in objects.all(viser.GuiButtonHandle) if button.icon]
+    assert len(selected) == 1, "what is selected elsewhere is opened and marked"
+    assert "slide" in selected[0]
+    assert "vrep.simxGetObjectHandle(client, &#x27;slide&#x27;, vrep.simx_opmode_blocking)" in objects.text()
+    base = handle_of(objects.client, "base")
+    objects.click("base")
+    assert v.simxGetObjectSelection(objects.client, BLOCKING) == (0, [base])
+    objects.show()
+    objects.click("base")
+    objects.show()
+    assert not any("hinge" in row for row in rows(objects))
+
+
+def test_search_finds_names_paths_types_and_handles(objects: Stage) -> None:
+    search = objects.labelled(viser.GuiTextHandle, "Search")
+    for query, expected in (
+        ("SLID", "slide"),
+        ("prismatic", "slide"),
+        (str(handle_of(objects.client, "axle")), "axle"),
+        ("/base arm ball", "ball"),
+    ):
+        objects.set(search, query)
+        objects.show()
+        assert expected in rows(objects)[0]
+        assert "/base" in rows(objects)[0]
+    objects.set(search, "no such thing")
+    objects.show()
+    assert rows(objects) == []
+    assert "nothing matches" in objects.text()
+
+
+def test_names_are_text_and_nothing_else(objects: Stage) -> None:
+    name = "tip <b>`x`"
+    tip = handle_of(objects.client, name)
+    assert v.simxSetObjectSelection(objects.client, [tip], BLOCKING) == 0
+    objects.show()
+    assert "<b>`x`" not in objects.text()
+    assert "tip &lt;b&gt;`x`" in objects.text()
+
+
+def test_nothing_is_sent_when_nothing_changed(objects: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[object] = []
+    monkeypatch.setattr(objects.gui._websock_interface, "queue_message", sent.append)
+    objects.show()
+    assert sent == []
+    assert v.simxSetObjectSelection(objects.client, [handle_of(objects.client, "base")], BLOCKING) == 0
+    objects.show()
+    assert 0 < len(sent) <= 6
+
+
+def test_hundreds_of_objects_are_shown_in_part(
+    world: Open, browser: viser.ViserServer, tmp_path: Path
+) -> None:
+    browser.gui.reset()
+    bodies = "".join(f'<body name="stone{n}" pos="{n} 0 0"><geom size="0.1"/></body>' for n in range(300))
+    (tmp_path / "many.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    stage = Stage(*world(str(tmp_path / "many.xml")), browser)
+    stage.panel = Objects(stage.gui, stage.hands)
+    stage.show()
+    assert len(rows(stage)) == ROWS
+    assert "and 220 more" in stage.text()
+    stage.set(stage.labelled(viser.GuiTextHandle, "Search"), "stone299")
+    stage.show()
+    assert len(rows(stage)) == 1
+
+
+# --- joints --------------------------------------------------------------------------------------
+
+
+def slider(stage: Stage, name: str) -> viser.GuiSliderHandle:
+    return stage.labelled(viser.GuiSliderHandle, f"{name} (")
+
+
+def test_slider_of_a_kinematic_joint_puts_it_there_in_millimetres(joints: Stage) -> None:
+    shown = slider(joints, "slide")
+    assert (shown.label, shown.min, shown.max) == ("slide (mm)", -1000.0, 1000.0)
+    assert "no limits" in joints.text()
+    joints.set(shown, 250.0)
+    code, position = v.simxGetJointPosition(joints.client, handle_of(joints.client, "slide"), BLOCKING)
+    assert (code, position) == (0, pytest.approx(0.25))
+    joints.show()
+    assert "is at 250.0 mm, passive mode" in joints.text()
+
+
+def test_slider_of_a_controlled_joint_sets_the_target_and_moves_it_while_stopped(joints: Stage) -> None:
+    shown = slider(joints, "hinge")
+    assert (shown.min, shown.max) == (-90.0, 90.0)
+    joints.set(shown, 30.0)
+    hinge = handle_of(joints.client, "hinge")
+    assert v.simxGetJointPosition(joints.client, hinge, BLOCKING)[1] == pytest.approx(math.radians(30))
+    assert joints.survey()["joints"][hinge]["target"] == pytest.approx(math.radians(30))
+    assert v.simxSynchronous(joints.client, True) == 0
+    assert v.simxStartSimulation(joints.client, BLOCKING) == 0
+    joints.show()
+    joints.set(shown, 31.0)
+    now = joints.survey()["joints"][hinge]
+    assert now["target"] == pytest.approx(math.radians(31))
+    assert now["position"] == pytest.approx(math.radians(30)), "while time passes the motor moves it"
+
+
+def test_wheel_gets_a_velocity_and_ball_joints_only_a_line(joints: Stage) -> None:
+    shown = slider(joints, "axle")
+    assert shown.label == "axle (°/s)"
+    joints.set(shown, 90.0)
+    axle = handle_of(joints.client, "axle")
+    assert joints.survey()["joints"][axle]["target_velocity"] == pytest.approx(math.pi / 2)
+    assert "ball joint" in joints.text()
+    assert not any("ball" in each.label for each in joints.all(viser.GuiSliderHandle))
+
+
+def test_fast_target_velocity_widens_the_slider(joints: Stage) -> None:
+    assert v.simxSetJointTargetVelocity(joints.client, handle_of(joints.client, "axle"), 40.0, BLOCKING) == 0
+    joints.show()
+    shown = slider(joints, "axle")
+    assert shown.max > shown.value == pytest.approx(math.degrees(40.0), abs=0.1)
+
+
+def test_control_of_a_motor_is_chosen_from_a_list(joints: Stage) -> None:
+    hinge = handle_of(joints.client, "hinge")
+    assert joints.all(viser.GuiDropdownHandle) == []
+    joints.set(joints.labelled(viser.GuiCheckboxHandle, "Change control"), True)
+    joints.show()
+    choices = joints.all(viser.GuiDropdownHandle)
+    assert [each.value for each in choices] == ["position", "velocity"]
+    joints.set(choices[0], "velocity")
+    code, loop = v.simxGetObjectIntParameter(joints.client, hinge, v.sim_jointintparam_ctrl_enabled, BLOCKING)
+    assert (code, loop) == (0, 0)
+    joints.show()
+    assert slider(joints, "hinge").label == "hinge (°/s)"
+
+
+def test_panel_does_not_fight_who_drags(joints: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = slider(joints, "slide")
+    joints.set(shown, 100.0)
+    slide = handle_of(joints.client, "slide")
+    assert v.simxSetJointPosition(joints.client, slide, 0.5, BLOCKING) == 0
+    joints.show()
+    assert shown.value == 100.0
+    later = time.monotonic() + HELD
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    joints.show()
+    assert shown.value == 500.0
+    monkeypatch.undo()
+    assert v.simxGetJointPosition(joints.client, slide, BLOCKING)[1] == pytest.approx(0.5), (
+        "a slider that news moved sets nothing"
+    )
+
+
+def test_of_values_that_wait_only_the_newest_is_sent(stage: Stage) -> None:
+    waiting: list[Callable] = []
+    sent: list[int] = []
+    hands = type("Slow", (), {"do": staticmethod(waiting.append)})()
+    latest: Latest[int] = Latest(hands, lambda client, value: sent.append(value))
+    for value in (1, 2, 3):
+        latest.change(value)
+    for action in waiting:
+        action(None)
+    assert sent == [3]
+
+
+# --- dialogs -------------------------------------------------------------------------------------
+
+
+def dialog(stage: Stage, style: int, text: str = "Go on?", initial: str = "") -> int:
+    code, handle, _ = v.simxDisplayDialog(stage.client, "Ask", text, style, initial, None, None, BLOCKING)
+    assert code == 0
+    stage.show()
+    return handle
+
+
+def test_dialog_opens_a_window_and_its_button_answers_it(interface: Stage) -> None:
+    assert "none does now" in interface.text()
+    handle = dialog(interface, v.sim_dlgstyle_yes_no, "<i>Go on?</i>")
+    assert len(interface.gui._panel_handle_from_uuid) == 1
+    assert "&lt;i&gt;Go on?" in interface.text()
+    assert "<i>Go on" not in interface.text()
+    interface.click("No")
+    assert v.simxGetDialogResult(interface.client, handle, BLOCKING) == (0, v.sim_dlgret_no)
+    interface.show()
+    assert not interface.gui._panel_handle_from_uuid
+
+
+def test_what_is_typed_comes_with_the_answer(interface: Stage) -> None:
+    handle = dialog(interface, v.sim_dlgstyle_input, "How many?", "five")
+    box = interface.labelled(viser.GuiTextHandle, "Text")
+    assert box.value == "five"
+    interface.set(box, "si")
+    interface.show()
+    assert box.value == "si", "what somebody types stays"
+    interface.set(box, "six")
+    interface.click("OK")
+    assert v.simxGetDialogInput(interface.client, handle, BLOCKING) == (0, "six")
+
+
+def test_window_goes_when_the_program_ends_the_dialog(interface: Stage) -> None:
+    handle = dialog(interface, v.sim_dlgstyle_message)
+    assert interface.gui._panel_handle_from_uuid
+    assert v.simxEndDialog(interface.client, handle, BLOCKING) == 0
+    interface.show()
+    assert not interface.gui._panel_handle_from_uuid
+
+
+def test_custom_ui_is_operated_and_shows_what_its_program_sets(
+    interface: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "belt.toml").write_text(UIS)
+    code, (ui,) = v.simxLoadUI(interface.client, str(tmp_path / "belt.toml"), 1, BLOCKING)
+    assert code == 0
+    interface.show()
+    assert "&lt;b&gt;not bold" in interface.text()
+    assert interface.labelled(viser.GuiButtonHandle, "off").disabled
+    interface.click("go")
+    assert v.simxGetUIEventButton(interface.client, ui, BLOCKING)[1] == 3
+    interface.set(interface.labelled(viser.GuiSliderHandle, "speed"), 800)
+    assert v.simxGetUISlider(interface.client, ui, 4, BLOCKING) == (0, 800)
+    box = interface.labelled(viser.GuiTextHandle, "Text")
+    interface.set(box, "new")
+    interface.show()
+    assert interface.survey()["interface"]["custom_uis"][0]["elements"][3]["label"] == "old"
+    later = time.monotonic() + HELD
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    interface.show()
+    monkeypatch.undo()
+    assert interface.survey()["interface"]["custom_uis"][0]["elements"][3]["label"] == "new"
+    assert v.simxSetUISlider(interface.client, ui, 4, 100, BLOCKING) == 0
+    assert v.simxSetUIButtonLabel(interface.client, ui, 3, "halt", "", BLOCKING) == 0
+    monkeypatch.setattr(time, "monotonic", lambda: later + HELD)
+    interface.show()
+    assert interface.labelled(viser.GuiSliderHandle, "speed").value == 100
+    assert interface.labelled(viser.GuiButtonHandle, "halt")
+
+
+def test_console_shows_its_lines_in_its_colours_and_can_be_closed(interface: Stage) -> None:
+    def open_console(title: str, mode: int) -> int:
+        code, handle = v.simxAuxiliaryConsoleOpen(
+            interface.client, title, 5, mode, None, None, (1, 0, 0), (0, 0, 0.5), BLOCKING
+        )
+        assert code == 0
+        return handle
+
+    shown = open_console("log", 4)
+    open_console("kept", 0)
+    assert v.simxAuxiliaryConsolePrint(interface.client, shown, "1 < 2\nnext", BLOCKING) == 0
+    interface.show()
+    assert "1 &lt; 2\nnext" in interface.text()
+    assert "color:rgb(255,0,0);background-color:rgb(0,0,128)" in interface.text()
+    assert [each.label for each in interface.all(viser.GuiFolderHandle) if each.label] == [
+        "log",
+        "kept",
+        "Status bar",
+    ]
+    interface.click("Close")
+    interface.show()
+    assert "1 &lt; 2" not in interface.text()
+    assert interface.all(viser.GuiButtonHandle) == [], "a console without that mode bit has no such button"
+
+
+def test_status_bar_shows_whole_messages(interface: Stage) -> None:
+    assert v.simxAddStatusbarMessage(interface.client, "<u>" + "long " * 100, BLOCKING) == 0
+    interface.show()
+    assert "&lt;u&gt;" + "long " * 99 in interface.text()
+
+
+def test_unchanged_interface_sends_nothing(interface: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    dialog(interface, v.sim_dlgstyle_input)
+    sent: list[object] = []
+    monkeypatch.setattr(interface.gui._websock_interface, "queue_message", sent.append)
+    interface.show()
+    assert sent == []
+
+
+# --- clients -------------------------------------------------------------------------------------
+
+
+def test_clients_are_shown_with_what_they_call(stage: Stage) -> None:
+    stage.panel = Clients(stage.gui)
+    hinge = handle_of(stage.client, "hinge")
+    for _ in range(7):
+        assert v.simxGetJointPosition(stage.client, hinge, BLOCKING)[0] == 0
+    v.simxGetJointPosition(stage.client, hinge, v.simx_opmode_streaming)
+    assert v.simxGetObjectHandle(stage.client, "<b>nobody", BLOCKING)[0] == 8
+    session = next(iter(stage.world.engine.sessions.values()))
+    session.name = "<b>robot.py"
+    stage.show()
+    shown = stage.text()
+    assert "<b>&lt;b&gt;robot.py</b>: driver" in shown
+    assert "simxGetJointPosition 8 (" in shown
+    assert f"streams: simxGetJointPosition({hinge})" in shown
+    assert "&lt;b&gt;nobody" in shown, "the last error is told"
+    assert "<b>nobody" not in shown
+    assert "No program is connected" not in shown
+
+
+def test_clients_of_the_page_stand_apart(stage: Stage) -> None:
+    stage.panel = Clients(stage.gui)
+    next(iter(stage.world.engine.sessions.values())).name = "simx-page"
+    stage.show()
+    assert "No program is connected" in stage.text()
+    assert "This page itself: 1 clients" in stage.text()
+
+
+def test_metrics_tell_what_each_client_calls(stage: Stage) -> None:
+    other = stage.world.client()
+    for _ in range(3):
+        v.simxGetPingTime(stage.client)
+    assert v.simxGetObjectHandle(other, "hinge", BLOCKING)[0] == 0
+    assert v.simxGetObjectHandle(other, "nobody", BLOCKING)[0] == 8
+    mine, others = (each.get("commands", {}) for each in stage.survey()["metrics"]["clients"])
+    assert sum(mine.values()) >= 3
+    assert "simxGetObjectHandle" not in mine
+    assert others["simxGetObjectHandle"] == 2
