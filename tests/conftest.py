@@ -6,6 +6,7 @@ import compileall
 import logging
 import os
 import signal
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,14 +20,51 @@ import simx_client as v
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-ROOT = Path(__file__).parents[1]
+TESTS = Path(__file__).parent
+LONGEST = (
+    "test_soak.py",
+    "test_bench_smoke.py",
+    "test_zenoh.py",
+    "test_scenes_of_others.py",
+    "test_faults.py",
+    "test_security.py",
+    "test_scripts_safety.py",
+    "test_namespaces.py",
+    "test_models_vehicles.py",
+    "test_fleet.py",
+    "test_faults_timeouts.py",
+    "test_discovery.py",
+    "test_run_script.py",
+    "test_faults_stops.py",
+    "test_models_line_tracer.py",
+    "test_legacy_scripts.py",
+    "test_tutorial_program.py",
+    "test_scripts_contacts.py",
+)
+"""Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Compile what the tests start, once: where PYTHONDONTWRITEBYTECODE is set, every process would do it anew."""
-    if not hasattr(config, "workerinput"):  # workers of xdist begin after this
-        for package in ("simx_client", "simx_server", "bench"):
-            compileall.compile_dir(ROOT / package, quiet=2)
+    """What is done once, before xdist's workers begin."""
+    if hasattr(config, "workerinput"):
+        return
+    # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
+    for package in ("simx_client", "simx_server", "bench"):
+        compileall.compile_dir(TESTS.parent / package, quiet=2)
+    if missing := [name for name in LONGEST if not (TESTS / name).exists()]:
+        raise pytest.UsageError(f"LONGEST in tests/conftest.py names files that are not there: {missing}")
+    if hasattr(config.option, "loadscopereorder"):
+        # xdist would begin with the files of most tests; the soak is one test.
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Workers of xdist are given the longest files first, then those with most tests."""
+    if not hasattr(config, "workerinput"):
+        return
+    counts = Counter(item.path for item in items)
+    places = {TESTS / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: (places.get(item.path, len(LONGEST)), -counts[item.path], item.path))
 
 
 @pytest.fixture(autouse=True)

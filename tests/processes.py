@@ -84,7 +84,12 @@ def server(scene: object, *flags: object, ports: tuple[int, ...] = (0,)) -> Iter
         yield ServerProcess(process, [int(p) for p in re.findall(r"127\.0\.0\.1:(\d+)", line)], line)
 
 
-def wait_until(condition, timeout: float, turn=lambda: None) -> bool:
+def give_way() -> None:
+    """For a moment, so that who looks again and again takes no core from the process that is waited for."""
+    time.sleep(0.005)
+
+
+def wait_until(condition, timeout: float, turn=give_way) -> bool:
     """Whether a condition comes true in time; ``turn`` is what to do in between."""
     deadline = time.monotonic() + timeout
     while time.monotonic() < deadline:

@@ -151,6 +151,13 @@ def test_a_process_that_fails_is_told_with_its_last_words() -> None:
         pass
 
 
+@pytest.fixture
+def without_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No server looks for it."""
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+
+
+@pytest.mark.usefixtures("without_opengl")
 def test_blocking_reads_are_measured_beside_their_baselines() -> None:
     found = blocking.measure(TINY)
     assert {row.what for row in found.rows} == {
@@ -162,6 +169,7 @@ def test_blocking_reads_are_measured_beside_their_baselines() -> None:
     assert [ratio.target for ratio in found.ratios] == 2 * bounds
 
 
+@pytest.mark.usefixtures("without_opengl")
 def test_streams_are_measured_at_both_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streaming, "CLIENTS", 2)
     monkeypatch.setattr(streaming, "VALUES", 5)
@@ -173,6 +181,7 @@ def test_streams_are_measured_at_both_speeds(monkeypatch: pytest.MonkeyPatch) ->
     assert found.ratios[-1].target == streaming.TARGET_SHARE
 
 
+@pytest.mark.usefixtures("without_opengl")
 def test_steps_are_measured_beside_the_same_physics() -> None:
     found = stepping.measure(TINY)
     told = {row.what for row in found.rows}
@@ -180,6 +189,7 @@ def test_steps_are_measured_beside_the_same_physics() -> None:
     assert {stepping.TRIGGER, stepping.LOOP, stepping.STEPS, stepping.PASS} <= told
 
 
+@pytest.mark.usefixtures("without_opengl")
 def test_many_servers_are_measured_beside_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batch, "COUNTS", (1, 2))
     monkeypatch.setattr(batch, "TASKS", batch.TASKS[1:])
@@ -205,16 +215,11 @@ def test_a_ring_of_sensors_is_measured_beside_the_bare_pass() -> None:
     assert {sensors.PASS, sensors.ONE, sensors.RING, sensors.RING_ALONE} <= {row.what for row in found.rows}
 
 
+@pytest.mark.usefixtures("without_opengl")
 def test_starts_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup, "FIRST_S", 0.01)
     told = {row.what for row in startup.measure(TINY).rows}
     assert {startup.SERVER, startup.CLIENT, startup.CONNECT, startup.WORST} <= told
-
-
-@pytest.fixture
-def without_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No server looks for it."""
-    monkeypatch.setenv("MUJOCO_GL", "disable")
 
 
 def sweep_of(found: Findings, names: list[str]) -> None:

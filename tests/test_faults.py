@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from plain_world import World
-from processes import ROOT, read_line, running, spawn, wait_until
+from processes import ROOT, give_way, read_line, running, spawn, wait_until
 
 import simx_client as v
 from simx_client import local
@@ -69,11 +69,12 @@ def test_clients_that_freeze_while_pictures_are_sent_to_them_do_not_cut_off_the_
             assert read_line(process).strip() == "ready"
             process.send_signal(signal.SIGSTOP)
         codes = set()
-        assert wait_until(
-            lambda: v.simxGetObjects(watcher, 0, BLOCKING)[1] == [0],
-            30.0,
-            turn=lambda: codes.add(v.simxGetPingTime(watcher)[0]),
-        )
+
+        def call():
+            codes.add(v.simxGetPingTime(watcher)[0])
+            give_way()
+
+        assert wait_until(lambda: v.simxGetObjects(watcher, 0, BLOCKING)[1] == [0], 30.0, turn=call)
         assert codes <= {0}
         assert v.simxGetPingTime(watcher)[0] == 0
         assert v.simxGetConnectionId(watcher) == 1
