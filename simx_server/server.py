@@ -6,6 +6,7 @@ import gc
 import logging
 import os
 import signal
+import socket
 import sys
 import tempfile
 import time
@@ -37,7 +38,7 @@ from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
 from .viewer.feed import Feed
-from .viewer.launching import missing, page
+from .viewer.launching import listen, missing, page
 from .viewer.messages import ADD_ON
 
 logger = logging.getLogger(__name__)
@@ -85,7 +86,13 @@ def serve(settings: Settings) -> int:
     if settings.snapshot is not None:
         return _picture(settings.snapshot, settings)
     with ExitStack() as stack:
-        recorder = None
+        recorder = page_listener = None
+        if settings.view is not None:
+            try:
+                page_listener = stack.enter_context(listen(settings.view, "--view"))
+            except OSError as error:
+                logger.error("%s", error)
+                return FAILURE
         try:
             if settings.record is not None:
                 recorder = Recorder(settings.record, settings)
@@ -97,7 +104,7 @@ def serve(settings: Settings) -> int:
         except (CommandError, LogError, PictureError) as error:
             logger.error("%s", error)
             return FAILURE
-        return run_server(simulation, settings, _say_ready, recorder=recorder)
+        return run_server(simulation, settings, _say_ready, recorder=recorder, page_listener=page_listener)
 
 
 def _picture(path: Path, settings: Settings) -> int:
@@ -135,12 +142,14 @@ def run_server(
     say_ready: Callable[[ZenohGateway, Simulation], None],
     *,
     recorder: Recorder | None = None,
+    page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
 ) -> int:
     """Serve one simulation until it is told to end. Returns the process's exit code.
 
     Args:
         say_ready: called when it can be reached.
+        page_listener: where there is to be a page in the browser.
         is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
             which comes half a second late then.
     """
@@ -172,13 +181,15 @@ def run_server(
     simulation.parameters.end = engine.end
     if settings.quit_after_stop:
         simulation.on_stop.append(engine.end)
-    try:
+    with ExitStack() as beside:
+        # The page ends after the gateway: it notices at once then that nobody answers.
+        pages = beside.enter_context(ExitStack())
+        beside.callback(gateway.close)
         simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
         with (
             noted(gateway.endpoints),
             _ending_by_signal(engine),
             engine.metrics.log.attached(),
-            ExitStack() as beside,
         ):
             if recorder is not None:
                 recorder.begin(engine)
@@ -192,14 +203,12 @@ def run_server(
             say_ready(gateway, simulation)
             if not is_one_of_many and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
                 simulation.rendering.prepare(simulation.model)
-            if settings.view is not None:
-                beside.enter_context(page(settings.view, gateway.ports, settings.temporary_port))
+            if page_listener is not None:
+                pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
             if recorder is not None:
                 recorder.ending()
             simulation.stop()
-    finally:
-        gateway.close()
     return DONE
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import logging
 import os
+import socket
 import subprocess
 import sys
 import threading
@@ -24,23 +25,68 @@ def missing() -> str | None:
     return f"--view needs {' and '.join(absent)}; install with: {INSTALL}" if absent else None
 
 
-@contextmanager
-def page(address: str, ports: Sequence[int], temporary_port: int) -> Iterator[None]:
-    """Within the block there is a page at ``HOST:PORT``. It tells where on stdout; when it fails, that is logged.
+def listen(address: str, flag: str) -> socket.socket:
+    """A socket that listens at ``HOST:PORT``, for the page.
+
+    The server has it before it is ready, and its page inherits it: a port that is taken is told at once, and a browser
+    that comes before the page is up waits for it.
 
     Args:
+        flag: by which `address` was given, for what the error says.
+
+    Raises:
+        OSError: it cannot be used; the text says why and what to do.
+    """
+    host, _, port = address.rpartition(":")
+    host = host.strip("[]")
+    try:
+        found = socket.getaddrinfo(host, int(port), type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, _, _, _, place = found[0]
+        return socket.create_server(place[:2], family=family)
+    except OSError as error:
+        # What create_server says itself holds the address again.
+        reason = error.strerror if isinstance(error, socket.gaierror) else os.strerror(error.errno or 0)
+        raise OSError(
+            f"no page at {address}: {reason}; choose another port with {flag} PORT, 0 for a free one, "
+            f"or an address of this machine with {flag} HOST:PORT"
+        ) from None
+
+
+@contextmanager
+def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> Iterator[None]:
+    """Within the block there is a page. It tells where on stdout; when it fails, that is logged.
+
+    Args:
+        listener: from `listen`; taken over.
         ports: where this server answers on 127.0.0.1.
         temporary_port: a connection there would start the simulation, so the page takes another if there is one.
     """
-    port = next((each for each in ports if each != temporary_port), ports[0])
-    # The page reads its stdin, and leaves when that is closed: also when this process was killed.
-    process = subprocess.Popen(
-        [sys.executable, "-m", "simx_server.viewer", f"127.0.0.1:{port}", "--at", address, "--until-eof"],
-        stdin=subprocess.PIPE,
-        env={name: value for name, value in os.environ.items() if name != "SIMX_REDIRECT"},
-    )
+    server = f"127.0.0.1:{next((each for each in ports if each != temporary_port), ports[0])}"
+    host, port = listener.getsockname()[:2]
+    command = [
+        "-m",
+        "simx_server.viewer",
+        server,
+        "--at",
+        f"[{host}]:{port}" if ":" in host else f"{host}:{port}",
+    ]
+    # Not for Windows, where no process inherits a socket; there the page opens its own at the same place.
+    inherited = () if os.name == "nt" else (listener.fileno(),)
+    with listener:
+        if not inherited:
+            listener.close()
+        # The page reads its stdin, and leaves when that is closed: also when this process was killed. Ctrl-C in a
+        # terminal is for this process alone.
+        process = subprocess.Popen(
+            [sys.executable, *command, "--until-eof", *(f"--listener={each}" for each in inherited)],
+            stdin=subprocess.PIPE,
+            pass_fds=inherited,
+            process_group=None if os.name == "nt" else 0,
+            env={name: value for name, value in os.environ.items() if name != "SIMX_REDIRECT"},
+        )
     is_over = threading.Event()
-    watcher = threading.Thread(target=_watch, args=(process, is_over), name="simx-page", daemon=True)
+    again = f"python {' '.join(command)}"
+    watcher = threading.Thread(target=_watch, args=(process, is_over, again), name="simx-page", daemon=True)
     watcher.start()
     try:
         yield
@@ -55,7 +101,11 @@ def page(address: str, ports: Sequence[int], temporary_port: int) -> Iterator[No
             process.wait()
 
 
-def _watch(process: subprocess.Popen[bytes], is_over: threading.Event) -> None:
+def _watch(process: subprocess.Popen[bytes], is_over: threading.Event, again: str) -> None:
     code = process.wait()
     if not is_over.is_set():
-        logger.error("the page in the browser has ended (exit code %d); the simulation goes on", code)
+        logger.error(
+            "the page in the browser has ended (exit code %d); the simulation goes on; for another page: %s",
+            code,
+            again,
+        )

@@ -6,9 +6,11 @@ import argparse
 import logging
 import os
 import signal
+import socket
 import sys
 import threading
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -17,7 +19,7 @@ from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
 from simx_server import log_format
 from simx_server.setting_rules import web_address
 from simx_server.settings import LOG_LEVELS
-from simx_server.viewer.launching import missing
+from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.messages import OWN_NAME
 
 from .gate import Gate
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PROGRAM = "python -m simx_server.viewer"
+_END_TIMEOUT = 2.0
+"""Seconds in which the page ends when its server has."""
+
 EXAMPLES = f"""\
 examples:
   {PROGRAM}                        the server at 127.0.0.1:19997, on http://127.0.0.1:8080/
@@ -44,53 +49,60 @@ def main(argv: Sequence[str] | None = None) -> int:
     if problem := missing():
         logger.error("%s", problem)
         return FAILURE
+    try:
+        listener = _listener(options)
+    except OSError as error:
+        logger.error("%s", error)
+        return FAILURE
+    if options.until_eof:
+        logging.getLogger("simx_client").setLevel(logging.ERROR)  # that it ends the server says itself
     sys.argv[0] = OWN_NAME  # what the server knows this process's clients by
-    from .composition import Page
-    from .quiet_viser import open_browser_server
-
-    with ExitStack() as stack:
-        browser = open_browser_server()
-        stack.callback(browser.stop)
-        host, _, port = options.at.rpartition(":")
+    with listener, ExitStack() as stack:
         try:
-            gate = Gate(host.strip("[]"), int(port), browser.get_port())
-        except OSError as error:
-            logger.error(
-                "no page at %s: %s; choose another port with --at, or 0 for a free one", options.at, error
-            )
-            return FAILURE
-        stack.callback(gate.close)
-        page = Page(browser, options.server)
-        stack.callback(page.close)
-        code = _ended_by(page, until_eof=options.until_eof)
+            from .composition import Page
+            from .quiet_viser import open_browser_server
+
+            browser = open_browser_server()
+            stack.callback(browser.stop)
+            gate = Gate(listener, browser.get_port())
+            stack.callback(gate.close)
+            page = Page(browser, options.server)
+            stack.callback(page.close)
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        _ended_by(page, until_eof=options.until_eof)
         sys.stdout.write(f"page {gate.url}\n")
         sys.stdout.flush()
         page.run()
-    return code()
+    return DONE
 
 
-def _ended_by(page: Page, *, until_eof: bool) -> Callable[[], int]:
-    """Let the page be ended by SIGINT or SIGTERM, or by the end of stdin. Gives what tells the exit code then."""
-    has_come: list[int] = []
+def _listener(options: argparse.Namespace) -> socket.socket:
+    """Raises OSError."""
+    if options.listener is not None:
+        return socket.socket(fileno=options.listener)
+    return listen(options.at, "--at")
+
+
+def _ended_by(page: Page, *, until_eof: bool) -> None:
+    """Let the page be ended by SIGINT or SIGTERM, or by the end of stdin."""
 
     def on_signal(number: int, frame: FrameType | None) -> None:
-        has_come.append(number)
         page.end()
 
-    signal.signal(signal.SIGTERM, on_signal)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, on_signal)
     if until_eof:
-        # Ctrl-C in a terminal reaches this process as well; the server ends it, once it has stopped itself.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
         threading.Thread(target=_end_at_eof, args=(page,), name="simx-eof", daemon=True).start()
-    else:
-        signal.signal(signal.SIGINT, on_signal)
-    return lambda: INTERRUPTED if has_come else DONE
 
 
 def _end_at_eof(page: Page) -> None:
     while os.read(sys.stdin.fileno(), 4096):
         pass
     page.end()
+    # It may wait for an answer that will not come. Nothing is lost with it.
+    time.sleep(_END_TIMEOUT)
+    os._exit(DONE)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -121,7 +133,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--log-format", choices=log_format.FORMATS, default="text", help="for people or programs"
     )
-    parser.add_argument("--until-eof", action="store_true", help="end when stdin is closed, not by Ctrl-C")
+    parser.add_argument("--until-eof", action="store_true", help="end when stdin is closed, too")
+    parser.add_argument("--listener", type=int, metavar="FD", help=argparse.SUPPRESS)
     return parser
 
 

@@ -1,8 +1,8 @@
 """The door of the page: who may see it. Behind it viser listens on a port of this host that nobody is told.
 
 - A page of this host alone (a loopback address) asks for nothing but a browser that was really sent here: a web site
-  that its user has open elsewhere can reach it by a name of its own (DNS rebinding) or open a WebSocket to it, so both
-  `Host` and `Origin` must name this place.
+  that its user has open elsewhere can reach it by a name of its own (DNS rebinding), open a WebSocket to it or show it
+  in a frame beneath other things to click, so `Host`, `Origin` and what browsers say of frames must name this place.
 - A page for others asks for a token once. It stands in the address that is told at the start; then it is a cookie.
 
 What it lets through is copied as it is: one connection here, one there. The head of a request is looked at for each
@@ -17,10 +17,10 @@ import hmac
 import ipaddress
 import logging
 import secrets
+import socket
 import threading
-from concurrent.futures import Future
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import SplitResult, parse_qs, urlsplit
 
 logger = logging.getLogger(__name__)
 
@@ -63,62 +63,49 @@ class Refused(Exception):
 
 
 class Gate:
-    """Listens where the page is told to be, until `close`. The token is None for a page of this host alone."""
+    """Lets browsers in at a socket that listens already, until `close`."""
 
-    def __init__(self, host: str, port: int, behind: int, token: str | None = None) -> None:
-        """Raises OSError when the address cannot be listened on.
+    def __init__(self, listener: socket.socket, behind: int, token: str | None = None) -> None:
+        """Takes the socket over.
 
         Args:
-            host: a name or address of this host.
-            port: 0 for a free one.
+            listener: what comes there before this is kept waiting by the system.
             behind: the port on 127.0.0.1 of what is guarded.
-            token: what to ask for; None chooses one if others can reach `host`.
+            token: what to ask for; None chooses one if others can reach `listener`.
         """
-        self._behind = behind
+        host, self.port = listener.getsockname()[:2]
         self.token = token or (None if is_loopback(host) else secrets.token_urlsafe(16))
-        self._connections = 0
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, name="simx-gate", daemon=True)
-        started: Future[int] = Future()
-        self._thread.start()
-        asyncio.run_coroutine_threadsafe(self._serve(host, port, started), self._loop)
-        try:
-            self.port = started.result()
-        except BaseException:
-            self.close()
-            raise
-        self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
-        shown = "localhost" if host in ("", "0.0.0.0", "::") else host
-        self.url = f"http://{f'[{shown}]' if ':' in shown else shown}:{self.port}/"
+        """None: it asks for none."""
+        self.url = f"http://{_shown(host)}:{self.port}/"
         """Where a browser goes; for a page for others, with the token."""
         if self.token is not None:
             self.url += f"?token={self.token}"
+        self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
+        self._behind = behind
+        self._connections = 0
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, args=(listener,), name="simx-gate", daemon=True)
+        self._thread.start()
 
     def close(self) -> None:
         """Cut every connection and listen no more."""
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
+    def _run(self, listener: socket.socket) -> None:
+        asyncio.set_event_loop(self._loop)  # gather asks for it
+        server = self._loop.run_until_complete(
+            asyncio.start_server(self._admit, sock=listener, limit=_MOST_HEAD)
+        )
         try:
             self._loop.run_forever()
         finally:
+            server.close()
             tasks = asyncio.all_tasks(self._loop)
             for task in tasks:
                 task.cancel()
             self._loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
             self._loop.close()
-
-    async def _serve(self, host: str, port: int, started: Future[int]) -> None:
-        try:
-            server = await asyncio.start_server(self._admit, host, port, limit=_MOST_HEAD)
-        except OSError as error:
-            started.set_exception(error)
-            return
-        started.set_result(server.sockets[0].getsockname()[1])
-        async with server:
-            await server.serve_forever()
 
     async def _admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._connections += 1
@@ -128,15 +115,15 @@ class Gate:
                     "503 Service Unavailable", "Too many connections to this page; close some browsers.\n"
                 )
             async with asyncio.timeout(_HEAD_TIMEOUT):
-                head = await reader.readuntil(b"\r\n\r\n")
+                head = await _head(reader)
             await self._pass_on(self._checked(head), reader, writer)
         except Refused as refusal:
             writer.write(refusal.response())
             with contextlib.suppress(OSError, TimeoutError):
                 async with asyncio.timeout(_HEAD_TIMEOUT):
                     await writer.drain()
-        except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
-            logger.debug("a browser went away, or did not speak HTTP")
+        except (OSError, TimeoutError, asyncio.IncompleteReadError):
+            logger.debug("a browser went away, or did not say what it wants")
         finally:
             self._connections -= 1
             writer.close()
@@ -166,18 +153,21 @@ class Gate:
 
     def _check_place(self, headers: dict[str, str]) -> None:
         host = headers.get("host", "")
-        if self.token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+        if self.token is None and not is_loopback(_split(f"//{host}").hostname or ""):
             raise Refused(
                 "403 Forbidden",
                 f"This page is this host's alone; it is no part of '{host}'. "
                 "For others, start it with --view HOST:PORT.\n",
             )
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and _split(origin).netloc != host:
             raise Refused("403 Forbidden", "Another web site may not use this page.\n")
+        # A link may lead here; a frame or a script of another site may not.
+        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-dest") != "document":
+            raise Refused("403 Forbidden", "Another web site may not show this page within its own.\n")
 
     def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
-        shown = parse_qs(urlsplit(target).query).get("token", [""])[-1]
+        shown = parse_qs(_split(target).query).get("token", [""])[-1]
         if shown and hmac.compare_digest(shown.encode(), token.encode()):
             # Out of the address bar, where it could be seen or copied along with the address.
             cookie = f"{self._cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
@@ -214,7 +204,35 @@ class Gate:
             back_writer.close()
 
 
+async def _head(reader: asyncio.StreamReader) -> bytes:
+    """Raises Refused, IncompleteReadError."""
+    try:
+        return await reader.readuntil(b"\r\n\r\n")
+    except asyncio.LimitOverrunError:
+        raise Refused(
+            "431 Request Header Fields Too Large",
+            f"More than {_MOST_HEAD} bytes; if these are cookies of other pages of this host, delete them.\n",
+        ) from None
+
+
 async def _copy(source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> None:
     while data := await source.read(_CHUNK):
         sink.write(data)
         await sink.drain()
+
+
+def _split(address: str) -> SplitResult:
+    """Raises Refused."""
+    try:
+        parts = urlsplit(address)
+        _ = parts.hostname
+    except ValueError:
+        raise Refused("400 Bad Request", "That is no address.\n") from None
+    return parts
+
+
+def _shown(host: str) -> str:
+    """As it stands in an address."""
+    if ipaddress.ip_address(host).is_unspecified:
+        return "localhost"
+    return f"[{host}]" if ":" in host else host

@@ -1,0 +1,373 @@
+"""The door of the page: whom it lets in, and that nothing that comes there makes it fall."""
+
+from __future__ import annotations
+
+import re
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+import pytest
+from processes import wait_until
+
+from simx_server.viewer.launching import listen
+from simx_server.viewer.page import gate as gate_module
+from simx_server.viewer.page.gate import Gate, is_loopback
+
+TOKEN = "a-token-of-the-test"
+OTHERS = "10.1.2.3"
+UPGRADE = (
+    "Upgrade: websocket",
+    "Connection: Upgrade",
+    "Sec-WebSocket-Version: 13",
+    "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
+)
+PAGE = b"the page"
+
+
+class Behind:
+    """Stands where viser does: answers a page, and after an upgrade sends back what comes."""
+
+    def __init__(self) -> None:
+        self.heads: list[bytes] = []
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._listener.getsockname()[1]
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._thread.join()
+        self._listener.close()
+
+    def _serve(self) -> None:
+        with ExitStack() as stack:
+            while True:
+                try:
+                    connection = self._listener.accept()[0]
+                except OSError:
+                    return
+                stack.callback(threading.Thread.join, answering := threading.Thread(
+                    target=self._answer, args=(connection,)
+                ))  # fmt: skip
+                answering.start()
+
+    def _answer(self, connection: socket.socket) -> None:
+        with connection:
+            head = b""
+            while not head.endswith(b"\r\n\r\n"):
+                if not (data := connection.recv(4096)):
+                    return
+                head += data
+            self.heads.append(head)
+            if b"websocket" not in head:
+                connection.sendall(b"HTTP/1.1 200 OK\r\nContent-Length: %d\r\n\r\n%s" % (len(PAGE), PAGE))
+                return
+            connection.sendall(b"HTTP/1.1 101 Switching Protocols\r\n\r\n")
+            while data := connection.recv(4096):
+                connection.sendall(data)
+
+
+@pytest.fixture
+def behind() -> Iterator[Behind]:
+    each = Behind()
+    yield each
+    each.close()
+
+
+@pytest.fixture
+def closing() -> Iterator[ExitStack]:
+    """Ended before what is behind the gate."""
+    with ExitStack() as stack:
+        yield stack
+
+
+@pytest.fixture
+def gate(behind: Behind, closing: ExitStack) -> Gate:
+    """Of this host alone."""
+    made = Gate(listen("127.0.0.1:0", "--view"), behind.port)
+    closing.callback(made.close)
+    return made
+
+
+@pytest.fixture
+def open_gate(behind: Behind, closing: ExitStack) -> Gate:
+    """Of others, too."""
+    made = Gate(listen("0.0.0.0:0", "--view"), behind.port, TOKEN)
+    closing.callback(made.close)
+    return made
+
+
+def connect(gate: Gate) -> socket.socket:
+    return socket.create_connection(("127.0.0.1", gate.port), timeout=10)
+
+
+def all_of(connection: socket.socket) -> bytes:
+    """What comes until the other side closes, or cuts it off."""
+    got = b""
+    try:
+        while data := connection.recv(65536):
+            got += data
+    except ConnectionResetError:
+        pass
+    return got
+
+
+def ask(gate: Gate, *headers: str, target: str = "/", method: str = "GET", host: str | None = None) -> bytes:
+    """The whole answer."""
+    lines = (f"{method} {target} HTTP/1.1", f"Host: {host or f'localhost:{gate.port}'}", *headers, "", "")
+    with connect(gate) as connection:
+        connection.sendall("\r\n".join(lines).encode("latin-1"))
+        if "websocket" in " ".join(headers):
+            connection.shutdown(socket.SHUT_WR)
+        return all_of(connection)
+
+
+def status(answer: bytes) -> int:
+    found = re.match(rb"HTTP/1.1 (\d+) ", answer)
+    assert found, answer
+    return int(found[1])
+
+
+def cookie(gate: Gate, token: str = TOKEN) -> str:
+    return f"Cookie: other=1; simx_token_{gate.port}={token}"
+
+
+def upgraded(gate: Gate, *headers: str) -> bool:
+    """Whether a WebSocket goes through, both ways."""
+    lines = ("GET / HTTP/1.1", f"Host: localhost:{gate.port}", *UPGRADE, *headers, "", "")
+    with connect(gate) as connection:
+        connection.sendall("\r\n".join(lines).encode())
+        got = connection.recv(4096)
+        if status(got) != 101:
+            return False
+        connection.sendall(b"there and back")
+        return connection.recv(4096) == b"there and back"
+
+
+# --- who gets in ---------------------------------------------------------------------------------
+
+
+def test_a_page_of_this_host_asks_for_no_token(gate: Gate) -> None:
+    assert gate.token is None
+    assert gate.url == f"http://127.0.0.1:{gate.port}/"
+    assert ask(gate).endswith(PAGE)
+    assert upgraded(gate, f"Origin: http://localhost:{gate.port}")
+
+
+def test_a_page_for_others_has_a_token_in_its_address(behind: Behind, closing: ExitStack) -> None:
+    tokens = set[str]()
+    for _ in range(2):
+        made = Gate(listen("0.0.0.0:0", "--view"), behind.port)
+        closing.callback(made.close)
+        assert made.token is not None
+        assert len(made.token) >= 20
+        assert made.url == f"http://localhost:{made.port}/?token={made.token}"
+        tokens.add(made.token)
+    assert len(tokens) == 2
+
+
+@pytest.mark.parametrize(
+    ("host", "is_own"),
+    [("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("localhost", True), ("0.0.0.0", False),
+     ("::", False), (OTHERS, False), ("localhost.example.org", False), ("", False)],
+)  # fmt: skip
+def test_what_only_this_host_reaches(host: str, is_own: bool) -> None:
+    assert is_loopback(host) is is_own
+
+
+def test_without_the_token_neither_page_nor_websocket(open_gate: Gate, behind: Behind) -> None:
+    for headers in ((), ("Cookie: simx_token_1=x",), (cookie(open_gate, "wrong"),), ('Cookie: a="b; =;;',)):
+        answer = ask(open_gate, *headers)
+        assert status(answer) == 401
+        assert b"token" in answer
+        assert PAGE not in answer
+        assert status(ask(open_gate, *UPGRADE, *headers)) == 401
+    for target in ("/?token=wrong", "/?token=", "/?token=%ff", f"/?nottoken={TOKEN}", "/assets/a.js"):
+        assert status(ask(open_gate, target=target)) == 401
+    assert behind.heads == []
+
+
+def test_the_token_becomes_a_cookie_that_opens_page_and_websocket(open_gate: Gate) -> None:
+    answer = ask(open_gate, target=f"/?token={TOKEN}", host=f"{OTHERS}:{open_gate.port}")
+    assert status(answer) == 303
+    assert b"\r\nLocation: /\r\n" in answer
+    given = re.search(rb"Set-Cookie: (\S+=\S+); Path=/; HttpOnly; SameSite=Strict\r\n", answer)
+    assert given
+    assert ask(open_gate, f"Cookie: {given[1].decode()}", host=f"{OTHERS}:{open_gate.port}").endswith(PAGE)
+    assert upgraded(open_gate, f"Cookie: {given[1].decode()}")
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "evil.example",
+        "evil.example:8080",
+        "127.0.0.1.evil.example",
+        OTHERS,
+        "[::2]",
+        "localhost@evil.example",
+    ],
+)
+def test_a_name_of_another_site_that_leads_here_shows_nothing(gate: Gate, behind: Behind, host: str) -> None:
+    answer = ask(gate, host=host)
+    assert status(answer) == 403
+    assert b"--view HOST:PORT" in answer
+    assert status(ask(gate, *UPGRADE, host=host)) == 403
+    assert behind.heads == []
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "[::1]", "LOCALHOST"])
+def test_names_of_this_host_are_let_in(gate: Gate, host: str) -> None:
+    assert ask(gate, host=f"{host}:{gate.port}").endswith(PAGE)
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://localhost:1", "https://localhost"])
+def test_another_sites_websocket_is_refused(gate: Gate, open_gate: Gate, behind: Behind, origin: str) -> None:
+    assert status(ask(gate, *UPGRADE, f"Origin: {origin}")) == 403
+    assert status(ask(open_gate, *UPGRADE, f"Origin: {origin}", cookie(open_gate))) == 403
+    assert behind.heads == []
+
+
+def test_another_site_may_link_here_but_not_show_it_in_a_frame(gate: Gate) -> None:
+    for what in ("iframe", "script", "empty", "object"):
+        assert status(ask(gate, "Sec-Fetch-Site: cross-site", f"Sec-Fetch-Dest: {what}")) == 403
+    assert ask(gate, "Sec-Fetch-Site: cross-site", "Sec-Fetch-Dest: document").endswith(PAGE)
+    assert ask(gate, "Sec-Fetch-Site: same-site", "Sec-Fetch-Dest: iframe").endswith(PAGE)  # a notebook
+
+
+def test_a_second_request_of_a_connection_is_not_smuggled_in(gate: Gate, behind: Behind) -> None:
+    ask(gate, "Connection: keep-alive")
+    (head,) = behind.heads
+    assert head.lower().count(b"connection:") == 1
+    assert b"Connection: close\r\n" in head
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "CONNECT", "OPTIONS"])
+def test_it_is_only_looked_at(gate: Gate, method: str) -> None:
+    answer = ask(gate, method=method)
+    assert status(answer) == 405
+    assert b"Allow: GET" in answer
+
+
+# --- what comes there ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("sent", "expected"),
+    [
+        (b"hello\r\n\r\n", 400),
+        (b"\r\n\r\n", 400),
+        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(range(256)) + b"\r\n\r\n", 400),
+        (b"GET / HTTP/1.1\r\nHost: [\r\n\r\n", 400),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://[\r\n\r\n", 400),
+        (b"GET http://[ HTTP/1.1\r\nHost: localhost\r\nCookie: \xff\r\n\r\n", 200),
+        (b"GET / HTTP/1.1\r\n\r\n", 403),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 40_000 + b"\r\n\r\n", 431),
+        (b"x" * 200_000, 431),
+    ],
+)
+def test_whatever_is_sent_is_answered_and_the_next_browser_sees_the_page(
+    gate: Gate, sent: bytes, expected: int
+) -> None:
+    with connect(gate) as connection:
+        connection.sendall(sent)
+        assert status(all_of(connection)) == expected
+    assert ask(gate).endswith(PAGE)
+
+
+def test_those_who_say_nothing_are_not_waited_for(gate: Gate, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gate_module, "_HEAD_TIMEOUT", 0.05)
+    with connect(gate) as silent, connect(gate) as slow:
+        slow.sendall(b"GET / HTTP/1.1\r\n")
+        assert all_of(silent) == all_of(slow) == b""
+    assert ask(gate).endswith(PAGE)
+
+
+def test_half_closed_and_cut_connections_leave_nothing_behind(gate: Gate) -> None:
+    before = threading.active_count()
+    for sent in (b"", b"GET / HT", b"GET / HTTP/1.1\r\nHost: localhost\r\n"):
+        with connect(gate) as connection:
+            connection.sendall(sent)
+            connection.shutdown(socket.SHUT_WR)
+            assert all_of(connection) == b""
+        with connect(gate) as connection:
+            connection.sendall(sent)
+    assert wait_until(lambda: not gate._connections, 5)
+    assert ask(gate).endswith(PAGE)
+    assert threading.active_count() <= before + 1
+
+
+def test_too_many_connections_are_told_so_and_room_is_used_again(
+    gate: Gate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gate_module, "_MOST_CONNECTIONS", 5)
+    with ExitStack() as stack:
+        for _ in range(5):
+            stack.enter_context(connect(gate))
+        assert wait_until(lambda: gate._connections == 5, 5)
+        with connect(gate) as sixth:
+            answer = all_of(sixth)
+        assert status(answer) == 503
+        assert b"close some" in answer
+    assert wait_until(lambda: not gate._connections, 5)
+    assert ask(gate).endswith(PAGE)
+
+
+def test_close_ends_what_is_open(behind: Behind) -> None:
+    gate = Gate(listen("127.0.0.1:0", "--view"), behind.port)
+    with connect(gate) as through, connect(gate) as silent:
+        lines = ("GET / HTTP/1.1", "Host: localhost", *UPGRADE, "", "")
+        through.sendall("\r\n".join(lines).encode())
+        assert status(through.recv(4096)) == 101
+        gate.close()
+        assert all_of(through) == all_of(silent) == b""
+    with pytest.raises(ConnectionRefusedError):
+        connect(gate)
+
+
+def test_what_is_behind_may_be_gone(closing: ExitStack) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as gone:
+        port = gone.getsockname()[1]
+    gate = Gate(listen("127.0.0.1:0", "--view"), port)
+    closing.callback(gate.close)
+    assert ask(gate) == b""
+
+
+# --- where it listens ----------------------------------------------------------------------------
+
+
+def test_a_browser_that_comes_too_early_waits(behind: Behind, closing: ExitStack) -> None:
+    listener = listen("127.0.0.1:0", "--view")
+    with socket.create_connection(listener.getsockname()[:2], timeout=10) as early:
+        early.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        closing.callback(Gate(listener, behind.port).close)
+        assert all_of(early).endswith(PAGE)
+
+
+def test_a_port_that_is_taken_is_said_with_what_to_do() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(OSError, match=rf"no page at {address}: Address already in use; .*--view PORT, 0"):
+            listen(address, "--view").close()
+
+
+def test_a_host_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nowhere(*_: object, **__: object) -> Callable[..., object]:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", nowhere)
+    with pytest.raises(OSError, match=r"no page at nowhere:80: Name or service not known; .*--at HOST:PORT"):
+        listen("nowhere:80", "--at").close()
+
+
+def test_addresses_of_the_sixth_version_stand_in_brackets(behind: Behind, closing: ExitStack) -> None:
+    try:
+        listener = listen("[::1]:0", "--view")
+    except OSError:
+        pytest.skip("this machine has no IPv6")
+    made = Gate(listener, behind.port)
+    closing.callback(made.close)
+    assert made.url == f"http://[::1]:{made.port}/"
+    assert made.token is None
