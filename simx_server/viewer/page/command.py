@@ -55,7 +55,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         logger.error("%s", error)
         return FAILURE
     if options.until_eof:
-        logging.getLogger("simx_client").setLevel(logging.ERROR)  # that it ends the server says itself
+        for name in ("simx_client", "simx_server.viewer"):  # that it ends the server says itself
+            logging.getLogger(name).setLevel(logging.ERROR)
     sys.argv[0] = OWN_NAME  # what the server knows this process's clients by
     with listener, ExitStack() as stack:
         try:

@@ -94,6 +94,7 @@ class Page:
     def run(self) -> None:
         """Keep the page up to date until `end`."""
         next_survey = 0.0
+        is_away = False
         while not self._ending.is_set():
             began = time.monotonic()
             pause = LOOKS if self._browser.get_clients() else UNSEEN
@@ -107,7 +108,11 @@ class Page:
                     for panel in self._panels:
                         panel.update(survey, look)
                     next_survey = began + max(SURVEYS, pause)
+                is_away = False
             except Away as reason:
+                if not is_away:
+                    logger.warning("%s; the page tries again every second", reason)
+                is_away = True
                 self._run.away(str(reason))
                 pause = AGAIN
             self._browser.flush()
