@@ -33,6 +33,7 @@ MEASUREMENTS = (
     "batch",
     "scenes",
     "sensors",
+    "view",
     "startup",
     "scale",
 )

@@ -27,6 +27,7 @@ LONGEST_RUN_S = 900
 """No server outlives a benchmark that was killed by more than this."""
 
 SERVER = (sys.executable, "-m", "simx_server", "--duration", str(LONGEST_RUN_S), "-q")
+PAGE = (sys.executable, "-m", "simx_server.viewer", "--until-eof", "--at", "0", "--log-level", "error")
 BASELINE = (sys.executable, "-m", "bench.baselines")
 
 
@@ -48,6 +49,13 @@ class Running:
 def server(*arguments: str, command: Sequence[str] = SERVER) -> Iterator[Running]:
     """A simulation server on a free port; ended when the block is left."""
     with _running([*command, "--port", "0", *arguments]) as running:
+        yield running
+
+
+@contextmanager
+def page(server: Running) -> Iterator[Running]:
+    """A server's page for browsers; ended when the block is left."""
+    with _running([*PAGE, f"127.0.0.1:{server.port}"]) as running:
         yield running
 
 
@@ -84,7 +92,7 @@ def _running(command: Sequence[str]) -> Iterator[Running]:
     try:
         line = output.ready_line(READY_WITHIN_S)
         took = time.perf_counter() - began
-        port = re.search(r"tcp/127\.0\.0\.1:(\d+)", line)
+        port = re.search(r"/127\.0\.0\.1:(\d+)", line)
         if port is None:
             _end(process)
             output.finish()
@@ -113,7 +121,7 @@ class _Output:
             thread.start()
 
     def ready_line(self, timeout: float) -> str:
-        """The line that begins with ``ready``; empty when there was none."""
+        """The line that begins with ``ready`` or, of a page, with its name; empty when there was none."""
         self._ready.wait(timeout)
         return self._line
 
@@ -129,7 +137,7 @@ class _Output:
         assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:
-                if line.startswith("ready") and not self._line:
+                if line.startswith(("ready", "page")) and not self._line:
                     self._line = line
                     self._ready.set()
         self._ready.set()

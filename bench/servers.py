@@ -83,14 +83,14 @@ def _one_set(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
     in_process = _in_process(effort)
     many = stack.enter_context(fleet(count, "--start", "--speed", "max"))
     clients = [stack.enter_context(connected(port)) for port in many.ports]
-    before, began = sum(map(_simulated, clients)), time.perf_counter()
+    before, began = sum(map(simulated, clients)), time.perf_counter()
     time.sleep(span)
-    simulated, took = sum(map(_simulated, clients)) - before, time.perf_counter() - began
+    passed, took = sum(map(simulated, clients)) - before, time.perf_counter() - began
     step = vrep.simxGetFloatingParameter(
         clients[0], vrep.sim_floatparam_simulation_time_step, vrep.simx_opmode_blocking
     )
     figures = {
-        PASSES: simulated / float(check(step)[1]) / took,
+        PASSES: passed / float(check(step)[1]) / took,
         IN_PROCESS: in_process * min(count, _cores()),
         MEMORY: memory_mb([many.parent, *many.process_ids]),
     }
@@ -107,7 +107,7 @@ def _in_process(effort: Effort) -> float:
         return calls / sum(timed(simulation.advance, calls))
 
 
-def _simulated(client: int) -> float:
+def simulated(client: int) -> float:
     """Seconds so far."""
     check(vrep.simxGetPingTime(client))
     return vrep.simxGetLastCmdTime(client) / 1000

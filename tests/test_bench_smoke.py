@@ -30,10 +30,12 @@ from bench import (
     stepping,
     streaming,
     values,
+    view,
 )
 from bench.machine import Watch, description
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
+from simx_server.viewer.launching import INSTALL, missing
 
 TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)
 
@@ -300,3 +302,13 @@ def test_an_unknown_measurement_is_a_usage_error_that_lists_them(capsys: pytest.
     assert left.value.code == 2
     message = capsys.readouterr().err
     assert all(name in message for name in bench.MEASUREMENTS)
+
+
+@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+def test_the_page_is_told_beside_a_server_without_one() -> None:
+    found = view.measure(TINY)
+    told = {row.what for row in found.rows}
+    assert told == {view.LOOK, view.SURVEY}
+    assert {ratio.what for ratio in found.ratios if ratio.target} == {view.LOOK, view.SURVEY}
+    (grid,) = found.grids
+    assert [name for name, _ in grid.lines] == [view.NO_PAGE, *view.LOOKERS]

@@ -140,9 +140,7 @@ def test_server_and_page_outlive_each_other(tmp_path: Path) -> None:
 
 
 @needs_viewer
-def test_a_taken_port_fails_the_start_with_what_to_do(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_taken_port_fails_the_start_with_what_to_do() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         for command in (
@@ -159,10 +157,10 @@ def test_a_taken_port_fails_the_start_with_what_to_do(
 
 @pytest.mark.parametrize("name", NEEDED)
 def test_without_its_packages_it_says_how_to_install_them(
-    name: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     for needed in NEEDED:
         monkeypatch.setitem(sys.modules, needed, sys)
     monkeypatch.setitem(sys.modules, name, None)
     assert cli.main(["--view", "0", "--port", "0"]) == 1
-    assert f"--view needs {name}; install with: pip install 'simx-vrep[viewer]'" in capfd.readouterr().err
+    assert f"--view needs {name}; install with: pip install 'simx-vrep[viewer]'" in caplog.text

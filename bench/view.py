@@ -1,0 +1,127 @@
+"""What a page in the browser costs the simulation: nobody looks, one does, ten do."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from contextlib import ExitStack
+from functools import partial
+
+import msgpack
+
+import simx_client as vrep
+from simx_server.clock import Pacer
+from simx_server.engine import Engine
+from simx_server.handlers import HANDLERS
+from simx_server.server import build_simulation
+from simx_server.settings import Settings
+from simx_server.viewer import messages
+from simx_server.viewer.feed import Feed
+
+from . import processes
+from .client import check, connected, running
+from .lookers import looking
+from .measure import Effort, Rounds, ratio, ratio_p99, side_by_side
+from .report import Findings, Grid, Ratio, Row
+from .servers import simulated
+
+LOOK = "a picture of the scene (look), on the simulating thread"
+SURVEY = "what the panels show (survey), on the simulating thread"
+TARGET_MS = 0.3
+
+NO_PAGE = "no page"
+LOOKERS = {"a page, nobody looks": 0, "one looks": 1, "ten look": 10}
+HEAD = ("page", "passes / s", "of those without", "stepped pass, x", "its p99, x", "kB / s for each")
+_TIME_STEP = 0.05
+
+
+def measure(effort: Effort) -> Findings:
+    """The tutorial's scene, as fast as it goes. Who looks draws nothing: browsers are on other machines."""
+    found = Findings("A page in the browser")
+    costs = _in_process(effort)
+    with ExitStack() as stack:
+        server = stack.enter_context(processes.server("--speed", "max"))
+        client = stack.enter_context(connected(server.port))
+        passes, steps = {NO_PAGE: _rates(effort, client)}, {NO_PAGE: _steps(effort, client)}
+        page = stack.enter_context(processes.page(server))
+        url = f"http://127.0.0.1:{page.port}/"
+        traffic: dict[str, float | None] = {NO_PAGE: None}
+        for name, count in LOOKERS.items():
+            heard = Counter[int]()
+            with ExitStack() as looks:
+                if count:
+                    looks.enter_context(
+                        looking(url, count, lambda who, window, to=heard: to.update({who: len(window)}))
+                    )
+                heard.clear()  # the scene as a whole
+                began = time.perf_counter()
+                passes[name], steps[name] = _rates(effort, client), _steps(effort, client)
+                took = time.perf_counter() - began
+            traffic[name] = heard.total() / took / count / 1e3 if count else None
+    found.ratios = [Ratio(name, each.median * 1e3, "ms", target=TARGET_MS) for name, each in costs.items()]
+    found.rows = [Row.of(name, each, "us") for name, each in costs.items()]
+    found.grids.append(
+        Grid(
+            HEAD,
+            [
+                (
+                    name,
+                    (
+                        1 / passes[name].median,
+                        ratio(passes[NO_PAGE], passes[name]),
+                        ratio(steps[name], steps[NO_PAGE]),
+                        ratio_p99(steps[name], steps[NO_PAGE]),
+                        traffic[name],
+                    ),
+                )
+                for name in (NO_PAGE, *LOOKERS)
+            ],
+        )
+    )
+    found.notes.append(
+        "Whoever looks has 25 pictures a second made, and 5 updates of the panels. Server, page, client and lookers "
+        "share the cores of one machine here, so what the page's process computes counts as well."
+    )
+    return found
+
+
+def _in_process(effort: Effort) -> dict[str, Rounds]:
+    """The feed's two questions, as they are asked again and again."""
+    with ExitStack() as stack:
+        simulation = build_simulation(Settings(), stack)
+        simulation.parameters.pace = pacer = Pacer(math.inf)
+        feed = Feed(Engine(simulation, HANDLERS, pacer), "bench", [0])
+        simulation.start()
+        stack.callback(simulation.stop)
+        simulation.advance()
+        first = msgpack.unpackb(feed.call(messages.LOOK, [-1, -1], [], [], b"")[3])
+        look = partial(feed.call, messages.LOOK, [first["model"], first["arrays_version"]], [], [], b"")
+        first = msgpack.unpackb(feed.call(messages.SURVEY, [-1, -1], [], [], b"")[3], strict_map_key=False)
+        survey = partial(
+            feed.call, messages.SURVEY, [first["tree_version"], first["drawings_version"]], [], [], b""
+        )
+        return side_by_side(
+            "view", {LOOK: look, SURVEY: survey}, rounds=effort.rounds, calls=effort.count(300, 20)
+        )
+
+
+def _rates(effort: Effort, client: int) -> Rounds:
+    """Seconds for each pass of a run that nobody steps."""
+    took: list[tuple[float, ...]] = []
+    for _ in range(effort.rounds):
+        with running(client):
+            before, began = simulated(client), time.perf_counter()
+            time.sleep(max(0.2, effort.seconds(0.6)))
+            count = (simulated(client) - before) / _TIME_STEP
+            took.append(((time.perf_counter() - began) / count,))
+    return Rounds(tuple(took))
+
+
+def _steps(effort: Effort, client: int) -> Rounds:
+    """Seconds for each pass that the client asks for."""
+    trigger = {"": lambda: check(vrep.simxSynchronousTrigger(client))}
+    with running(client, stepped=True):
+        taken = side_by_side("view", trigger, rounds=effort.rounds, calls=effort.count(200, 20))
+    check(vrep.simxSynchronous(client, False))
+    return taken[""]
