@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
@@ -60,23 +61,23 @@ def looking(url: str, count: int, on_message: Callable[[int, bytes], object]) ->
 
     async def look_all() -> None:
         firsts = [loop.create_future() for _ in range(count)]
-        lookers = [asyncio.create_task(look(number, first)) for number, first in enumerate(firsts)]
-        everyone = asyncio.gather(*lookers)
         try:
-            await asyncio.wait([everyone, asyncio.gather(*firsts)], return_when=asyncio.FIRST_COMPLETED)
-            if not everyone.done():
+            async with asyncio.TaskGroup() as lookers:
+                for number, first in enumerate(firsts):
+                    lookers.create_task(look(number, first))
+                await asyncio.gather(*firsts)
                 ready.set_result(None)
-            await everyone
         except Exception as error:
-            if not ready.done():
-                ready.set_exception(error)
-            raise
+            if ready.done():
+                raise
+            ready.set_exception(error)
 
     task = loop.create_task(look_all())
 
     def run() -> None:
         asyncio.set_event_loop(loop)
-        loop.run_until_complete(asyncio.wait([task]))
+        with contextlib.suppress(asyncio.CancelledError):
+            loop.run_until_complete(task)
         loop.close()
 
     thread = threading.Thread(target=run, name="lookers", daemon=True)
@@ -85,5 +86,6 @@ def looking(url: str, count: int, on_message: Callable[[int, bytes], object]) ->
         ready.result(_READY_WITHIN_S)
         yield
     finally:
-        loop.call_soon_threadsafe(task.cancel)
+        if thread.is_alive():
+            loop.call_soon_threadsafe(task.cancel)
         thread.join()

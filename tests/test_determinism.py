@@ -8,15 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from busy_scene import BUSY
-from processes import server
+from processes import read_line, server, wait_until
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped
 
 import simx_client as v
+from bench.lookers import looking
 from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
 from simx_client.protocol.keys import VIEWER
+from simx_server import cli
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.snapshot import get_state
+from simx_server.viewer.launching import INSTALL, missing
 
 PASSES = 30
 
@@ -152,3 +155,30 @@ def test_clients_of_two_server_processes_read_the_same_numbers(busy: str) -> Non
             courses.append(run(client))
             v.simxFinish(client)
     assert courses[0] == courses[1]
+
+
+@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+def test_a_run_is_the_same_while_a_page_is_looked_at_and_its_recording_replays(
+    busy: str, tmp_path: Path
+) -> None:
+    recording = tmp_path / "run.simxlog"
+    with server(busy, "--speed", "max") as plain:
+        client = v.simxStart("127.0.0.1", plain.port, True, True, 5000, 5)
+        expected = run(client)
+        v.simxFinish(client)
+    with server(busy, "--speed", "max", "--view", "0", "--record", recording) as watched:
+        url = read_line(watched.process, 60).split()[1]
+        pictures: list[int] = []
+
+        def see() -> None:
+            """Now and then the page shows something new before it goes on."""
+            if (count := len(pictures)) < 5:
+                assert wait_until(lambda: len(pictures) > count, 20)
+
+        with looking(url, 1, lambda _, window: pictures.append(len(window))):
+            client = v.simxStart("127.0.0.1", watched.port, True, True, 5000, 5)
+            assert run(client, after_pass=see) == expected
+            v.simxFinish(client)
+        watched.process.terminate()
+        assert watched.process.wait(20) == 0
+    assert cli.main(["--replay", str(recording)]) == 0

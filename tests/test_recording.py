@@ -34,6 +34,9 @@ from simx_server.recording.records import Kind, Record
 from simx_server.server import build_simulation, serve
 from simx_server.sessions import ClientSession
 from simx_server.settings import Settings
+from simx_server.simulation import SimulationState
+from simx_server.viewer.feed import Feed
+from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, LOOK, ONE_PASS, SPEED, SURVEY
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
 
@@ -209,6 +212,33 @@ def test_session_of_chance_stepped_and_not_replays_to_the_same_states(
                 v.simxFinish(actors.pop().client)
                 actors.append(Actor(place, seed + 200))
     assert {Kind.PASS, Kind.STATE, Kind.LEFT} <= set(kinds(recording))
+    assert replay(recording) == DONE
+
+
+def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
+    busy: Path, recording: Path
+) -> None:
+    with recorded(busy, recording) as place:
+        place.simulation.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
+        client, page = place.client(), place.client()
+        hinge = handle_of(client, "hinge")
+
+        def ask(function: str, *ints: int, floats: tuple[float, ...] = ()) -> None:
+            code, *_ = v.simxCallScriptFunction(
+                page, ADD_ON, ADD_ON_TYPE, function, ints, floats, (), b"", BLOCKING
+            )
+            assert code == v.simx_return_ok
+
+        for count in range(20):
+            v.simxSetJointPosition(client, hinge, 0.1 * count, BLOCKING)
+            ask(LOOK, -1, -1)
+            ask(ONE_PASS)
+            v.simxGetPingTime(client)  # that pass is made
+            ask(SURVEY, -1, -1)
+            ask(SPEED, floats=(2.0 + count,))
+        assert place.simulation.pass_count > 10
+        assert place.simulation.state is SimulationState.PAUSED
+    assert Kind.PASS in kinds(recording)
     assert replay(recording) == DONE
 
 

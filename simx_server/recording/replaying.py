@@ -6,6 +6,8 @@ from collections import deque
 from typing import NamedTuple
 
 from ..simulation import Simulation
+from ..viewer.feed import Feed
+from ..viewer.messages import ADD_ON
 from . import state
 from .opened import Opened
 from .records import Kind, Record
@@ -28,6 +30,7 @@ class Outcome(NamedTuple):
 def replay(recording: Opened, simulation: Simulation) -> Outcome:
     """Do all that was recorded, and compare. Raises Divergence, LogError."""
     engine = ReplayEngine(simulation)
+    simulation.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
     states = _States(simulation)
     passes = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
