@@ -1,0 +1,103 @@
+"""Draws the pictures of docs/view.md with a real browser: ``python docs/view_pictures.py``.
+
+Needs the extra viewer, playwright (of the extra dev) and Chromium: apt-get install chromium.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Browser, Page, sync_playwright
+
+import simx_client as vrep
+
+FOLDER = Path(__file__).with_name("pictures")
+WIDTH, HEIGHT = 1280, 800
+COLOURS = 200
+"""A picture with a palette is a third as large."""
+
+LONG_MS = 60_000
+"""WebGL by software takes its time."""
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = (
+    "--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--disable-quic", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)  # fmt: skip
+"""No network but the page's, and WebGL without a graphics card."""
+
+TABS = {"view-objects": "Objects", "view-cameras": "Cameras", "view-joints": "Joints"}
+
+
+def find_chromium() -> str | None:
+    """The installed browser's program."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser without a window. Raises FileNotFoundError, with what to install."""
+    program = find_chromium()
+    if program is None:
+        raise FileNotFoundError("no Chromium is installed; apt-get install chromium")
+    with (
+        sync_playwright() as playwright,
+        playwright.chromium.launch(executable_path=program, args=[*FLAGS]) as browser,
+    ):
+        yield browser
+
+
+def open_page(browser: Browser, url: str, width: int, height: int) -> Page:
+    """The page, once it shows the scene."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(LONG_MS)
+    page.goto(url)
+    page.get_by_role("tab", name="Objects").wait_for()
+    page.locator("canvas").first.wait_for()
+    return page
+
+
+def choose(page: Page, tab: str) -> None:
+    """Bring a tab to the front."""
+    page.get_by_role("tab", name=tab, exact=True).click()
+
+
+def save(picture: bytes, file: Path) -> None:
+    """A screenshot, made small."""
+    with Image.open(io.BytesIO(picture)) as whole:
+        whole.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
+
+
+def main() -> int:
+    command = [sys.executable, "-m", "simx_server", "--port", "0", "--view", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, chromium() as browser:
+        assert server.stdout is not None
+        port = int(server.stdout.readline().split()[1].rpartition(":")[2])
+        url = server.stdout.readline().split()[1]
+        page = open_page(browser, url, WIDTH, HEIGHT)
+        client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
+        vrep.simxStartSimulation(client, vrep.simx_opmode_blocking)
+        for name, angle in {"UR5_joint2": -0.5, "UR5_joint3": 0.9, "UR5_joint4": -0.4}.items():
+            _, joint = vrep.simxGetObjectHandle(client, name, vrep.simx_opmode_blocking)
+            vrep.simxSetJointTargetPosition(client, joint, angle, vrep.simx_opmode_blocking)
+        page.wait_for_timeout(6000)  # it moves there, and pictures come
+        for name, tab in TABS.items():
+            choose(page, tab)
+            page.wait_for_timeout(4000)
+            save(page.screenshot(timeout=LONG_MS), file := FOLDER / f"{name}.png")
+            sys.stdout.write(f"{file} {file.stat().st_size // 1000} kB\n")
+        vrep.simxFinish(client)
+        server.terminate()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
