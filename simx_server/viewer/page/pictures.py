@@ -18,7 +18,7 @@ _DEPTH_STOPS = np.array([(253, 231, 37), (53, 183, 121), (49, 104, 142), (68, 1,
 """Red, green and blue from the nearest to the farthest; lightness falls, so that it reads in grey as well."""
 
 _NOTHING = (24, 24, 24)
-_ENLARGED = 256
+_ENLARGED = 192
 """Pixels of the larger side that small pictures are brought near to."""
 
 _FEW_PIXELS = 64
@@ -45,7 +45,7 @@ class Optics:
 
     def __str__(self) -> str:
         view = (
-            f"{self.across:g} m wide" if self.is_orthographic else f"angle {math.degrees(self.across):.1f}°"
+            f"{self.across:g} m across" if self.is_orthographic else f"angle {math.degrees(self.across):.1f}°"
         )
         return f"{self.width} × {self.height}, {view}, near {self.near:.4g} m, far {self.far:.4g} m"
 
@@ -102,7 +102,9 @@ def depth_colours(depth: NDArray[np.float32], far: float) -> tuple[NDArray[np.ui
     stops = np.arange(len(_DEPTH_STOPS))
     for channel in range(3):
         picture[is_seen, channel] = np.interp(place, stops, _DEPTH_STOPS[:, channel])
-    text = f"depth: {nearest:.3f} m (yellow) to {farthest:.3f} m (violet)"
+    text = f"depth: {nearest:.3f} m (yellow)"
+    if farthest - nearest > 5e-4:
+        text += f" to {farthest:.3f} m (violet)"
     return picture, text if is_seen.all() else f"{text}; black: nothing nearer than {far:.4g} m"
 
 
@@ -120,7 +122,9 @@ def advice(name: str, sight: Sight, optics: Optics) -> str:
             f"{optics.near:.3g} m. Move the camera or what is in front of it, see docs/cameras.md"
         )
     pixels = sight.rgb.reshape(-1, 3)
-    if len(pixels) > _FEW_PIXELS and (pixels == pixels[0]).all():
+    # Where the depth shows something, one colour is that of a surface, unless it is black.
+    is_doubtful = depth is None or not pixels.any()
+    if is_doubtful and len(pixels) > _FEW_PIXELS and (pixels == pixels[0]).all():
         colour = ", ".join(map(str, pixels[0]))
         return (
             f"{name} sees one single colour ({colour}): it looks along its +z axis at nothing, at one surface, or "
