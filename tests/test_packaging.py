@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tomllib
 from importlib import metadata
 from pathlib import Path
 
@@ -96,6 +97,36 @@ def test_a_wheel_has_the_scenes_the_types_and_every_other_file_of_the_packages(t
     assert {"simx_client/py.typed", "simx_server/shipped_scenes/models/rg2.lua"} <= expected
     assert sorted(each for each in expected - taken if (ROOT / each).exists()) == []
     assert not [each for each in taken if each.startswith(("tests", "bench", "docs"))]
+
+
+def test_a_source_archive_has_every_page_of_the_root_and_what_it_links_to() -> None:
+    """Not built: hatchling is asked which files it would take."""
+    builder = pytest.importorskip("hatchling.builders.sdist").SdistBuilder(str(ROOT))
+    taken = {Path(each.relative_path).as_posix() for each in builder.recurse_included_files()}
+    pages = {path.name for path in ROOT.glob("*.md")} | {"CITATION.cff", "LICENSE", "Makefile"}
+    assert {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"} <= pages
+    # Readme and licence, which the project's table names, are added by hatchling itself.
+    assert pages - {"README.md", "LICENSE"} <= taken
+    linked = {
+        link.partition("#")[0]
+        for page in sorted(pages)
+        for link in re.findall(r"\]\(([^):]+)\)", (ROOT / page).read_text(encoding="utf-8"))
+    }
+    assert "docs/architecture.md" in linked
+    missing = [link for link in linked if link and link not in taken | pages and not (ROOT / link).is_dir()]
+    assert missing == []
+
+
+def test_a_citation_says_what_the_project_says() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    fields = dict(re.findall(r"^([a-z-]+): *(.*)$", text, re.MULTILINE))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert fields["cff-version"] == "1.2.0"
+    assert fields["version"] == simx_server.__version__
+    assert fields["license"] == project["license"]
+    names = re.findall(r'^  - name: "(.*)"$', text, re.MULTILINE)
+    assert names == [author["name"] for author in project["authors"]]
+    assert {"message", "title", "authors"} <= fields.keys()
 
 
 def test_every_module_can_be_imported_where_there_is_no_posix() -> None:

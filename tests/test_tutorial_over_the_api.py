@@ -34,7 +34,7 @@ def tutorial(request):
                 assert (code, resolution) == (0, [640, 480])
                 pictures[name] = np.array(image, dtype=np.uint8).reshape(480, 640, 3)[::-1]
             if world.simulation.rendering.backend.name == "raycast" and request.param == "opengl":
-                pytest.skip("no OpenGL on this machine: apt-get install libegl1 libgl1-mesa-dri")
+                pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")
             yield world, cid, pictures
         finally:
             world.close()

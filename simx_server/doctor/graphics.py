@@ -14,7 +14,7 @@ PICTURE_PATIENCE = 120.0
 """Seconds, for a large scene on a busy machine."""
 
 LIBRARIES = {
-    "egl": "libegl1 and libgl1-mesa-dri, or a graphics card's driver",
+    "egl": "libegl1, libopengl0 and libgl1-mesa-dri, or a graphics card's driver",
     "osmesa": "libosmesa6",
     "glfw": "a display, and libgl1",
 }

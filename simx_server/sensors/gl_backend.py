@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 RAYCAST = "raycast"
 INSTALL_HINT = (
-    "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libgl1-mesa-dri, or libosmesa6"
+    "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libopengl0 and libgl1-mesa-dri, or libosmesa6"
 )
 
 _CONTEXT_MODULES = {
