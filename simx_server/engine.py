@@ -40,7 +40,7 @@ IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
 
 HELD = 0.002
-"""Seconds until a pass that is held (`Simulation.holds_pass`) is looked at again."""
+"""Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
 
 _OPERATIONS = len(Operation)
 
@@ -216,8 +216,8 @@ class Engine:
         return math.inf
 
     def _seconds_held(self, is_free: bool) -> float:
-        """`is_free`: of the wall clock, which no film may hold up."""
-        return HELD if is_free and self.simulation.holds_pass() else 0.0
+        """`is_free`: of the wall clock, whose pace nothing may hold up."""
+        return HELD if is_free and any(holds() for holds in self.simulation.pass_holders) else 0.0
 
     def _idle_is_wanted(self) -> bool:
         return bool(self.simulation.on_idle) and self.simulation.state is not SimulationState.RUNNING

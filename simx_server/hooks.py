@@ -39,11 +39,11 @@ class Hooks:
         """Called with the reason, when an error has ended a script, or diverged physics a run."""
         self.on_file: list[Callable[[Path], object]] = []
         """Called with each file of the server's side that a client or a script has read: scenes, models, scripts."""
+        self.pass_holders: list[Callable[[], bool]] = []
+        """Whether the next pass is to come later, where the wall clock does not set the pace; a film lags behind."""
         self.script_point: Listener = nothing
         """Called before each call of a script's into the API, and after each call into a script: a script cannot tell
         where between two of these something was changed. Set by recordings and replays."""
-        self.holds_pass: Callable[[], bool] = never
-        """Whether the next pass is to come later where the wall clock does not set the pace: a film lags behind."""
         self.serve_others: Listener = nothing
         """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
 
@@ -56,7 +56,3 @@ def call(listeners: Iterable[Listener]) -> None:
 
 def nothing() -> None:
     """Nobody waits."""
-
-
-def never() -> bool:
-    return False

@@ -23,10 +23,11 @@ from .clock import Pacer
 from .command_server import add_command_server
 from .engine import Engine
 from .errors import CommandError
-from .filming import Film, PictureError, Shot, write_snapshot
+from .filming import Film, Shot, write_snapshot
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .library import find_scene
+from .outputs import OutputError
 from .parts import attach_parts
 from .recording import LogError, Recorder
 from .recording.log_file import LogReader
@@ -37,6 +38,7 @@ from .scene.objects import ObjectKind
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
+from .state_log import StateLog
 from .viewer.feed import Feed
 from .viewer.launching import listen, missing, page
 from .viewer.messages import ADD_ON
@@ -101,7 +103,10 @@ def serve(settings: Settings) -> int:
             if settings.video is not None:
                 shot = Shot(simulation, settings.camera, settings.size)
                 stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
-        except (CommandError, LogError, PictureError) as error:
+            if settings.state_log is not None:
+                shot = settings.camera and Shot(simulation, settings.camera, settings.size)
+                stack.callback(StateLog(simulation, settings.state_log, shot or None, settings.fps).close)
+        except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
         return run_server(simulation, settings, _say_ready, recorder=recorder, page_listener=page_listener)
@@ -113,7 +118,7 @@ def _picture(path: Path, settings: Settings) -> int:
             simulation = build_simulation(settings, stack)
             shot = Shot(simulation, settings.camera, settings.size)
             write_snapshot(simulation, path, shot, settings.duration)
-        except (CommandError, PictureError) as error:
+        except (CommandError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
     return DONE

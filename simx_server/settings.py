@@ -261,10 +261,19 @@ class Settings:
         metavar="FILE.mp4",
         unset="nothing",
     )
+    state_log: Path | None = _setting(
+        None,
+        "--state-log",
+        "log what runs for viewers of robot data (--camera, --fps)",
+        "a file in an existing folder whose name ends in .mcap",
+        new_file_ending(".mcap"),
+        metavar="FILE.mcap",
+        unset="nothing",
+    )
     camera: str | None = _setting(
         None,
         "--camera",
-        "camera or vision sensor of pictures and films",
+        "camera or vision sensor that is pictured",
         "the name of a camera or vision sensor",
         matching(r"\S+"),
         metavar="NAME",
@@ -274,7 +283,7 @@ class Settings:
     size: tuple[int, int] | None = _setting(
         None,
         "--size",
-        "pixels of pictures and films",
+        "pixels of what is pictured",
         "WIDTHxHEIGHT, each from 16 to 4096, such as 1280x720",
         picture_size,
         metavar="WxH",
@@ -284,7 +293,7 @@ class Settings:
     fps: float | None = _setting(
         None,
         "--fps",
-        "pictures of a film per simulated second",
+        "pictures per simulated second",
         "a number from 1 to 240",
         between_numbers(1.0, 240.0),
         metavar="N",
@@ -390,7 +399,7 @@ class Settings:
 
     def _refuse_impossible_pictures(self) -> None:
         """A snapshot is no server, and a film is one server's."""
-        others = {"snapshot": ("video", "record"), "video": ()}
+        others = {"snapshot": ("video", "state_log", "record"), "video": (), "state_log": ()}
         for name, more in others.items():
             if getattr(self, name) is None:
                 continue
@@ -399,12 +408,12 @@ class Settings:
                     raise SettingError(
                         f"{self.origins[name]}: does not go together with {SETTINGS[other].flag}; valid: one of both"
                     )
-        if self.snapshot or self.video:
+        if self.snapshot or self.video or self.state_log:
             return
         for name in ("camera", "size", "fps"):
             if self.origins.get(name, "").startswith("flag"):
                 raise SettingError(
-                    f"{self.origins[name]}: nothing is pictured; valid: with --snapshot or --video"
+                    f"{self.origins[name]}: nothing is pictured; valid: with --snapshot, --video or --state-log"
                 )
 
     def member(self, number: int) -> Settings:

@@ -31,7 +31,7 @@ class PlainSimulation:
         self.parameters = SimpleNamespace(error_report_mode=1)
         self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
         self.on_script_stopped = []
-        self.holds_pass = lambda: False
+        self.pass_holders = []
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()

@@ -24,8 +24,9 @@ import simx_client as v
 from simx_client.protocol.exit_codes import DONE, FAILURE
 from simx_server.cli import make_parser
 from simx_server.errors import CommandError
-from simx_server.filming import Film, PictureError, Shot, film
-from simx_server.filming.film_file import FilmWriter, _Appended
+from simx_server.filming import Film, Shot, film
+from simx_server.filming.film_file import FilmWriter
+from simx_server.outputs import NewFile, OutputError
 from simx_server.server import serve
 from simx_server.settings import SettingError, Settings
 
@@ -194,7 +195,10 @@ def test_what_is_no_camera_is_named_as_what_it_is(place: RealWorld) -> None:
         ({"video": "a.mp4", "fps": "0"}, r"valid: a number from 1 to 240"),
         ({"video": "a.mp4", "count": "2"}, r"flag --video: does not go together with --count"),
         ({"snapshot": "a.png", "video": "a.mp4"}, r"flag --snapshot: does not go together with --video"),
-        ({"camera": "eye"}, r"flag --camera: nothing is pictured; valid: with --snapshot or --video"),
+        (
+            {"camera": "eye"},
+            r"flag --camera: nothing is pictured; valid: with --snapshot, --video or --state-log",
+        ),
     ],
 )
 def test_flags_that_cannot_be_used_say_what_is_valid(flags: dict[str, str], told: str) -> None:
@@ -342,16 +346,16 @@ def test_camera_that_is_removed_leaves_the_last_picture_and_the_server(
 def test_full_disk_ends_the_film_and_not_the_server(
     place: RealWorld, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    write, room = _Appended.write, 4000
+    write, room = NewFile.write, 4000
 
-    def write_what_fits(self: _Appended, data: bytes) -> int:
+    def write_what_fits(self: NewFile, data: bytes) -> int:
         nonlocal room
         room -= len(data)
         if room < 0:
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(self, data)
 
-    monkeypatch.setattr(_Appended, "write", write_what_fits)
+    monkeypatch.setattr(NewFile, "write", write_what_fits)
     made = film_of(place, tmp_path / "a.mp4")
     place.simulation.start()
     advance(place, 60)
@@ -367,10 +371,10 @@ def test_full_disk_ends_the_film_and_not_the_server(
 
 def test_file_that_is_there_is_not_written_over(place: RealWorld, tmp_path: Path) -> None:
     (tmp_path / "a.mp4").write_bytes(b"a film")
-    with pytest.raises(PictureError, match="exists already and is not written over; give another --video"):
+    with pytest.raises(OutputError, match="exists already and is not written over; give another --video"):
         film_of(place, tmp_path / "a.mp4")
     with pytest.raises(
-        PictureError, match="cannot be written: No such file or directory; give --video a file"
+        OutputError, match="cannot be written: No such file or directory; give --video a file"
     ):
         FilmWriter(tmp_path / "gone" / "a.mp4", (32, 32), Fraction(25))
 

@@ -4,9 +4,8 @@
 on the physics thread, and `film_file` encodes what comes of that, on a thread of its own.
 """
 
-from .errors import PictureError
 from .film import Film
 from .shot import Shot
 from .snapshot import write_snapshot
 
-__all__ = ["Film", "PictureError", "Shot", "write_snapshot"]
+__all__ = ["Film", "Shot", "write_snapshot"]

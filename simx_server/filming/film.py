@@ -5,7 +5,7 @@ simulation's own time whatever the pace was. Several runs follow one another; wh
 
 Physics never waits for a picture. Where the clock on the wall sets the pace, a frame that rendering and encoding
 cannot keep up with is the one before once more. Where nothing does, at ``--speed max`` and in stepped mode, the next
-pass is not due until there is room again (`Simulation.holds_pass`), so every frame is there; calls are answered
+pass is not due until there is room again (`Simulation.pass_holders`), so every frame is there; calls are answered
 meanwhile.
 """
 
@@ -43,7 +43,7 @@ class Film:
             fps: frames per simulated second; None: one for each pass, MOST_FPS at most.
 
         Raises:
-            PictureError: the file cannot be written, or the package for films is missing.
+            OutputError: the file cannot be written, or the package for films is missing.
             CommandError: no picture can be made here.
         """
         self._sim = sim
@@ -64,7 +64,7 @@ class Film:
 
         sim.on_start.append(self._started)
         sim.on_pass_end.append(self._passed)
-        sim.holds_pass = self._is_full
+        sim.pass_holders.append(self._is_full)
 
     def close(self) -> None:
         """Encode what waits and end the file."""

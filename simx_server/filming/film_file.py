@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from ..errors import CommandError
-from .errors import PictureError, package
+from ..outputs import NewFile, OutputError, package
 from .shot import Pixels
 
 logger = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ class FilmWriter:
     """Writes frames in order. `put` and `close` are for one thread and, once it is made, never raise."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: Fraction) -> None:
-        """Begin a film of `size` (width, height; odd sides become even). Raises PictureError."""
+        """Begin a film of `size` (width, height; odd sides become even). Raises OutputError."""
         self.path = path
         self._av = package("av", "--video", "video")
         self._width, self._height = (side + side % 2 for side in size)
@@ -53,13 +53,13 @@ class FilmWriter:
         self._come = self._gone = 0
         """Frames so far; each counted by one thread alone."""
 
-        self._file = _Appended(path)
+        self._file = NewFile(path, "--video")
         self._queue: SimpleQueue[tuple[int, Future[Pixels] | None]] = SimpleQueue()
         try:
             self._container, self._stream = self._open()
         except (OSError, ValueError) as error:
             self._file.close()
-            raise PictureError(f"'{path}' cannot be begun: {error}") from None
+            raise OutputError(f"'{path}' cannot be begun: {error}") from None
         self._thread = threading.Thread(target=self._run, name="simx-film", daemon=True)
         self._thread.start()
 
@@ -176,28 +176,3 @@ class FilmWriter:
     def _drain(self) -> None:
         """Nothing is encoded any more: let nobody wait for room."""
         self._gone = self._come
-
-
-class _Appended:
-    """What PyAV writes to: it never seeks, so what is in the file stays as it is. Raises PictureError."""
-
-    def __init__(self, path: Path) -> None:
-        try:
-            if path.is_file() and path.stat().st_size:
-                raise PictureError(
-                    f"'{path}' exists already and is not written over; give another --video, or delete it"
-                )
-            self._file = path.open("wb", buffering=0)
-        except OSError as error:
-            raise PictureError(
-                f"'{path}' cannot be written: {error.strerror}; give --video a file in a folder that may be written"
-            ) from None
-
-    def write(self, data: bytes) -> int:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[self._file.write(rest) :]
-        return len(data)
-
-    def close(self) -> None:
-        self._file.close()

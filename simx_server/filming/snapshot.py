@@ -8,8 +8,8 @@ from pathlib import Path
 
 import cv2
 
+from ..outputs import OutputError
 from ..simulation import Simulation, SimulationState
-from .errors import PictureError
 from .shot import LONGEST_WAIT, Shot
 
 logger = logging.getLogger(__name__)
@@ -21,7 +21,7 @@ def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | No
     They go by as fast as they can. A file that is there already is replaced.
 
     Raises:
-        PictureError: the run ended before, or the file cannot be written.
+        OutputError: the run ended before, or the file cannot be written.
         CommandError: the picture could not be made.
     """
     try:
@@ -32,11 +32,11 @@ def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | No
         sim.stop()
     made, png = cv2.imencode(".png", pixels[..., ::-1])
     if not made:
-        raise PictureError(f"OpenCV cannot make a PNG of {pixels.shape[1]} x {pixels.shape[0]} pixels")
+        raise OutputError(f"OpenCV cannot make a PNG of {pixels.shape[1]} x {pixels.shape[0]} pixels")
     try:
         path.write_bytes(png.tobytes())
     except OSError as error:
-        raise PictureError(
+        raise OutputError(
             f"'{path}' cannot be written: {error.strerror}; give --snapshot a file in a folder that may be written"
         ) from None
     logger.info("'%s' is a picture of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
@@ -48,6 +48,6 @@ def _run(sim: Simulation, duration: float) -> None:
     for _ in range(passes):
         sim.advance()
         if sim.state is not SimulationState.RUNNING:
-            raise PictureError(
+            raise OutputError(
                 f"the run ended or was paused before its {duration:g} s were over, so there is no picture of its end"
             )
