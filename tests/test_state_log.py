@@ -316,6 +316,14 @@ def test_flags_that_cannot_be_used_say_what_is_valid() -> None:
         Settings.gather({"state_log": "a.mcap", "count": "2"}, {})
 
 
+def test_what_is_logged_is_in_the_file_soon_also_when_it_is_little(place: RealWorld, path: Path) -> None:
+    log = StateLog(place.simulation, path)
+    place.simulation.start()
+    place.simulation.advance()
+    assert wait_until(lambda: len(read(path)["/tf"]) == 3, 20.0)
+    log.close()
+
+
 def test_killed_server_leaves_a_log_up_to_its_last_second(scene: Path, path: Path) -> None:
     with server(scene, "--start", "--speed", "20", "--state-log", path) as process:
         assert wait_until(lambda: path.stat().st_size > 20_000, 60.0)

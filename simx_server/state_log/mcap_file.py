@@ -37,12 +37,7 @@ class McapWriter:
         self.messages = Messages()
         mcap = package("mcap.writer", "--state-log", "log")
         self._file = NewFile(path, "--state-log")
-        # Without an index of metadata: that is only there to close chunks.
-        self._writer: Any = mcap.Writer(
-            self._file,
-            compression=mcap.CompressionType.ZSTD,
-            index_types=mcap.IndexType.ALL & ~mcap.IndexType.METADATA,
-        )
+        self._writer: Any = mcap.Writer(self._file, compression=mcap.CompressionType.ZSTD)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._queue: SimpleQueue[tuple[str, str, int, Callable[[], bytes]] | None] = SimpleQueue()
@@ -101,8 +96,7 @@ class McapWriter:
                 self._write(*item)
                 is_open = True
             if is_open and time.monotonic() >= due:
-                # The one public way to close a chunk before it is full.
-                self._writer.add_metadata("simx", {"written": str(self.written)})
+                self._writer.flush()
                 due, is_open = time.monotonic() + PERIOD, False
 
     def _write(self, topic: str, schema: str, time_ns: int, make: Callable[[], bytes]) -> None:
