@@ -1,13 +1,10 @@
 """The operation modes, over the in-process way: which calls are sent, where a result comes from."""
 
-from concurrent.futures import Future
-
 import pytest
 from plain_world import World
 
 import simx_client as v
 from simx_client.clients import CLIENTS
-from simx_client.protocol.codec import decode_delivery
 
 GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
 
@@ -317,36 +314,6 @@ def test_results_are_new_lists_each_time_and_exact_types(world, cid):
     assert all(type(n) is int for n in first[1])
 
 
-def test_a_remote_error_gives_8_and_defaults_and_its_text_once(world, cid):
-    assert GET(cid, -5, v.simx_opmode_blocking) == (8, 0.0)
-    code, errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)
-    assert code == 0
-    assert errors == ["simxGetJointPosition: no object with handle -5"]
-    assert v.simxGetLastErrors(cid, v.simx_opmode_blocking) == (0, [])
-
-
-def test_at_most_50_errors_are_kept_the_newest(cid):
-    for handle in range(1, 61):
-        GET(cid, -handle, v.simx_opmode_blocking)
-    errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
-    assert len(errors) == 50
-    assert errors[-1].endswith("-60")
-
-
-def test_the_reason_of_a_remote_error_is_logged_once(cid, caplog):
-    for _ in range(3):
-        GET(cid, -5, v.simx_opmode_blocking)
-    told = [r for r in caplog.records if r.name.startswith("simx_client")]
-    assert len(told) == 1
-    assert "no object with handle -5" in told[0].message
-
-
-def test_a_function_that_comes_later_exists_and_says_so(cid):
-    assert v.simxLoadUI(cid, "x.ttb", 0, v.simx_opmode_blocking) == (8, [])
-    errors = v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1]
-    assert "simxLoadUI is not available in this version" in errors[0]
-
-
 def test_a_crash_in_a_handler_is_a_remote_error_and_the_server_goes_on(world, cid):
     call = v.simxCallScriptFunction
     arguments = ("RG2", 1, "crash", [], [], [], b"", v.simx_opmode_blocking)
@@ -369,19 +336,6 @@ def test_a_blocking_script_call_returns_its_own_outputs_not_those_of_a_oneshot_b
     assert v.simxCallScriptFunction(cid, *arguments, [2], [], [], b"", v.simx_opmode_blocking)[1] == [2]
 
 
-def test_an_unknown_client_gives_64_and_defaults():
-    assert GET(17, 3, v.simx_opmode_blocking) == (64, 0.0)
-    assert GET(-1, 3, v.simx_opmode_streaming) == (64, 0.0)
-    assert SET(17, 3, 1.0, v.simx_opmode_oneshot) == 64
-    assert v.simxGetPingTime(17) == (0, 0)
-    assert v.simxSynchronous(17, True) == v.simxSynchronousTrigger(17) == 64
-    assert v.simxPauseCommunication(17, True) == 64
-    assert v.simxGetConnectionId(17) == -1
-    assert v.simxGetConnectionId(17 != -1) == -1
-    assert v.simxGetInMessageInfo(17, v.simx_headeroffset_server_state) == (-1, 0)
-    v.simxFinish(17)
-
-
 def test_keyword_arguments_and_numpy_handles_work(world, cid):
     np = pytest.importorskip("numpy")
     handle = np.zeros((1, 1), dtype=int)[0]
@@ -395,146 +349,3 @@ def test_keyword_arguments_and_numpy_handles_work(world, cid):
 def test_wrong_arguments_name_the_function_and_the_argument(cid):
     with pytest.raises(TypeError, match="simxGetJointPosition: jointHandle needs an integer, got str 'UR5'"):
         GET(cid, "UR5", v.simx_opmode_blocking)
-
-
-def test_a_time_out_is_3_and_the_late_reply_waits_in_the_inbox(world):
-    cid = world.client(timeout=0.01)
-    code, resolution, image = v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_blocking)
-    assert (code, resolution, image) == (3, [], [])
-    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 2, 255])))
-    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 2, -1])
-
-
-def test_a_time_out_with_an_older_reply_is_2_and_removes_it(world):
-    cid = world.client(timeout=0.01)
-    v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_oneshot)
-    world.settle()
-    world.simulation.pictures[0].set_result(([1, 1], bytes(3)))
-    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 0
-    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_blocking)[0] == 2
-    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 1
-
-
-def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, cid):
-    image = v.simxGetVisionSensorImage
-    image(cid, 1, 0, v.simx_opmode_streaming)
-    v.simxStartSimulation(cid, v.simx_opmode_blocking)
-    for _ in range(3):
-        world.settle()
-    assert len(world.simulation.pictures) == 1
-    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 1, 1])))
-    world.settle()
-    assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 1, 1])
-    world.simulation.pictures[1].set_result(([1, 1], bytes([2, 2, 2])))
-    assert image(cid, 1, 0, v.simx_opmode_buffer) == (0, [1, 1], [2, 2, 2])
-
-
-def test_a_picture_asked_for_again_before_it_is_made_is_made_once(world, cid):
-    image = v.simxGetVisionSensorImage
-    for _ in range(5):
-        assert image(cid, 1, 0, v.simx_opmode_oneshot)[0] == 1
-        world.settle()
-    assert len(world.simulation.pictures) == 1
-    world.simulation.pictures[0].set_result(([1, 1], bytes([1, 1, 1])))
-    assert image(cid, 1, 0, v.simx_opmode_oneshot) == (0, [1, 1], [1, 1, 1])
-    world.settle()
-    assert len(world.simulation.pictures) == 2
-
-
-def test_a_picture_that_is_given_up_or_no_picture_is_an_error_and_no_time_out(world, cid):
-    image = v.simxGetVisionSensorImage
-    for end in (Future.cancel, lambda future: future.set_result(None)):
-        image(cid, 1, 0, v.simx_opmode_oneshot)
-        world.settle()
-        end(world.simulation.pictures[-1])
-        assert image(cid, 1, 0, v.simx_opmode_buffer) == (8, [], [])
-
-
-def test_grey_and_colour_pictures_are_different_streams(world, cid):
-    v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_oneshot)
-    v.simxGetVisionSensorImage(cid, 1, 1, v.simx_opmode_oneshot)
-    world.settle()
-    world.simulation.pictures[1].set_result(([1, 1], bytes([9])))
-    assert v.simxGetVisionSensorImage(cid, 1, 0, v.simx_opmode_buffer)[0] == 1
-    assert v.simxGetVisionSensorImage(cid, 1, 1, v.simx_opmode_buffer) == (0, [1, 1], [9])
-
-
-def test_last_command_time_is_simulated_milliseconds_of_the_reply_fetched(world, cid):
-    assert v.simxGetLastCmdTime(cid) == 0
-    v.simxSynchronous(cid, True)
-    v.simxStartSimulation(cid, v.simx_opmode_blocking)
-    for _ in range(3):
-        v.simxSynchronousTrigger(cid)
-    GET(cid, 3, v.simx_opmode_blocking)
-    assert v.simxGetLastCmdTime(cid) == 150
-    v.simxStopSimulation(cid, v.simx_opmode_blocking)
-    GET(cid, 3, v.simx_opmode_blocking)
-    assert v.simxGetLastCmdTime(cid) == 0
-
-
-def test_message_headers_tell_the_server_state(world, cid):
-    state = v.simx_headeroffset_server_state
-    v.simxGetPingTime(cid)
-    assert v.simxGetInMessageInfo(cid, state) == (1, 0)
-    v.simxStartSimulation(cid, v.simx_opmode_blocking)
-    assert v.simxGetInMessageInfo(cid, state)[1] & 1 == 1
-    v.simxPauseSimulation(cid, v.simx_opmode_blocking)
-    assert v.simxGetInMessageInfo(cid, state)[1] & 3 == 3
-    v.simxStopSimulation(cid, v.simx_opmode_blocking)
-    assert v.simxGetInMessageInfo(cid, state)[1] & 1 == 0
-    assert v.simxGetInMessageInfo(cid, 0) == (-1, 0)
-    assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_version) == (1, 11)
-    assert v.simxGetOutMessageInfo(cid, v.simx_headeroffset_message_id)[0] == 1
-
-
-def test_values_of_a_stream_from_before_do_not_put_the_message_header_back(world, cid):
-    GET(cid, 3, v.simx_opmode_streaming)
-    world.settle()
-    world.engine.turn(max_wait=1.0)  # the idle pass
-    of_before = world.transports[cid]._stream[-1]
-    v.simxStartSimulation(cid, v.simx_opmode_blocking)
-    world.transports[cid]._turns = False  # nothing newer comes
-    world.transports[cid].publish(of_before)
-    assert v.simxGetInMessageInfo(cid, v.simx_headeroffset_server_state)[1] & 1 == 1
-
-
-def test_a_script_that_reads_in_pauses_only_reads_the_newest(world):
-    cid = world.client()
-    v.simxSynchronous(cid, True)
-    v.simxStartSimulation(cid, v.simx_opmode_blocking)
-    v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
-    seen = []
-    for _ in range(3):
-        world.simulation.joints[1] = float(len(seen))
-        v.simxSynchronousTrigger(cid)
-        v.simxPauseCommunication(cid, True)
-        seen.append(v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer))
-        v.simxPauseCommunication(cid, False)
-    assert seen == [(0, 0.0), (0, 1.0), (0, 2.0)]
-
-
-def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, monkeypatch):
-    cid = world.client()
-    connection = CLIENTS.get(cid)
-    transport = connection._transport
-    receive, newest = transport.receive, transport.newest
-    is_quiet = True
-
-    def late_receive(timeout):
-        return None if timeout <= 0 and is_quiet else receive(timeout)
-
-    def newest_after_all_has_come():
-        nonlocal is_quiet
-        payload = newest()
-        is_quiet = False  # between two looks both came
-        return payload
-
-    v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
-    world.settle()
-    world.simulation.joints[1] = 5.0
-    while not transport._stream or decode_delivery(transport._stream[-1]).replies[0][3] != [5.0]:
-        world.engine.turn(max_wait=0.01)
-    monkeypatch.setattr(transport, "receive", late_receive)
-    monkeypatch.setattr(transport, "newest", newest_after_all_has_come)
-    v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer)
-    assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer) == (0, 5.0)

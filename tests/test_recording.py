@@ -3,62 +3,29 @@
 from __future__ import annotations
 
 import logging
-import math
 import random
 import shutil
 import zlib
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
 
-import msgpack
 import pytest
 from busy_scene import BUSY
 from processes import PENDULUM, read_line, running, server, spawn, wait_until
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped
+from real_world import BLOCKING, handle_of, start_stepped
+from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rewrite, send_in_one
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
-from simx_client.protocol.messages import Batch, Call
-from simx_server.clock import Pacer
-from simx_server.engine import TRIGGER, Engine
-from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.handlers import HANDLERS
-from simx_server.recording import Recorder, log_file
+from simx_server.engine import TRIGGER
+from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.server import build_simulation, serve
-from simx_server.sessions import ClientSession
+from simx_server.server import serve
 from simx_server.settings import Settings
 from simx_server.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, LOOK, ONE_PASS, SPEED, SURVEY
-
-ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
-
-
-class RecordedWorld(RealWorld):
-    """A whole server in the test's own thread that records."""
-
-    def __init__(self, scene: Path | str, recording: Path, **settings: Any) -> None:
-        self._stack = ExitStack()
-        chosen = Settings(scene=str(scene), workspace=recording.parent, **settings)
-        self._recorder = Recorder(recording, chosen)
-        self._stack.callback(self._recorder.close)
-        self.simulation = build_simulation(chosen, self._stack, self._recorder.watch)
-        pacer = Pacer(math.inf)
-        self.engine = Engine(self.simulation, HANDLERS, pacer)
-        self.simulation.parameters.pace = pacer
-        self._recorder.begin(self.engine)
-
-    def close(self) -> None:
-        self._recorder.ending()
-        self.simulation.stop()
-        super().close()
 
 
 @pytest.fixture
@@ -78,124 +45,6 @@ def plain(tmp_path: Path) -> Path:
     path = tmp_path / "plain.xml"
     path.write_text(PENDULUM)
     return path
-
-
-@contextmanager
-def recorded(scene: Path | str, recording: Path, **settings: Any) -> Iterator[RecordedWorld]:
-    place = RecordedWorld(scene, recording, **settings)
-    try:
-        yield place
-    finally:
-        place.close()
-
-
-def replay(recording: Path, **flags: bool) -> int:
-    return serve(Settings.gather({"replay": str(recording), **flags}, {}))
-
-
-def blocks(records: list[Record]) -> list[bytes]:
-    """What a recorder may write them as: header and files, then five at a time."""
-    first = next(place for place, record in enumerate(records) if record[0] not in (Kind.HEADER, Kind.FILE))
-    rest = [records[place : place + 5] for place in range(first, len(records), 5)]
-    made = []
-    for part in (records[:first], *rest):
-        content = b"".join(msgpack.packb(record, unicode_errors="surrogateescape") for record in part)
-        made.append(len(content).to_bytes(4, "little") + zlib.crc32(content).to_bytes(4, "little") + content)
-    return made
-
-
-def rewrite(recording: Path, change: Callable[[list[Record]], list[Record]]) -> None:
-    """Other records in the same file."""
-    recording.write_bytes(MAGIC + b"".join(blocks(change(list(LogReader(recording))))))
-
-
-def kinds(recording: Path) -> list[int]:
-    return [record[0] for record in LogReader(recording)]
-
-
-def impatient(place: RealWorld) -> int:
-    """A client that does not wait for long when the other one must trigger first."""
-    transport = LoopbackTransport(place.engine)
-    connection = Connection(lambda: transport, where=transport.client, timeout=0.02)
-    client = CLIENTS.add(connection)
-    connection.connect(1.0)
-    return client
-
-
-def send_in_one(place: RealWorld, session: ClientSession, *calls: tuple[Any, ...]) -> None:
-    """A message with several calls, whose answers nobody waits for."""
-    batch = Batch(0, 0, [Call(0, 0, 0, name, list(arguments)) for name, *arguments in calls])
-    place.engine.submit(session.client, encode(batch))
-
-
-class Actor:
-    """A client that does one thing after another, by chance."""
-
-    def __init__(self, place: RealWorld, seed: int) -> None:
-        self.client = impatient(place)
-        self._place = place
-        self._session = list(place.engine.sessions.values())[-1]
-        self._chance = random.Random(seed)
-        self._joints = [handle_of(self.client, name) for name in ("hinge", "wrist")]
-        self._ball = handle_of(self.client, "ball")
-        self._made: list[int] = []
-
-    def act(self) -> None:
-        """One more."""
-        actions = (self._move, self._stream, self._edit, self._signal, self._step, self._live, self._batch)
-        self._chance.choices(actions, weights=(6, 2, 1, 2, 8, 1, 2))[0]()
-
-    def _move(self) -> None:
-        joint, value = self._chance.choice(self._joints), self._chance.uniform(-1, 1)
-        v.simxSetJointTargetVelocity(self.client, joint, value, ONESHOT)
-        if self._chance.random() < 0.2:
-            v.simxSetObjectPosition(self.client, self._ball, -1, (value, 0.1, 0.5), BLOCKING)
-
-    def _stream(self) -> None:
-        joint = self._chance.choice(self._joints)
-        v.simxGetJointPosition(self.client, joint, STREAMING)
-        v.simxSetJointForce(self.client, joint, self._chance.uniform(1, 50), STREAMING)
-
-    def _edit(self) -> None:
-        if self._made and self._chance.random() < 0.5:
-            v.simxRemoveObject(self.client, self._made.pop(), BLOCKING)
-        else:
-            code, made = v.simxCopyPasteObjects(self.client, [self._ball], BLOCKING)
-            self._made += made if code == v.simx_return_ok else []
-
-    def _signal(self) -> None:
-        number = self._chance.randrange(100)
-        v.simxSetIntegerSignal(self.client, f"n{number % 3}", number, ONESHOT)
-        v.simxSetStringSignal(self.client, "text", bytes(range(number)), ONESHOT)
-
-    def _step(self) -> None:
-        v.simxSynchronousTrigger(self.client)
-
-    def _live(self) -> None:
-        self._chance.choice(
-            (
-                lambda: v.simxStartSimulation(self.client, BLOCKING),
-                lambda: v.simxPauseSimulation(self.client, BLOCKING),
-                lambda: v.simxStopSimulation(self.client, BLOCKING),
-                lambda: v.simxSynchronous(self.client, self._chance.random() < 0.5),
-                lambda: v.simxSynchronous(self.client, True) or v.simxStartSimulation(self.client, BLOCKING),
-            )
-        )()
-        v.simxGetPingTime(self.client)  # streams and passes go on meanwhile
-
-    def _batch(self) -> None:
-        """In its middle a pass is waited for, if it is stepped."""
-        joint, value = self._chance.choice(self._joints), self._chance.uniform(-1, 1)
-        send_in_one(
-            self._place,
-            self._session,
-            ("simxSetJointTargetVelocity", joint, value),
-            (TRIGGER,),
-            ("simxSetJointTargetVelocity", joint, -value),
-        )
-        if self._chance.random() < 0.5:
-            v.simxGetPingTime(self.client)
-        self._place.engine.turn()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -372,20 +221,10 @@ def test_files_that_are_not_there_any_more_are_in_the_recording(tmp_path: Path, 
     assert sorted(path.name for path in tmp_path.iterdir()) == [recording.name]
 
 
-def _stepped(plain: Path, recording: Path, passes: int = 30) -> None:
-    with recorded(plain, recording) as place:
-        client = place.client()
-        hinge = handle_of(client, "hinge")
-        start_stepped(client)
-        for count in range(passes):
-            v.simxSetJointTargetVelocity(client, hinge, 0.1 * count, BLOCKING)
-            v.simxSynchronousTrigger(client)
-
-
 def test_replay_that_differs_says_where_and_in_what(
     plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    _stepped(plain, recording)
+    record_steps(plain, recording)
 
     def change(records: list[Record]) -> list[Record]:
         passes = 0
@@ -409,7 +248,7 @@ def test_replay_that_differs_says_where_and_in_what(
 def test_replay_that_cannot_make_a_pass_says_so(
     plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    _stepped(plain, recording)
+    record_steps(plain, recording)
     rewrite(recording, lambda records: [each for each in records if each[0] != Kind.BATCH])
     assert replay(recording) == DIVERGED
     assert "the simulation is stopped, or waits for a trigger" in caplog.messages[-1]
@@ -418,7 +257,7 @@ def test_replay_that_cannot_make_a_pass_says_so(
 def test_recording_of_another_mujoco_is_replayed_with_a_warning(
     plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    _stepped(plain, recording, passes=2)
+    record_steps(plain, recording, passes=2)
 
     def change(records: list[Record]) -> list[Record]:
         records[0][1]["mujoco"] = "2.0.0"
@@ -443,7 +282,7 @@ def test_recording_that_was_torn_off_anywhere_is_replayed_as_far_as_it_goes(
     plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)
-    _stepped(plain, recording, passes=4)
+    record_steps(plain, recording, passes=4)
     made = blocks(list(LogReader(recording)))
     for count in range(1, len(made)):
         head = MAGIC + b"".join(made[:count])
