@@ -230,7 +230,7 @@ class Simulation(Hooks):
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
         self.is_stopping = True
-        call(self.on_stopping)
+        self._prepare_stop()
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
         self.pass_count = 0
@@ -243,6 +243,16 @@ class Simulation(Hooks):
         call(self.on_stop)
         if replaced:
             call(self.on_model_changed)
+
+    def _prepare_stop(self) -> None:
+        """Whatever fails here, the run ends: else nothing could end it any more."""
+        for listener in tuple(self.on_stopping):
+            try:
+                listener()
+            except Exception:
+                logger.exception(
+                    "part of what a stop does first has failed; the simulation stops all the same"
+                )
 
     def advance(self) -> None:
         """One pass; nothing unless running. When the physics diverges, the run is stopped."""

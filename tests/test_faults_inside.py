@@ -195,6 +195,36 @@ def test_an_edit_amid_diverged_physics_is_made_and_the_run_goes_on(world: RealWo
     assert v.simxSynchronousTrigger(client) == v.simx_return_ok
 
 
+def test_a_model_that_stops_do_not_reset_is_reset_when_its_physics_diverged(world: RealWorld) -> None:
+    client = world.client()
+    hinge = handle_of(client, "hinge")
+    start_stepped(client)
+    assert v.simxSynchronousTrigger(client) == 0
+    for handle in v.simxGetObjects(client, v.sim_handle_all, BLOCKING)[1]:
+        v.simxSetModelProperty(client, handle, v.sim_modelproperty_not_reset, BLOCKING)
+    world.simulation.data.qpos[0] = float("inf")
+    assert v.simxStopSimulation(client, BLOCKING) == 0
+    assert world.simulation.state is SimulationState.STOPPED
+    assert v.simxGetJointPosition(client, hinge, BLOCKING) == (0, 0.0)
+
+
+def test_a_run_ends_also_when_part_of_its_end_fails(
+    world: RealWorld, caplog: pytest.LogCaptureFixture
+) -> None:
+    client = world.client()
+    start_stepped(client)
+    told: list[str] = []
+    world.simulation.on_stopping.insert(0, lambda: 1 // 0)
+    world.simulation.on_stopping.append(lambda: told.append("the others are told"))
+    assert v.simxStopSimulation(client, BLOCKING) == 0
+    assert world.simulation.state is SimulationState.STOPPED
+    assert told == ["the others are told"]
+    assert "the simulation stops all the same" in caplog.text
+    world.simulation.on_stopping.pop(0)
+    start_stepped(client)
+    assert v.simxSynchronousTrigger(client) == 0
+
+
 def test_a_pass_that_fails_is_told_to_every_client_and_the_next_run_works(
     world: RealWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -43,7 +43,9 @@ class UnresetModels:
             for handle, item in scene.objects.items()
             if scene.overridden(handle) & c.sim_modelproperty_not_reset
         }
-        if not wanted:
+        if (
+            not wanted or not np.isfinite(self._sim.data.qpos).all()
+        ):  # what has diverged has no place to stay at
             return
         self._sim.refresh()
         for handle, item in wanted.items():
