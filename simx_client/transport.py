@@ -24,6 +24,7 @@ from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Greeting, Welcome, no_common_version
 from .session import client_name, open_session
+from .spinning import Spinning
 from .writer import Writer
 
 GREETING_TIMEOUT = 1.0
@@ -142,6 +143,7 @@ class ZenohTransport:
         self._closed = False
         self._session = self._open(connect_timeout, retry)
         self._alarm = Alarm(self._wake)
+        self._spinning = Spinning()
         self._writer = Writer(self._put)
 
     def _open(self, patience: float, retry: bool) -> Any:
@@ -320,10 +322,12 @@ class ZenohTransport:
     def receive(self, timeout: float) -> bytes | None:
         try:
             if timeout > 0:
-                self._alarm.set(time.monotonic() + timeout)
-                # In this order: a loss after the look at it rings the bell.
-                sample = None if self._lost else self._replies.recv()
-                self._alarm.clear()
+                sample = self._spinning.look(self._replies.try_recv)
+                if sample is None:
+                    self._alarm.set(time.monotonic() + timeout)
+                    # In this order: a loss after the look at it rings the bell.
+                    sample = None if self._lost else self._replies.recv()
+                    self._alarm.clear()
             else:
                 sample = self._replies.try_recv()
         except self._zenoh.ZError:  # the session was closed by another thread

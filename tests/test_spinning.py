@@ -1,0 +1,59 @@
+"""Answers that come soon are looked for; those that do not are slept for, more and more of them."""
+
+from __future__ import annotations
+
+from simx_client.spinning import LOOKING, MOST_SLEPT_FOR, Spinning
+
+
+class Clock:
+    """Each look at it lasts a hundredth of the time that is looked for."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+
+    def __call__(self) -> float:
+        self.time += LOOKING / 100
+        return self.time
+
+
+class Answers:
+    """An answer that is there at a certain look, and how many looks there were."""
+
+    def __init__(self, at: int | None) -> None:
+        self.at, self.looks = at, 0
+
+    def __call__(self) -> str | None:
+        self.looks += 1
+        return "answer" if self.looks == self.at else None
+
+
+def test_answer_that_comes_within_the_moment_is_taken():
+    spinning = Spinning(Clock())
+    for at in (1, 2, 50):
+        answers = Answers(at)
+        assert spinning.look(answers) == "answer"
+        assert answers.looks == at
+
+
+def test_answers_that_take_long_are_slept_for_twice_as_many_each_time():
+    spinning = Spinning(Clock())
+    slept: list[int] = []
+    for _ in range(12):
+        assert spinning.look(Answers(None)) is None
+        slept.append(spinning._to_sleep_for)
+        for _ in range(slept[-1]):
+            answers = Answers(1)
+            assert spinning.look(answers) is None
+            assert answers.looks == 0
+    assert slept[:5] == [1, 2, 4, 8, 16]
+    assert slept[-1] == MOST_SLEPT_FOR
+
+
+def test_one_quick_answer_begins_anew():
+    spinning = Spinning(Clock())
+    for _ in range(1 + 1 + 1 + 2):  # two misses, and what is slept for after them
+        assert spinning.look(Answers(None)) is None
+    assert spinning.look(Answers(3)) == "answer"
+    assert spinning.look(Answers(None)) is None
+    assert spinning.look(Answers(1)) is None  # slept for
+    assert spinning.look(Answers(1)) == "answer"
