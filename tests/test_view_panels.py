@@ -419,7 +419,7 @@ def test_clients_are_shown_with_what_they_call(stage: Stage) -> None:
     stage.show()
     shown = stage.text()
     assert "<b>&lt;b&gt;robot.py</b>: driver" in shown
-    assert "simxGetJointPosition 8 (" in shown
+    assert "simxGetJointPosition 8" in shown
     assert f"streams: simxGetJointPosition({hinge})" in shown
     assert "&lt;b&gt;nobody" in shown, "the last error is told"
     assert "<b>nobody" not in shown
@@ -428,9 +428,11 @@ def test_clients_are_shown_with_what_they_call(stage: Stage) -> None:
 
 def test_clients_of_the_page_stand_apart(stage: Stage) -> None:
     stage.panel = Clients(stage.gui)
+    assert v.simxSetObjectSelection(stage.client, [], BLOCKING) == 0
     next(iter(stage.world.engine.sessions.values())).name = "simx-page"
     stage.show()
     assert "No program is connected" in stage.text()
+    assert "simxSetObjectSelection" not in stage.text()
     assert "This page itself: 1 clients" in stage.text()
 
 

@@ -26,8 +26,8 @@ _BY_CLIENT = 6
 
 _ERRORS = 5
 _LETTERS = 300
-_BLOCK = "padding:0 0.75em 0.75em;font-size:0.8em;overflow-x:auto"
-_CELL = "padding:0.1em 0.5em 0.1em 0"
+_BLOCK = "padding:0 0.75em 0.75em;font-size:0.75em;overflow-x:auto"
+_CELL = "padding:0.1em 0.4em 0.1em 0;overflow-wrap:anywhere"
 _NUMBER = f"{_CELL};text-align:right;white-space:nowrap"
 
 
@@ -63,7 +63,7 @@ class Clients:
         others = [each for each in metrics["clients"] if not each["name"].startswith(OWN_NAME)]
         put(self._summary, content=_block(_summary(metrics)))
         put(self._clients, content=_block(self._who(others, own, survey["streams"])))
-        put(self._commands, content=_block(_commands(metrics)))
+        put(self._commands, content=_block(_commands(metrics, _called(own) - _called(others))))
         cameras = metrics["pictures"]["cameras"]
         put(self._pictures_folder, visible=bool(cameras))
         put(self._pictures, content=_block(_times("camera", cameras)))
@@ -107,7 +107,8 @@ class Clients:
         rates = self._rates.get(key, {})
         counts = client.get("commands", {})
         often = sorted(counts, key=lambda name: (-rates.get(name, 0.0), -counts[name]))
-        calls = [f"{_text(name)} {counts[name]} ({rates.get(name, 0.0):.1f}/s)" for name in often]
+        late = {name: f" ({rate:.1f}/s)" for name, rate in rates.items() if rate > 0}
+        calls = [f"{_text(name)} {counts[name]}{late.get(name, '')}" for name in often]
         return (
             f"<p style='margin:0 0 0.6em'><b>{_text(client['name'], 60)}</b>: {', '.join(words)}"
             f"{_few('calls', calls)}{_few('streams', [_text(each, 120) for each in streams])}</p>"
@@ -124,20 +125,25 @@ def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]
 
 def _summary(metrics: Metrics) -> str:
     passes, calls = metrics["passes"], metrics["calls"]
-    speed = "as fast as it goes" if passes["speed"] is None else f"{passes['speed']:g} asked"
+    speed = "as fast as it goes" if passes["speed"] is None else f"{passes['speed']:g} × asked"
     times = _of_late(passes["times"])
     lines = [
         f"{passes['real_time_factor']:.2f} × real time ({speed}), {passes['per_second']:.1f} passes/s",
         f"a pass takes {duration(times['p50'])} (p50), {duration(times['p99'])} (p99)",
-        f"{calls['per_second']:.0f} calls/s, {metrics['streams']} streams, {calls['failed']} failures",
+        f"{calls['per_second']:.0f} calls/s, {metrics['streams']} streams, {calls['failed']} failed",
         f"{metrics['process']['memory'] / 1e6:.0f} MB, {metrics['process']['core_share']:.0%} of a core",
         *(f"<b>{_text(problem, _LETTERS)}</b>" for problem in metrics["problems"]),
     ]
     return "<br>".join(lines)
 
 
-def _commands(metrics: Metrics) -> str:
-    commands = metrics["commands"]
+def _called(clients: Sequence[Client]) -> set[str]:
+    return {name for client in clients for name in client.get("commands", {})}
+
+
+def _commands(metrics: Metrics, own: set[str]) -> str:
+    """All but those that the page alone calls, `own`."""
+    commands = {name: each for name, each in metrics["commands"].items() if name not in own}
     busiest = sorted(
         commands, key=lambda name: (-commands[name]["recent"]["per_second"], -commands[name]["seconds"])
     )
@@ -145,21 +151,21 @@ def _commands(metrics: Metrics) -> str:
     text = _times("command", chosen, {name: str(each["failed"]) for name, each in chosen.items()})
     if len(busiest) > _COMMANDS:
         text += f"<p>and {len(busiest) - _COMMANDS} more; <code>simx status --json</code> has them all</p>"
-    return text or "<p>Nothing was called yet.</p>"
+    return text or "<p>No program has called anything yet.</p>"
 
 
 def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] | None = None) -> str:
     """A table of how often and how long; empty for none."""
     if not timings:
         return ""
-    head = [what, "/s", "count", "p50", "p90", "p99", *(["failed"] if failed is not None else [])]
+    head = [what, "/s", "count", "p50", "p99", *(["failed"] if failed is not None else [])]
     rows = [
         "".join(f"<th style='{_NUMBER if index else _CELL}'>{each}</th>" for index, each in enumerate(head))
     ]
     for name, times in timings.items():
         late = _of_late(times)
         cells = [f"{times['recent']['per_second']:.1f}", str(times["count"])]
-        cells += [duration(late["p50"]), duration(late["p90"]), duration(late["p99"])]
+        cells += [duration(late["p50"]), duration(late["p99"])]
         if failed is not None:
             cells.append(failed[name])
         numbers = "".join(f"<td style='{_NUMBER}'>{cell}</td>" for cell in cells)
@@ -171,7 +177,7 @@ def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] |
 def _of_late(times: Timing) -> Mapping[str, float]:
     """Percentiles of late, else those since the start; seconds."""
     chosen = times["recent"] if times["recent"]["per_second"] else times
-    return {"p50": chosen["p50"], "p90": chosen["p90"], "p99": chosen["p99"]}
+    return {"p50": chosen["p50"], "p99": chosen["p99"]}
 
 
 def _errors(metrics: Metrics) -> Iterator[str]:

@@ -42,8 +42,8 @@ class Card:
     def __init__(self, gui: viser.GuiApi, hands: Hands, ui: UI) -> None:
         self._hands, self._handle = hands, int(ui["handle"])
         self._elements: dict[int, Any] = {}
-        self._typed: dict[int, str] = {}
-        """What people have typed and was not sent yet, by edit box."""
+        self._texts: dict[int, str] = {}
+        """What the server has in each edit box."""
 
         self._latest: dict[int, Latest[Any]] = {}
         for element in _in_order(ui["elements"]):
@@ -68,12 +68,20 @@ class Card:
                 put(shown, label=element["label"])
                 if not self._latest[element["id"]].is_held:
                     put(shown, value=element["position"])
-            elif not self._latest[element["id"]].is_held and element["id"] not in self._typed:
-                put(shown, value=element["label"])
-        for box, text in list(self._typed.items()):
-            if not self._latest[box].is_held:  # nobody has typed for a while
-                self._typed.pop(box, None)
-                self._hands.do(lambda client, box=box, text=text: self._type(client, {box: text}))
+            else:
+                self._update_box(element["id"], shown, element["label"])
+
+    def _update_box(self, box: int, shown: viser.GuiTextHandle, text: str) -> None:
+        """Send what was typed when no other letter has come for a while; else show what the program has set."""
+        latest = self._latest[box]
+        if latest.is_held:
+            return
+        if shown.value != self._texts[box]:
+            latest.hold()  # until the server tells the new text
+            self._hands.do(self._type)
+            return
+        put(shown, value=text)  # first: a click may send what differs meanwhile
+        self._texts[box] = text
 
     def _make(self, gui: viser.GuiApi, element: dict[str, Any]) -> Any:
         number, kind = int(element["id"]), element["kind"]
@@ -93,29 +101,28 @@ class Card:
             slider.on_update(lambda event: latest.change(event.target.value) if event.client else None)
             return slider
         box = gui.add_text("Text", element["label"])
-        self._latest[number] = Latest(self._hands, lambda client, text: None)
-        box.on_update(lambda event: self._note(number, event.target.value) if event.client else None)
+        self._texts[number] = element["label"]
+        typing: Latest[None] = Latest(self._hands, lambda client, _: self._type(client))
+        self._latest[number] = typing
+        box.on_update(lambda event: typing.hold() if event.client else None)
         return box
 
     # --- what people do; on threads of viser's ---------------------------------------------------
 
     def _click(self, button: int) -> None:
-        typed, self._typed = self._typed, {}
-
         def act(client: Client) -> None:
-            self._type(client, typed)
+            self._type(client)
             operate(client, "click", self._handle, button)
 
         self._hands.do(act)
 
-    def _note(self, box: int, text: str) -> None:
-        """A letter more: it is sent when no other has come for a while, or with the next click."""
-        self._typed[box] = text
-        self._latest[box].change(text)
-
-    def _type(self, client: Client, typed: dict[int, str]) -> None:
-        for box, text in typed.items():
-            operate(client, "typeText", self._handle, box, text=text)
+    def _type(self, client: Client) -> None:
+        """Send what stands in the edit boxes and the server does not have."""
+        for box, known in self._texts.items():
+            text = self._elements[box].value
+            if text != known:
+                self._texts[box] = text
+                operate(client, "typeText", self._handle, box, text=text)
 
 
 def _in_order(elements: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

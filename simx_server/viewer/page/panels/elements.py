@@ -35,9 +35,13 @@ class Latest(Generic[T]):
         """Whether somebody has changed the value just now."""
         return time.monotonic() - self._changed < HELD
 
+    def hold(self) -> None:
+        """Somebody changes it just now."""
+        self._changed = time.monotonic()
+
     def change(self, value: T) -> None:
         """Send this soon, unless it changes again before. On threads of viser's."""
-        self._changed = time.monotonic()
+        self.hold()
         self._changes = number = self._changes + 1
         self._hands.do(lambda client: self._deliver(client, number, value))
 

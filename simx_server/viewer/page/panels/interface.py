@@ -28,6 +28,9 @@ _NOTHING = "Programs show dialogs, custom UIs and consoles here; none does now."
 _WIDTH = 340
 """Pixels of a dialog's window."""
 
+_BELOW = 140
+"""Pixels at the top that are left to viser's notifications."""
+
 
 class Interface:
     """All of it."""
@@ -119,7 +122,7 @@ class _Window:
             gui.add_html("<div style='height:0.75em'></div>")
             self.card = Card(gui, hands, ui)
         shift = 30.0 * (number % 10)
-        self._panel.float(x=60 + shift, y=60 + shift)
+        self._panel.float(x=60 + shift, y=_BELOW + shift)
         self._panel.set_width(_WIDTH)
 
     def remove(self) -> None:

@@ -258,7 +258,9 @@ def _line(view: JointView, scale: Scale) -> str:
         return f"ball joint, {mode}"
 
     def number(value: float | None, unit: str = scale.unit.removesuffix("/s")) -> str:
-        return f"{(value or 0.0) * scale.factor:.{3 if unit == 'm' else 1}f}{'' if unit[0] == '°' else ' '}{unit}"
+        digits = 3 if unit.startswith("m/") or unit == "m" else 1
+        rounded = round((value or 0.0) * scale.factor, digits) + 0.0  # never -0
+        return f"{rounded:.{digits}f}{'' if unit.startswith('°') else ' '}{unit}"
 
     rate = number(view["target_velocity"], scale.unit.removesuffix("/s") + "/s")
     how = {
