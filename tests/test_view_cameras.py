@@ -18,6 +18,7 @@ from viser.transforms import SO3
 
 import simx_client as v
 from simx_client import Client
+from simx_client.protocol.reports import Metrics
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Eye, Hands
 from simx_server.viewer.page.mirror import Mirror
@@ -116,15 +117,19 @@ def test_cameras_cost_nothing_while_no_browser_is_there_and_those_that_are_not_l
     scene: Path,
 ) -> None:
     with server(scene) as process, tab_of(process.port) as tab:
-        tab.update()
+
+        def metrics() -> Metrics:
+            return tab.update()[0]["metrics"]
+
+        metrics()
         for _ in range(4):
             assert tab.looked_for_browsers.acquire(timeout=IN_TIME)
-        survey, _ = tab.update()
-        assert survey["metrics"]["pictures"]["cameras"] == {}
+        told = metrics()["calls"]["count"]  # the same for a while
+        assert wait_until(lambda: metrics()["calls"]["count"] != told, IN_TIME)
+        assert metrics()["pictures"]["cameras"] == {}
         tab.is_watched = True
         tab.wait_for_pictures(0, 1, 2, 3)
-        survey, _ = tab.update()
-        assert set(survey["metrics"]["pictures"]["cameras"]) == {"front", "void"}
+        assert wait_until(lambda: set(metrics()["pictures"]["cameras"]) == {"front", "void"}, IN_TIME)
 
 
 def test_a_camera_that_is_not_live_says_how_it_looks_and_how_it_is_read(tab: Tab, client: Client) -> None:

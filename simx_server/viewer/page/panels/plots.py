@@ -54,7 +54,7 @@ class Plots:
         self._gui, self._mirror = gui, mirror
         self._tree: list[SceneItem] = []
         self._curves: dict[str, Curve] = {}
-        self._wanted: deque[str] = deque()
+        self._wanted: deque[Curve] = deque()
         self._plots: list[_Plot] = []
         self._time = 0.0
         self._place = gui.add_folder("Plots")
@@ -63,7 +63,7 @@ class Plots:
                 "Of", (_NOTHING_YET,), hint="joints, numeric signals, and the object that is selected"
             )
             self._add = gui.add_button("Add plot", icon=viser.Icon.CHART_LINE, hint=f"{_MOST_PLOTS} at most")
-        self._add.on_click(lambda _: self._wanted.append(self._choice.value))
+        self._add.on_click(lambda _: self._want())
 
     def update(self, survey: Survey, look: Look) -> None:
         """Offer what there is, make and remove what was clicked, and take a sample when time has moved on."""
@@ -83,13 +83,19 @@ class Plots:
             for plot in self._plots:
                 plot.sample(time, plot.curve.read(survey, self._mirror.copy))
 
+    def _want(self) -> None:
+        """Note what is chosen now: it may be offered no more when the plot is made. A thread of viser's."""
+        curve = self._curves.get(self._choice.value)
+        if curve is not None:
+            self._wanted.append(curve)
+
     def _make_and_remove(self) -> None:
         for plot in [plot for plot in self._plots if plot.is_unwanted]:
             plot.remove()
             self._plots.remove(plot)
         while self._wanted:
-            curve = self._curves.get(self._wanted.popleft())
-            if curve is not None and len(self._plots) < _MOST_PLOTS:
+            curve = self._wanted.popleft()
+            if len(self._plots) < _MOST_PLOTS:
                 with self._place:
                     self._plots.append(_Plot(self._gui, curve))
         self._add.disabled = len(self._plots) >= _MOST_PLOTS

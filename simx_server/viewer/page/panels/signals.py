@@ -140,12 +140,12 @@ def _as_table(heads: Iterable[str], rows: Sequence[Sequence[str]]) -> str:
     """HTML; the texts are of clients, so each is escaped."""
     if not rows:
         return f"<div style='padding:0 1em'>{_NONE}</div>"
-    style = (
-        "text-align:left;min-width:4em;padding:0.1em 0.6em 0.1em 0;overflow-wrap:anywhere;vertical-align:top"
-    )
+    style = "text-align:left;min-width:4em;padding:0.1em 0.6em 0.1em 0;vertical-align:top"
     lines = ["".join(f"<th style='{style}'>{head}</th>" for head in heads)]
     for row in rows[:_MOST_ROWS]:
-        lines.append("".join(f"<td style='{style}'>{html.escape(cell)}</td>" for cell in row))
+        lines.append(
+            "".join(f"<td style='{style};overflow-wrap:anywhere'>{html.escape(cell)}</td>" for cell in row)
+        )
     table = "".join(f"<tr>{line}</tr>" for line in lines)
     more = f"and {len(rows) - _MOST_ROWS} more" if len(rows) > _MOST_ROWS else ""
     return f"<div style='font-size:0.85em;padding:0 1em'><table>{table}</table>{more}</div>"
