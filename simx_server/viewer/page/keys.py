@@ -9,12 +9,10 @@ from typing import Literal
 
 import viser
 
-import simx_client as simx
-from simx_client import Client
-from simx_client.protocol.constants import sim_jointmode_force
 from simx_server.viewer.messages import JointView, Look, SceneItem, Survey
 
 from .link import Hands
+from .setting_joints import present, set_joint, settable
 
 _Key = Literal["R", "F", "T", "G", "Y", "H", "U", "J", "I", "K", "O", "L"]
 
@@ -23,9 +21,13 @@ _PAIRS: tuple[tuple[_Key, _Key], ...] = (
 )  # fmt: skip
 """For each joint the key that moves it forwards and the one that moves it back; a key that is held repeats."""
 
-_ANGLE = math.radians(1.0)
-_LENGTH = 0.005
-"""What one press moves, in radians or metres."""
+_STEPS = {
+    ("revolute", False): math.radians(1.0),
+    ("prismatic", False): 0.005,
+    ("revolute", True): 0.25,
+    ("prismatic", True): 0.01,
+}
+"""What one press adds to a position (radians, metres), or (True) to a velocity."""
 
 _ONE_RIDE = 1.0
 """Seconds within which a press goes on from where the one before led, not from what the server told last."""
@@ -40,22 +42,29 @@ class Keys:
         """Handle to where the last press has it go, and when that was: presses come faster than surveys."""
 
         self._joints: dict[int, JointView] = {}
+        self._is_stopped = True
+        self._items: list[SceneItem] = []
         self._driven: list[SceneItem] = []
         self._commands: list[viser.CommandHandle] = []
         self._is_on = gui.add_checkbox(
-            "Keys move joints", True, hint="1 degree or 5 mm a press; click into the view first"
+            "Keys move joints", True, hint="1 degree, 5 mm, 0.25 rad/s a press; click into the view first"
         )
         self._legend = gui.add_markdown("")
         self._is_on.on_update(lambda _: self._offer())
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
-        self._joints = survey["joints"]
-        if survey["tree"] is None:
-            return
-        movable = [each for each in survey["tree"] if each["joint"] in ("revolute", "prismatic")]
-        self._driven = movable[: len(_PAIRS)]
-        self._offer()
+        self._joints, self._is_stopped = survey["joints"], look["running"] == "stopped"
+        if survey["tree"] is not None:
+            self._items = [each for each in survey["tree"] if each["joint"]]
+        movable = [
+            each
+            for each in self._items
+            if (view := self._joints.get(each["handle"])) is not None and settable(each, view) is not None
+        ]
+        if (driven := movable[: len(_PAIRS)]) != self._driven:
+            self._driven = driven
+            self._offer()
 
     def close(self) -> None:
         """Nothing to end."""
@@ -78,24 +87,16 @@ class Keys:
 
     def _press(self, item: SceneItem, sign: int, event: object) -> None:
         handle = item["handle"]
-        joint = self._joints.get(handle)
-        if joint is None or joint["position"] is None:
+        view = self._joints.get(handle)
+        quantity = None if view is None else settable(item, view)
+        if view is None or quantity is None:
             return
-        has_target = joint["mode"] == sim_jointmode_force
-        now = joint["target"] if has_target else joint["position"]
-        step = _ANGLE if item["joint"] == "revolute" else _LENGTH
         goal, pressed = self._pressed.get(handle, (0.0, -math.inf))
         if time.monotonic() - pressed > _ONE_RIDE:
-            goal = now or 0.0
-        goal += sign * step
-        if not joint["cyclic"]:
-            goal = min(max(goal, joint["minimum"]), joint["minimum"] + joint["range"])
+            goal = present(view, quantity)
+        goal += sign * _STEPS[item["joint"], quantity == "velocity"]
+        if quantity != "velocity" and not view["cyclic"]:
+            goal = min(max(goal, view["minimum"]), view["minimum"] + view["range"])
         self._pressed[handle] = goal, time.monotonic()
-        self._hands.do(partial(_move, handle=handle, goal=goal, has_target=has_target))
-
-
-def _move(client: Client, *, handle: int, goal: float, has_target: bool) -> None:
-    if has_target:
-        simx.simxSetJointTargetPosition(client.id, handle, goal, simx.simx_opmode_blocking)
-    else:
-        simx.simxSetJointPosition(client.id, handle, goal, simx.simx_opmode_blocking)
+        stopped = self._is_stopped
+        self._hands.do(lambda client: set_joint(client, item, quantity, goal, is_stopped=stopped))

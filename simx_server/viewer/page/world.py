@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import viser
 
-import simx_client as simx
 from simx_server.viewer.messages import Look, SceneItem, Survey
 
 from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
-from .link import Hands
+from .link import Hands, make
 from .mirror import Copy, Mirror
 from .selected import Selected
 
@@ -124,9 +123,7 @@ class World:
         while number and number not in handles:
             number = int(parents[number])
         chosen = [handles[number]] if number in handles else []
-        self._hands.do(
-            lambda client: simx.simxSetObjectSelection(client.id, chosen, simx.simx_opmode_blocking)
-        )
+        self._hands.do(lambda client: make(client, lambda calls: calls.simxSetObjectSelection(chosen)))
 
     def _mark(self, selection: list[int] | tuple[int, ...], *, anew: bool = False) -> None:
         if tuple(selection) == self._selected and not anew:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import viser
 
 from simx_client import Client
-from simx_client.batch import Calls
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.joints.servo import Rule
 from simx_server.joints.state import JointMode
 from simx_server.viewer.messages import JointView, Look, SceneItem, Survey
 from simx_server.viewer.page.link import Hands, make
+from simx_server.viewer.page.setting_joints import Quantity, present, set_joint, settable
 
 from .elements import Latest, put
 
@@ -37,16 +37,13 @@ _MODES = {
 }
 _CONTROLS = {"free": 0, "velocity": 4, "position": 8, "spring and damper": 12}
 _CONTROL_NAMES = {number: name for name, number in _CONTROLS.items()}
-_BY_VELOCITY = {Rule.VELOCITY, Rule.HOLD, Rule.MOTION}
-_BY_TARGET = {Rule.POSITION, Rule.SPRING}
 _SMALL = "padding:0 1em 0.6em;font-size:0.8em;opacity:0.85;overflow-wrap:anywhere"
 
 
 class Scale(NamedTuple):
     """What a slider sets, and in which unit it shows that."""
 
-    sets: str
-    """position, target, velocity, or nothing."""
+    sets: Quantity | None
 
     unit: str
     factor: float
@@ -142,7 +139,7 @@ class _Row:
         self._control: viser.GuiDropdownHandle[str] | None = None
         self._folder = gui.add_folder(None, order=order)
         with self._folder:
-            if scale.sets != "nothing":
+            if scale.sets is not None:
                 self._slider = gui.add_slider(
                     f"{name} ({scale.unit})",
                     min=scale.low,
@@ -163,12 +160,8 @@ class _Row:
         """How the joint is now. While somebody moves the slider, that is left alone."""
         self._is_stopped = is_stopped
         if self._slider is not None and not self._latest.is_held:
-            value = {
-                "velocity": view["target_velocity"],
-                "target": view["target"],
-                "position": view["position"],
-            }[self._scale.sets]
-            put(self._slider, value=self._scale.shown(value or 0.0))
+            assert self._scale.sets is not None
+            put(self._slider, value=self._scale.shown(present(view, self._scale.sets)))
         if self._control is not None:
             put(self._control, visible=controls)
             if not self._chosen.is_held:
@@ -189,19 +182,8 @@ class _Row:
             self._chosen.change(_CONTROLS[event.target.value])
 
     def _set(self, client: Client, value: float) -> None:
-        joint, sets = self._item["handle"], self._scale.sets
-
-        def note(calls: Calls) -> None:
-            if sets == "velocity":
-                calls.simxSetJointTargetVelocity(joint, value)
-                return
-            # While stopped no motor moves it, so it is put there; the target has it stay there when time goes on.
-            if sets == "position" or (self._is_stopped and self._item["element"] != "tendon"):
-                calls.simxSetJointPosition(joint, value)
-            if sets == "target":
-                calls.simxSetJointTargetPosition(joint, value)
-
-        make(client, note)
+        assert self._scale.sets is not None
+        set_joint(client, self._item, self._scale.sets, value, is_stopped=self._is_stopped)
 
     def _choose(self, client: Client, control: int) -> None:
         joint = self._item["handle"]
@@ -218,7 +200,7 @@ def scale_of(item: SceneItem, view: JointView) -> Scale:
     low, high = view["minimum"], view["minimum"] + view["range"]
     if not is_limited:
         low, high = (-1.0, 1.0) if is_linear else (-math.pi, math.pi)
-    sets = _what_is_set(item, view)
+    sets = settable(item, view)
     if sets == "velocity":
         high = 1.0 if is_linear else 4 * math.pi
         while high < abs(view["target_velocity"]) < math.inf:
@@ -232,19 +214,8 @@ def scale_of(item: SceneItem, view: JointView) -> Scale:
     digits = 3 if step < 0.1 else 1
     bounds = round(low * factor, digits), round(high * factor, digits)
     if bounds[0] >= bounds[1]:
-        sets = "nothing"  # its limits leave it no room
+        sets = None  # its limits leave it no room
     return Scale(sets, unit, factor, *bounds, step, is_limited or view["cyclic"])
-
-
-def _what_is_set(item: SceneItem, view: JointView) -> str:
-    rule = Rule[view["moved_by"]]
-    if view["position"] is None or rule is Rule.DEPENDENT:
-        return "nothing"
-    if rule in _BY_VELOCITY:
-        return "velocity"
-    if rule in _BY_TARGET:
-        return "target" if view["mode"] == JointMode.FORCE else "position"
-    return "nothing" if item["element"] == "tendon" else "position"
 
 
 def _has_control(view: JointView) -> bool:

@@ -1,0 +1,56 @@
+"""What of a joint people can set from the page, and setting it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from simx_client import Client
+from simx_client.calls import Calls
+from simx_server.joints.servo import Rule
+from simx_server.joints.state import JointMode
+from simx_server.viewer.messages import JointView, SceneItem
+
+from .link import make
+
+Quantity = Literal["position", "target", "velocity"]
+
+_BY_VELOCITY = {Rule.VELOCITY, Rule.HOLD, Rule.MOTION}
+_BY_TARGET = {Rule.POSITION, Rule.SPRING}
+
+
+def settable(item: SceneItem, view: JointView) -> Quantity | None:
+    """What moves the joint when it is set; None for what follows another joint, and for ball joints."""
+    rule = Rule[view["moved_by"]]
+    if view["position"] is None or rule is Rule.DEPENDENT:
+        return None
+    if rule in _BY_VELOCITY:
+        return "velocity"
+    if rule in _BY_TARGET:
+        return "target" if view["mode"] == JointMode.FORCE else "position"
+    return None if item["element"] == "tendon" else "position"
+
+
+def present(view: JointView, quantity: Quantity) -> float:
+    """Its value as the server told last, in radians or metres, or those per second."""
+    values = {"position": view["position"], "target": view["target"], "velocity": view["target_velocity"]}
+    return values[quantity] or 0.0
+
+
+def set_joint(client: Client, item: SceneItem, quantity: Quantity, value: float, *, is_stopped: bool) -> None:
+    """Raises SimxError.
+
+    Args:
+        is_stopped: no motor moves the joint, so it is put where it is to go; the target has it stay there later on.
+    """
+    joint = item["handle"]
+
+    def note(calls: Calls) -> None:
+        if quantity == "velocity":
+            calls.simxSetJointTargetVelocity(joint, value)
+            return
+        if quantity == "position" or (is_stopped and item["element"] != "tendon"):
+            calls.simxSetJointPosition(joint, value)
+        if quantity == "target":
+            calls.simxSetJointTargetPosition(joint, value)
+
+    make(client, note)
