@@ -26,7 +26,10 @@ from simx_server.errors import RenderError
 logger = logging.getLogger(__name__)
 
 RAYCAST = "raycast"
-INSTALL_HINT = "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libopengl0 and libgl1-mesa-dri, or libosmesa6"
+INSTALL_HINT = (
+    "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libopengl0 and libgl1-mesa-dri, "
+    "or libosmesa6"
+)
 
 _CONTEXT_MODULES = {
     "egl": "mujoco.egl",
