@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 import time
 from functools import partial
@@ -49,7 +50,7 @@ class Keys:
         self._is_on = gui.add_checkbox(
             "Keys move joints", True, hint="1 degree, 5 mm, 0.25 rad/s a press; click into the view first"
         )
-        self._legend = gui.add_markdown("")
+        self._legend = gui.add_html("")
         self._is_on.on_update(lambda _: self._offer())
 
     def update(self, survey: Survey, look: Look) -> None:
@@ -81,9 +82,11 @@ class Keys:
                 command = self._gui.add_command(f"{item['name']} {'+' if sign > 0 else '−'}", hotkey=key)
                 command.on_trigger(partial(self._press, item, sign))
                 self._commands.append(command)
-        self._legend.content = "  \n".join(
-            f"`{one}` / `{other}` {item['name']}" for item, (one, other) in driven
+        lines = (
+            f"<code>{one}</code> / <code>{other}</code> {html.escape(item['name'])}"
+            for item, (one, other) in driven
         )
+        self._legend.content = f"<div style='padding:0 1em;font-size:0.85em'>{'<br>'.join(lines)}</div>"
 
     def _press(self, item: SceneItem, sign: int, event: object) -> None:
         handle = item["handle"]

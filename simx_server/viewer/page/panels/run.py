@@ -13,6 +13,8 @@ from simx_client import Client
 from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, ONE_PASS, OWN_NAME, SPEED, Look, Survey
 from simx_server.viewer.page.link import Hands
 
+from .elements import put
+
 _SPEEDS: Mapping[str, float] = MappingProxyType(
     {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
 )
@@ -25,7 +27,7 @@ class Run:
 
     def __init__(self, gui: viser.GuiApi, hands: Hands, address: str) -> None:
         self._address = address
-        self._state = gui.add_markdown("*connecting…*")
+        self._state = gui.add_html(_line("connecting…"))
         self._hint = gui.add_markdown("", visible=False)
         self._run = gui.add_button_group(
             "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
@@ -40,31 +42,30 @@ class Run:
         running = look["running"]
         speed = survey["speed"]
         recent = survey["metrics"]["passes"]["real_time_factor"]
-        words = [f"**{running}**", f"{look['time']:.2f} s", f"pass {look['passes']}"]
+        words = [f"<b>{running}</b>", f"{look['time']:.2f} s", f"pass {look['passes']}"]
         if running == "running":
             words.append(f"{recent:.2f} × real time")
         if speed is not None and speed != 1:
             words.append("as fast as it goes" if math.isinf(speed) else f"speed {speed:g}")
         if survey["is_waiting"]:
-            words.append(f"waits for {', '.join(survey['steppers'])}, which steps it")
-        self._say(self._state, f"{look['scene']} — {', '.join(words)}")
-        self._say(self._hint, self._advice(survey))
+            words.append(f"waits for {html.escape(', '.join(survey['steppers']))}, which steps it")
+        put(self._state, content=_line(f"{html.escape(look['scene'])} — {', '.join(words)}"))
+        self._advise(self._advice(survey))
         lines = survey["interface"]["status_bar"][-_MESSAGES:]
-        text = "<br>".join(html.escape(line) for line in lines)
-        content = f"<div style='font-size:0.8em;padding:0 1em;opacity:0.8'>{text}</div>"
-        if self._messages.content != content:
-            self._messages.content = content
+        put(self._messages, content=_line("<br>".join(html.escape(line) for line in lines), small=True))
 
     def away(self, reason: str) -> None:
         """The server cannot be reached."""
-        self._say(self._state, f"**no server** at {self._address}; this page tries again every second")
-        self._say(self._hint, f"```\n{reason}\n```")
+        where = html.escape(self._address)
+        put(self._state, content=_line(f"<b>no server</b> at {where}; this page tries again every second"))
+        self._advise("")
+        put(self._messages, content=_line(html.escape(reason), small=True))
 
     def close(self) -> None:
         """Nothing to end."""
 
     def _advice(self, survey: Survey) -> str:
-        """What a newcomer could do now; empty when somebody is at work."""
+        """What a newcomer could do now, as Markdown; empty when somebody is at work."""
         others = [each for each in survey["metrics"]["clients"] if not each["name"].startswith(OWN_NAME)]
         if others:
             return ""
@@ -79,12 +80,15 @@ class Run:
             "Or press Start, and move the joints: tab Joints."
         )
 
-    @staticmethod
-    def _say(element: viser.GuiMarkdownHandle, text: str) -> None:
-        if element.content != text:
-            element.content = text
-        if element.visible != bool(text):
-            element.visible = bool(text)
+    def _advise(self, text: str) -> None:
+        put(self._hint, content=text, visible=bool(text))
+
+
+def _line(text: str, *, small: bool = False) -> str:
+    """HTML as the elements around it look."""
+    return (
+        f"<div style='padding:0.3em 1em;font-size:{'0.8em;opacity:0.8' if small else '0.9em'}'>{text}</div>"
+    )
 
 
 def _make_one_pass(client: Client) -> None:
