@@ -193,6 +193,23 @@ def test_measures_count_hits_misses_and_false_alarms(monkeypatch: pytest.MonkeyP
     assert (late.precision, late.recall, late.map50) == (0.5, 1.0, 0.5)
 
 
+@needs_torch
+def test_boxes_that_overlap_are_one_and_a_box_of_no_size_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    detector = example("detector", monkeypatch)
+    output = detector.torch.full((1, 5, 15, 20), -9.0)
+    output[0, :, 5, 5] = output[0, :, 5, 6] = detector.torch.tensor([4.0, 0.0, 0.0, 1.0, 1.0])
+    output[0, 0, 5, 6] = 3.0  # the neighbour sees the same, but is less sure
+    output[0, :, 10, 15] = detector.torch.tensor(
+        [2.0, 90.0, 0.0, 0.0, 0.0]
+    )  # far outside, where it is cut to nothing
+    (found,) = detector.boxes_of(output, 0.5)
+    assert found[:, 4] == pytest.approx(1 / (1 + np.exp([-4.0, -2.0])))
+    size = 0.1 * np.e
+    x, y = 5.5 / 20, 5.5 / 15
+    assert found[0, :4] == pytest.approx([x - size / 2, y - size / 2, x + size / 2, y + size / 2], abs=1e-6)
+    assert found[1, 0] == found[1, 2] == 1.0
+
+
 class ByColour:
     """A detector that needs no training: the ball is what is cyan."""
 

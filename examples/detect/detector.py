@@ -123,8 +123,9 @@ def _without_doubles(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
     left = boxes[np.argsort(-boxes[:, 4])]
     kept = []
     while len(left):
-        kept.append(left[0])
-        left = left[overlaps(left[0], left) <= OVERLAP]
+        first, others = left[0], left[1:]
+        kept.append(first)
+        left = others[overlaps(first, others) <= OVERLAP]
     return np.array(kept).reshape(-1, 5)
 
 
