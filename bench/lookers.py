@@ -1,4 +1,7 @@
-"""What a browser is to the page, without its drawing: a WebSocket that says where it looks from, and listens."""
+"""What a browser is to the page, without its drawing: a WebSocket that says where it looks from, and listens.
+
+Needs the extra viewer, so its packages are imported when somebody looks.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any
-
-import msgspec
-import viser
-import zstandard
-from websockets.asyncio.client import connect
-from websockets.typing import Subprotocol
 
 _CAMERA = {
     "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (2.0, 2.0, 1.0), "fov": 1.0,
@@ -29,6 +26,9 @@ _MOST_BYTES = 100_000_000
 
 def messages(window: bytes) -> list[dict[str, Any]]:
     """What stands in a message of viser's, but for its arrays: sizes, then msgpack compressed by zstd."""
+    import msgspec
+    import zstandard
+
     whole, packed = (int.from_bytes(window[at : at + 8], "little") for at in (0, 8))
     content = zstandard.ZstdDecompressor().decompress(window[16 : 16 + packed], max_output_size=whole)
     return list(msgspec.msgpack.decode(content)["messages"])
@@ -42,6 +42,11 @@ def looking(url: str, count: int, on_message: Callable[[int, bytes], object]) ->
         url: of the page, beginning with http.
         on_message: called on that thread with a looker's number and what came.
     """
+    import msgspec
+    import viser
+    from websockets.asyncio.client import connect
+    from websockets.typing import Subprotocol
+
     ready: Future[None] = Future()
     loop = asyncio.new_event_loop()
 

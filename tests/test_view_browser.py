@@ -1,0 +1,251 @@
+"""The page in a real browser: what a person sees and clicks there, told over the remote API."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import cv2
+import pytest
+from processes import ROOT, ServerProcess, read_line, server, wait_until
+from real_world import BLOCKING
+
+import simx_client as v
+from bench.lookers import looking, messages
+from simx_client import Client
+from simx_server.viewer.launching import INSTALL, missing
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
+
+WIDTH, HEIGHT = 900, 600
+"""Software draws it."""
+
+SOON = 30.0
+ROOM = """
+<mujoco model="{name}">
+  <compiler angle="radian"/>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <geom name="floor" type="plane" size="2 2 0.1" rgba="0.3 0.5 0.7 1"/>
+    <body name="arm" pos="0 0 0.6">
+      <joint name="hinge" axis="0 1 0" range="-1.5 1.5" limited="true" damping="0.1"/>
+      <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05" rgba="1 0.2 0.1 1"/>
+    </body>
+    <camera name="eye" pos="0.2 -2 0.8" xyaxes="1 0 0 0 0.2 1" resolution="64 48"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+def load(name: str, path: Path) -> ModuleType:
+    spec = spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+if missing() is not None:
+    pytest.skip(f"needs the extra viewer: {INSTALL}", allow_module_level=True)
+if find_spec("playwright") is None:
+    pytest.skip("needs playwright: pip install 'simx-vrep[dev]'", allow_module_level=True)
+pictures = load("view_pictures", ROOT / "docs" / "view_pictures.py")
+if pictures.find_chromium() is None:
+    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+
+
+class Place:
+    """A server with its page in a browser, and a client."""
+
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        self._folder = folder
+        self._running = stack.enter_context(ExitStack())
+        self.process = self._serve("room", 0, 0)
+        self.url = read_line(self.process.process, 60).split()[1]
+        browser = stack.enter_context(pictures.chromium())
+        self.page: Page = pictures.open_page(browser, self.url, WIDTH, HEIGHT)
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.client = self._connect()
+
+    def _serve(self, name: str, port: int, view: int) -> ServerProcess:
+        scene = self._folder / f"{name}.xml"
+        scene.write_text(ROOM.format(name=name))
+        return self._running.enter_context(server(scene, "--view", view, ports=(port,)))
+
+    def _connect(self) -> Client:
+        return self._running.enter_context(Client(f"127.0.0.1:{self.process.port}"))
+
+    def restart(self, name: str) -> None:
+        """The server is killed; another one serves on the same ports, with another scene."""
+        view = int(self.url.rstrip("/").rpartition(":")[2])
+        self.process.kill()
+        self._running.close()
+        assert wait_until(lambda: is_free(view), SOON)
+        self.process = self._serve(name, self.process.port, view)
+        self.client = self._connect()
+
+    def tab(self, name: str) -> None:
+        pictures.choose(self.page, name)
+
+    def button(self, name: str | re.Pattern[str]) -> Locator:
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def until(self, condition: Callable[[], bool]) -> bool:
+        """Whether that comes true; the browser goes on meanwhile."""
+        return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(20))
+
+    def is_state(self, state: str) -> Callable[[], bool]:
+        return lambda: self.client.simulation.state == state
+
+
+def is_free(port: int) -> bool:
+    with socket.socket() as tried:
+        return tried.connect_ex(("127.0.0.1", port)) != 0
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+    with ExitStack() as stack:
+        yield Place(tmp_path_factory.mktemp("browser"), stack)
+
+
+@pytest.fixture
+def place(opened: Place) -> Iterator[Place]:
+    """Stopped, and without errors in the browser."""
+    yield opened
+    opened.client.simulation.stop()
+    assert not opened.errors
+
+
+def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
+    place.tab("Objects")
+    for name in ("floor", "eye", "hinge", "arm"):
+        place.button(re.compile(f"\\b{name}  ·")).wait_for()
+    place.button(re.compile("eye  ·")).click()
+    eye = place.client.object("eye").handle
+    assert place.until(lambda: v.simxGetObjectSelection(place.client.id, BLOCKING)[1] == [eye])
+    assert v.simxSetObjectSelection(place.client.id, [], BLOCKING) == v.simx_return_ok
+
+
+def test_start_pause_and_stop_really_do(place: Place) -> None:
+    place.button("Start").click()
+    assert place.until(place.is_state("running"))
+    assert place.until(lambda: place.client.simulation.time > 0.2)
+    place.page.get_by_text("running", exact=True).wait_for()
+    place.button("Pause").click()
+    assert place.until(place.is_state("paused"))
+    place.page.get_by_text("paused", exact=True).wait_for()
+    place.button("Stop").click()
+    assert place.until(place.is_state("stopped"))
+
+
+def test_one_pass_is_one(place: Place) -> None:
+    for count in (1, 2):
+        place.button("One pass").click()
+        assert place.until(lambda count=count: place.client.simulation.time >= 0.05 * count - 1e-6)
+        assert place.until(place.is_state("paused"))
+        assert place.client.simulation.time == pytest.approx(0.05 * count)
+
+
+def test_a_slider_moves_its_joint(place: Place) -> None:
+    hinge = place.client.joint("hinge")
+    assert hinge.position == 0.0
+    place.tab("Joints")
+    place.page.get_by_text("hinge (°)").wait_for()
+    place.page.locator("[role=slider]:visible").first.press("End")
+    assert place.until(lambda: abs(hinge.position - 1.5) < 0.01)
+    place.page.get_by_text("is at 85.9°").wait_for()
+    hinge.position = 0.5
+    place.page.get_by_text("is at 28.6°").wait_for()
+    hinge.position = 0.0
+
+
+def test_a_camera_shows_its_picture(place: Place) -> None:
+    place.tab("Cameras")
+    picture = place.page.locator("img:visible").first
+    picture.wait_for()
+    width, height, spread = picture.evaluate(SPREAD)
+    assert width >= 64
+    assert width * 3 == height * 4
+    assert spread > 50
+
+
+SPREAD = """image => {
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const values = context.getImageData(0, 0, canvas.width, canvas.height).data;
+    const red = values.filter((_, index) => index % 4 == 0);
+    return [image.naturalWidth, image.naturalHeight, Math.max(...red) - Math.min(...red)];
+}"""
+"""An image's size, and how much its red differs."""
+
+
+def test_a_dialog_is_answered(place: Place) -> None:
+    client = place.client.id
+    place.client.simulation.start()
+    code, dialog, _ = v.simxDisplayDialog(
+        client, "Question", "Shall it go on?", v.sim_dlgstyle_yes_no, "", None, None, BLOCKING
+    )
+    assert code == v.simx_return_ok
+    assert v.simxGetDialogResult(client, dialog, BLOCKING)[1] == v.sim_dlgret_still_open
+    place.page.get_by_text("Shall it go on?").first.wait_for()
+    place.button(re.compile("^yes$", re.IGNORECASE)).click()
+    assert place.until(lambda: v.simxGetDialogResult(client, dialog, BLOCKING)[1] == v.sim_dlgret_yes)
+    place.button(re.compile("^yes$", re.IGNORECASE)).wait_for(state="detached")
+
+
+def test_ten_look_at_once_and_all_see_the_scene_move(place: Place) -> None:
+    names: dict[int, set[str]] = defaultdict(set)
+    moved: dict[int, set[str]] = defaultdict(set)
+
+    def on_window(number: int, window: bytes) -> None:
+        for message in messages(window):
+            if (name := str(message.get("name", ""))).startswith("/scene/"):
+                names[number].add(name)
+                if message["type"] == "SetPositionMessage" or message["type"] == "SetOrientationMessage":
+                    moved[number].add(name)
+
+    with looking(place.url, 9, on_window):
+        assert place.until(lambda: len(names) == 9 and len(set(map(frozenset, names.values()))) == 1)
+        moved.clear()
+        place.client.simulation.start()
+        assert place.until(lambda: len(moved) == 9)
+        assert "hinge" in place.page.content()
+    assert place.until(place.is_state("running"))
+
+
+def test_a_picture_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> None:
+    file = tmp_path / "page.png"
+    pictures.save(place.page.screenshot(timeout=pictures.LONG_MS), file)
+    picture = cv2.imread(str(file))
+    assert picture is not None
+    assert picture.shape == (HEIGHT, WIDTH, 3)
+    assert picture[:, : WIDTH // 3].std() > 5  # the scene is there
+
+
+def test_the_browser_comes_back_when_the_server_does(place: Place) -> None:
+    place.page.get_by_text("room —").wait_for()
+    place.restart("other")
+    place.page.get_by_text("other —").wait_for()
+    place.tab("Objects")
+    place.button(re.compile("hinge  ·")).wait_for()
+    place.button("Start").click()
+    assert place.until(place.is_state("running"))
+
+
+def test_pictures_of_the_documentation_are_small() -> None:
+    for name in pictures.TABS:
+        file = ROOT / "docs" / "pictures" / f"{name}.png"
+        assert file.stat().st_size <= 250_000
