@@ -20,7 +20,7 @@ import simx_client as vrep
 
 FOLDER = Path(__file__).with_name("pictures")
 WIDTH, HEIGHT = 1280, 800
-COLOURS = 200
+COLOURS = 256
 """A picture with a palette is a third as large."""
 
 LONG_MS = 60_000
@@ -34,6 +34,10 @@ FLAGS = (
 )  # fmt: skip
 """No network but the page's, and WebGL without a graphics card."""
 
+POSE = {"UR5_joint2": -0.5, "UR5_joint3": 0.9, "UR5_joint4": -1.2}
+"""The arm's camera looks down at the table's things; radians."""
+
+SELECTED = "Cylinder"
 TABS = {"view-objects": "Objects", "view-cameras": "Cameras", "view-joints": "Joints"}
 
 
@@ -73,7 +77,7 @@ def choose(page: Page, tab: str) -> None:
 def save(picture: bytes, file: Path) -> None:
     """A screenshot, made small."""
     with Image.open(io.BytesIO(picture)) as whole:
-        whole.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
+        whole.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(file, optimize=True)
 
 
 def main() -> int:
@@ -85,10 +89,13 @@ def main() -> int:
         page = open_page(browser, url, WIDTH, HEIGHT)
         client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
         vrep.simxStartSimulation(client, vrep.simx_opmode_blocking)
-        for name, angle in {"UR5_joint2": -0.5, "UR5_joint3": 0.9, "UR5_joint4": -0.4}.items():
+        for name, angle in POSE.items():
             _, joint = vrep.simxGetObjectHandle(client, name, vrep.simx_opmode_blocking)
             vrep.simxSetJointTargetPosition(client, joint, angle, vrep.simx_opmode_blocking)
+        _, thing = vrep.simxGetObjectHandle(client, SELECTED, vrep.simx_opmode_blocking)
+        vrep.simxSetObjectSelection(client, [thing], vrep.simx_opmode_blocking)
         page.wait_for_timeout(6000)  # it moves there, and pictures come
+        page.locator("[class*=Notification-closeButton]").first.click()  # that it draws by software
         for name, tab in TABS.items():
             choose(page, tab)
             page.wait_for_timeout(4000)

@@ -24,6 +24,8 @@ from simx_server import cli
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.annotations import GRAMMAR
 from simx_server.scene.loader import load_text
+from simx_server.settings import Settings
+from simx_server.viewer.page import command as view_command
 
 DOCS = ROOT / "docs"
 BLOCK = re.compile(r"^```(\w+)(?: ([^\n]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -183,6 +185,31 @@ def test_programs_of_a_page_run(name: str, room: ServerProcess, monkeypatch: pyt
             exec(compile(program, f"docs/{name}", "exec"), variables)
     finally:
         v.simxFinish(-1)
+
+
+# --- the page in the browser ---------------------------------------------------------------------
+
+
+def test_view_page_has_every_tab() -> None:
+    composition = (ROOT / "simx_server" / "viewer" / "page" / "composition.py").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| (\w+) \|", page("view.md"), re.MULTILINE)
+    assert shown[1:] == re.findall(r'add_tab\("(\w+)"\)', composition)
+
+
+def test_view_page_commands_are_understood(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = re.findall(
+        r"^    (?:ssh .* )?(simx-server|python -m simx_server\.viewer) ?(.*)$", page("view.md"), re.MULTILINE
+    )
+    assert len(lines) == 6
+    for program, rest in lines:
+        arguments = shlex.split(re.split(r" {2,}", rest)[0])
+        if program == "simx-server":
+            flags = vars(cli.make_parser().parse_args(arguments))
+            assert Settings.gather({"view": flags["view"]}, {}).view
+        else:
+            with pytest.raises(SystemExit) as left:
+                view_command.main([*arguments, "--help"])
+            assert left.value.code == 0
 
 
 # --- all pages -----------------------------------------------------------------------------------

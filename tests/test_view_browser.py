@@ -130,8 +130,8 @@ def place(opened: Place) -> Iterator[Place]:
 def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
     place.tab("Objects")
     for name in ("floor", "eye", "hinge", "arm"):
-        place.button(re.compile(f"\\b{name}  ·")).wait_for()
-    place.button(re.compile("eye  ·")).click()
+        place.button(re.compile(rf"\b{name} +· ")).wait_for()
+    place.button(re.compile(r"\beye +· ")).click()
     eye = place.client.object("eye").handle
     assert place.until(lambda: v.simxGetObjectSelection(place.client.id, BLOCKING)[1] == [eye])
     assert v.simxSetObjectSelection(place.client.id, [], BLOCKING) == v.simx_return_ok
@@ -240,7 +240,7 @@ def test_the_browser_comes_back_when_the_server_does(place: Place) -> None:
     place.restart("other")
     place.page.get_by_text("other —").wait_for()
     place.tab("Objects")
-    place.button(re.compile("hinge  ·")).wait_for()
+    place.button(re.compile(r"\bhinge +· ")).wait_for()
     place.button("Start").click()
     assert place.until(place.is_state("running"))
 

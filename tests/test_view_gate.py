@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import pytest
 from processes import wait_until
 
-from simx_server.viewer.launching import listen
+from simx_server.viewer.launching import INSTALL, listen, missing
 from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback
 
@@ -32,7 +32,7 @@ class Behind:
     def __init__(self) -> None:
         self.heads: list[bytes] = []
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port: int = self._listener.getsockname()[1]
+        self.place: tuple[str, int] = self._listener.getsockname()
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
 
@@ -86,7 +86,7 @@ def closing() -> Iterator[ExitStack]:
 @pytest.fixture
 def gate(behind: Behind, closing: ExitStack) -> Gate:
     """Of this host alone."""
-    made = Gate(listen("127.0.0.1:0", "--view"), behind.port)
+    made = Gate(listen("127.0.0.1:0", "--view"), behind.place)
     closing.callback(made.close)
     return made
 
@@ -94,7 +94,7 @@ def gate(behind: Behind, closing: ExitStack) -> Gate:
 @pytest.fixture
 def open_gate(behind: Behind, closing: ExitStack) -> Gate:
     """Of others, too."""
-    made = Gate(listen("0.0.0.0:0", "--view"), behind.port, TOKEN)
+    made = Gate(listen("0.0.0.0:0", "--view"), behind.place, TOKEN)
     closing.callback(made.close)
     return made
 
@@ -159,7 +159,7 @@ def test_a_page_of_this_host_asks_for_no_token(gate: Gate) -> None:
 def test_a_page_for_others_has_a_token_in_its_address(behind: Behind, closing: ExitStack) -> None:
     tokens = set[str]()
     for _ in range(2):
-        made = Gate(listen("0.0.0.0:0", "--view"), behind.port)
+        made = Gate(listen("0.0.0.0:0", "--view"), behind.place)
         closing.callback(made.close)
         assert made.token is not None
         assert len(made.token) >= 20
@@ -316,7 +316,7 @@ def test_too_many_connections_are_told_so_and_room_is_used_again(
 
 
 def test_close_ends_what_is_open(behind: Behind) -> None:
-    gate = Gate(listen("127.0.0.1:0", "--view"), behind.port)
+    gate = Gate(listen("127.0.0.1:0", "--view"), behind.place)
     with connect(gate) as through, connect(gate) as silent:
         lines = ("GET / HTTP/1.1", "Host: localhost", *UPGRADE, "", "")
         through.sendall("\r\n".join(lines).encode())
@@ -329,8 +329,8 @@ def test_close_ends_what_is_open(behind: Behind) -> None:
 
 def test_what_is_behind_may_be_gone(closing: ExitStack) -> None:
     with socket.create_server(("127.0.0.1", 0)) as gone:
-        port = gone.getsockname()[1]
-    gate = Gate(listen("127.0.0.1:0", "--view"), port)
+        place = gone.getsockname()
+    gate = Gate(listen("127.0.0.1:0", "--view"), place)
     closing.callback(gate.close)
     assert ask(gate) == b""
 
@@ -342,7 +342,7 @@ def test_a_browser_that_comes_too_early_waits(behind: Behind, closing: ExitStack
     listener = listen("127.0.0.1:0", "--view")
     with socket.create_connection(listener.getsockname()[:2], timeout=10) as early:
         early.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        closing.callback(Gate(listener, behind.port).close)
+        closing.callback(Gate(listener, behind.place).close)
         assert all_of(early).endswith(PAGE)
 
 
@@ -367,7 +367,30 @@ def test_addresses_of_the_sixth_version_stand_in_brackets(behind: Behind, closin
         listener = listen("[::1]:0", "--view")
     except OSError:
         pytest.skip("this machine has no IPv6")
-    made = Gate(listener, behind.port)
+    made = Gate(listener, behind.place)
     closing.callback(made.close)
     assert made.url == f"http://[::1]:{made.port}/"
     assert made.token is None
+
+
+# --- what is behind ------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+def test_viser_itself_is_not_where_a_web_site_would_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    import viser
+
+    from simx_server.viewer.page.quiet_viser import open_browser_server
+
+    places = set[str]()
+
+    def note(*, host: str, port: int, verbose: bool) -> None:
+        socket.create_server((host, port)).close()  # it is one of this machine's
+        places.add(host)
+
+    monkeypatch.setattr(viser, "ViserServer", note)
+    for _ in range(5):
+        open_browser_server()
+    assert len(places) > 3
+    assert all(re.fullmatch(r"127\.\d+\.\d+\.\d+", place) for place in places)
+    assert "127.0.0.1" not in places

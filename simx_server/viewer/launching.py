@@ -17,6 +17,8 @@ logger = logging.getLogger(__name__)
 NEEDED = ("viser", "mjviser")
 INSTALL = "pip install 'simx-vrep[viewer]'"
 _END_TIMEOUT = 5.0
+_ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE")
+"""Variables that would lead the page to another server than its own, or have it look at nothing."""
 
 
 def missing() -> str | None:
@@ -82,7 +84,7 @@ def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> 
             stdin=subprocess.PIPE,
             pass_fds=inherited,
             process_group=None if os.name == "nt" else 0,
-            env={name: value for name, value in os.environ.items() if name != "SIMX_REDIRECT"},
+            env={name: value for name, value in os.environ.items() if name not in _ELSEWHERE},
         )
     is_over = threading.Event()
     again = f"python {' '.join(command)}"

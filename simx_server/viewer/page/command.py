@@ -65,10 +65,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
             browser = open_browser_server()
             stack.callback(browser.stop)
-            gate = Gate(listener, browser.get_port())
-            stack.callback(gate.close)
             page = Page(browser, options.server)
             stack.callback(page.close)
+            gate = Gate(listener, (browser.get_host(), browser.get_port()))
+            stack.callback(gate.close)
         except KeyboardInterrupt:
             return INTERRUPTED
         _ended_by(page, until_eof=options.until_eof)

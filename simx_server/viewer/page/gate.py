@@ -1,4 +1,4 @@
-"""The door of the page: who may see it. Behind it viser listens on a port of this host that nobody is told.
+"""The door of the page: who may see it. Behind it viser listens where nobody is told.
 
 - A page of this host alone (a loopback address) asks for nothing but a browser that was really sent here: a web site
   that its user has open elsewhere can reach it by a name of its own (DNS rebinding), open a WebSocket to it or show it
@@ -65,12 +65,12 @@ class Refused(Exception):
 class Gate:
     """Lets browsers in at a socket that listens already, until `close`."""
 
-    def __init__(self, listener: socket.socket, behind: int, token: str | None = None) -> None:
+    def __init__(self, listener: socket.socket, behind: tuple[str, int], token: str | None = None) -> None:
         """Takes the socket over.
 
         Args:
             listener: what comes there before this is kept waiting by the system.
-            behind: the port on 127.0.0.1 of what is guarded.
+            behind: host and port of what is guarded.
             token: what to ask for; None chooses one if others can reach `listener`.
         """
         host, self.port = listener.getsockname()[:2]
@@ -124,6 +124,8 @@ class Gate:
                     await writer.drain()
         except (OSError, TimeoutError, asyncio.IncompleteReadError):
             logger.debug("a browser went away, or did not say what it wants")
+        except asyncio.CancelledError:
+            logger.debug("a browser is cut off, since the page ends")  # asyncio would tell it as an error
         finally:
             self._connections -= 1
             writer.close()
@@ -186,7 +188,7 @@ class Gate:
     # --- what is let through ---------------------------------------------------------------------
 
     async def _pass_on(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        back_reader, back_writer = await asyncio.open_connection("127.0.0.1", self._behind)
+        back_reader, back_writer = await asyncio.open_connection(*self._behind)
         try:
             back_writer.write(head)
             ways = [

@@ -50,9 +50,9 @@ class World:
         )
         self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
         self._whole = gui.add_button("Whole scene", icon=viser.Icon.FOCUS_CENTERED)
+        self._extent, self._centre = 2.0, np.zeros(3)
         self._whole.on_click(lambda event: self._look_at_all(event.client))
         browser.on_client_connect(self._look_at_all)
-        self._extent, self._centre = 2.0, np.zeros(3)
 
     def update(self, look: Look) -> None:
         """Take over what was looked at."""
