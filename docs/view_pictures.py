@@ -34,8 +34,8 @@ FLAGS = (
 )  # fmt: skip
 """No network but the page's, and WebGL without a graphics card."""
 
-POSE = {"UR5_joint2": -0.5, "UR5_joint3": 0.9, "UR5_joint4": -1.2}
-"""The arm's camera looks down at the table's things; radians."""
+POSE = {"UR5_joint4": -1.0, "UR5_joint5": 1.12, "UR5_joint6": 0.58}
+"""The arm's camera looks down at the things on the floor; radians."""
 
 SELECTED = "Cylinder"
 TABS = {"view-objects": "Objects", "view-cameras": "Cameras", "view-joints": "Joints"}
@@ -77,7 +77,7 @@ def choose(page: Page, tab: str) -> None:
 def save(picture: bytes, file: Path) -> None:
     """A screenshot, made small."""
     with Image.open(io.BytesIO(picture)) as whole:
-        whole.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(file, optimize=True)
+        whole.convert("RGB").quantize(COLOURS).save(file, optimize=True)
 
 
 def main() -> int:
