@@ -84,7 +84,10 @@ class Gate:
         self._behind = behind
         self._connections = 0
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, args=(listener,), name="simx-gate", daemon=True)
+        self._server = self._loop.run_until_complete(
+            asyncio.start_server(self._admit, sock=listener, limit=_MOST_HEAD)
+        )
+        self._thread = threading.Thread(target=self._run, name="simx-gate", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -92,15 +95,12 @@ class Gate:
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
-    def _run(self, listener: socket.socket) -> None:
+    def _run(self) -> None:
         asyncio.set_event_loop(self._loop)  # gather asks for it
-        server = self._loop.run_until_complete(
-            asyncio.start_server(self._admit, sock=listener, limit=_MOST_HEAD)
-        )
         try:
             self._loop.run_forever()
         finally:
-            server.close()
+            self._server.close()
             tasks = asyncio.all_tasks(self._loop)
             for task in tasks:
                 task.cancel()
