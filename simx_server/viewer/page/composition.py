@@ -32,6 +32,9 @@ LOOKS = 1 / 25
 SURVEYS = 0.2
 """Seconds between two updates of the panels."""
 
+PANEL_WIDTH = 440
+"""Pixels: the controls stand in one row each."""
+
 UNSEEN = 0.5
 """Seconds between two looks while no browser is there."""
 
@@ -63,6 +66,7 @@ class Page:
         )
         gui.set_panel_label("simx")
         gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH)
         self._run = Run(gui, hands, address)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Objects"):

@@ -50,7 +50,7 @@ class Run:
         if survey["is_waiting"]:
             words.append(f"waits for {html.escape(', '.join(survey['steppers']))}, which steps it")
         put(self._state, content=_line(f"{html.escape(look['scene'])} — {', '.join(words)}"))
-        self._advise(self._advice(survey))
+        self._advise(self._advice(survey) if running == "stopped" else "")
         lines = survey["interface"]["status_bar"][-_MESSAGES:]
         put(self._messages, content=_line("<br>".join(html.escape(line) for line in lines), small=True))
 
@@ -77,7 +77,7 @@ class Run:
             f"client = vrep.simxStart(\n    '127.0.0.1', {port}, True, True, 5000, 5)\n"
             "```\n"
             "or run an old script as it is: `simx-run script.py`.  \n"
-            "Or press Start, and move the joints: tab Joints."
+            "Or press Start, and turn joints by the keys R and F, T and G: tab Joints."
         )
 
     def _advise(self, text: str) -> None:
