@@ -37,9 +37,14 @@ def simulator(*arguments: str) -> Iterator[int]:
     In its first half second a server makes its renderer beside serving; the first picture comes after that.
     """
     with processes.server(*arguments) as server, connected(server.port) as client:
-        camera = handle_of(client, CAMERA)
-        check(vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_blocking))
+        settle(client)
         yield client
+
+
+def settle(client: int) -> None:
+    """Wait until the server has made its renderer."""
+    camera = handle_of(client, CAMERA)
+    check(vrep.simxGetVisionSensorImage(client, camera, 0, vrep.simx_opmode_blocking))
 
 
 def check(result: Any, *allowed: int) -> Any:

@@ -20,9 +20,6 @@ import simx_client as vrep
 
 FOLDER = Path(__file__).with_name("pictures")
 WIDTH, HEIGHT = 1280, 800
-COLOURS = 256
-"""A picture with a palette is a third as large."""
-
 LONG_MS = 60_000
 """WebGL by software takes its time."""
 
@@ -74,10 +71,10 @@ def choose(page: Page, tab: str) -> None:
     page.get_by_role("tab", name=tab, exact=True).click()
 
 
-def save(picture: bytes, file: Path) -> None:
-    """A screenshot, made small."""
-    with Image.open(io.BytesIO(picture)) as whole:
-        whole.convert("RGB").quantize(COLOURS).save(file, optimize=True)
+def shoot(page: Page, file: Path) -> None:
+    """A picture of the page."""
+    with Image.open(io.BytesIO(page.screenshot(timeout=LONG_MS))) as picture:
+        picture.convert("RGB").save(file, optimize=True)
 
 
 def main() -> int:
@@ -99,7 +96,7 @@ def main() -> int:
         for name, tab in TABS.items():
             choose(page, tab)
             page.wait_for_timeout(4000)
-            save(page.screenshot(timeout=LONG_MS), file := FOLDER / f"{name}.png")
+            shoot(page, file := FOLDER / f"{name}.png")
             sys.stdout.write(f"{file} {file.stat().st_size // 1000} kB\n")
         vrep.simxFinish(client)
         server.terminate()

@@ -228,7 +228,7 @@ def test_ten_look_at_once_and_all_see_the_scene_move(place: Place) -> None:
 
 def test_a_picture_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> None:
     file = tmp_path / "page.png"
-    pictures.save(place.page.screenshot(timeout=pictures.LONG_MS), file)
+    pictures.shoot(place.page, file)
     picture = cv2.imread(str(file))
     assert picture is not None
     assert picture.shape == (HEIGHT, WIDTH, 3)
