@@ -5,13 +5,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable
+from functools import partial
+from typing import Protocol, TypeVar
 
 import viser
 
 from simx_server.viewer.messages import Look, Survey
 
+from .guarded import Guarded
 from .keys import Keys
 from .link import AGAIN, Away, Eye, Hands
 from .mirror import Mirror
@@ -51,6 +53,9 @@ class Panel(Protocol):
         ...
 
 
+P = TypeVar("P", bound=Panel)
+
+
 class Page:
     """A page that viser serves. `run` until `end`."""
 
@@ -67,33 +72,35 @@ class Page:
         gui.set_panel_label("simx")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
-        self._run = Run(gui, hands, address)
+        self._parts: list[tuple[Guarded, Panel]] = []
+        self._run = self._placed("the line of state", lambda: Run(gui, hands, address))
+        self._view = Guarded(gui, "the 3-D view")
+        self._surveyed = Guarded(gui, "what stands beside the bodies of the 3-D view")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Objects"):
-            objects = Objects(gui, hands)
+            self._placed("the tab of objects", lambda: Objects(gui, hands))
         with tabs.add_tab("Joints"):
-            keys = Keys(gui, hands)
-            joints = Joints(gui, hands)
+            self._placed("the legend of keys", lambda: Keys(gui, hands))
+            self._placed("the tab of joints", lambda: Joints(gui, hands))
         with tabs.add_tab("Cameras"):
-            self._cameras = Cameras(browser, hands, address, mirror)
+            self._cameras = self._placed(
+                "the tab of cameras", lambda: Cameras(browser, hands, address, mirror)
+            )
         with tabs.add_tab("Signals"):
-            signals = Signals(gui, hands, mirror)
+            self._placed("the tab of signals", lambda: Signals(gui, hands, mirror))
         with tabs.add_tab("Dialogs"):
-            interface = Interface(gui, hands)
+            self._placed("the tab of dialogs", lambda: Interface(gui, hands))
         with tabs.add_tab("Clients"):
-            clients = Clients(gui)
+            self._placed("the tab of clients", lambda: Clients(gui))
         with tabs.add_tab("View"):
             self._world = World(browser, hands, mirror)
-        self._panels: Sequence[Panel] = (
-            self._run,
-            objects,
-            keys,
-            joints,
-            self._cameras,
-            signals,
-            interface,
-            clients,
-        )
+
+    def _placed(self, name: str, make: Callable[[], P]) -> P:
+        """A panel in the container that is open now, below the mark of its failures."""
+        guard = Guarded(self._browser.gui, name)
+        panel = make()
+        self._parts.append((guard, panel))
+        return panel
 
     def run(self) -> None:
         """Keep the page up to date until `end`."""
@@ -104,14 +111,14 @@ class Page:
             pause = LOOKS if self._browser.get_clients() else UNSEEN
             try:
                 look = self._eye.look()
-                self._world.update(look)
-                self._cameras.follow()
+                if not self._view.update(partial(self._follow, look)):
+                    self._eye.forget_look()  # else it would be without what this one brought
+                    pause = AGAIN
                 if began >= next_survey:
-                    survey = self._eye.survey()
-                    self._world.survey(survey)
-                    for panel in self._panels:
-                        panel.update(survey, look)
                     next_survey = began + max(SURVEYS, pause)
+                    if not self._survey(look):
+                        self._eye.forget_survey()
+                        next_survey = began + AGAIN
                 is_away = False
             except Away as reason:
                 if not is_away:
@@ -122,12 +129,23 @@ class Page:
             self._browser.flush()
             self._ending.wait(max(0.0, began + pause - time.monotonic()))
 
+    def _follow(self, look: Look) -> None:
+        self._world.update(look)
+        self._cameras.follow()
+
+    def _survey(self, look: Look) -> bool:
+        """Whether all that shows a survey could. Raises Away."""
+        survey = self._eye.survey()
+        done = [self._surveyed.update(partial(self._world.survey, survey))]
+        done += [guard.update(partial(panel.update, survey, look)) for guard, panel in self._parts]
+        return all(done)
+
     def end(self) -> None:
         """Let `run` return. Any thread."""
         self._ending.set()
 
     def close(self) -> None:
-        for panel in self._panels:
+        for _, panel in self._parts:
             panel.close()
         self._hands.close()
         self._eye.close()

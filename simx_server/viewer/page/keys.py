@@ -51,7 +51,6 @@ class Keys:
             "Keys move joints", True, hint="1 degree, 5 mm, 0.25 rad/s a press; click into the view first"
         )
         self._legend = gui.add_html("")
-        self._is_on.on_update(lambda _: self._offer())
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
@@ -63,7 +62,9 @@ class Keys:
             for each in self._items
             if (view := self._joints.get(each["handle"])) is not None and settable(each, view) is not None
         ]
-        if (driven := movable[: len(_PAIRS)]) != self._driven:
+        # The box is read here, not when it is clicked: one thread makes and removes keys.
+        driven = movable[: len(_PAIRS)] if self._is_on.value else []
+        if driven != self._driven:
             self._driven = driven
             self._offer()
 
@@ -75,7 +76,7 @@ class Keys:
         for command in self._commands:
             command.remove()
         self._commands.clear()
-        driven = list(zip(self._driven, _PAIRS, strict=False)) if self._is_on.value else []
+        driven = list(zip(self._driven, _PAIRS, strict=False))
         for item, (forwards, back) in driven:
             moves: tuple[tuple[_Key, int], ...] = ((forwards, +1), (back, -1))
             for key, sign in moves:

@@ -91,9 +91,18 @@ class Eye:
         self._tree, self._drawings = seen["tree_version"], seen["drawings_version"]
         return seen
 
+    def forget_look(self) -> None:
+        """The next look holds everything."""
+        self._model = self._arrays = -1
+
+    def forget_survey(self) -> None:
+        """The next survey holds everything."""
+        self._tree = self._drawings = -1
+
     def forget(self) -> None:
         """The next answers hold everything."""
-        self._model = self._arrays = self._tree = self._drawings = -1
+        self.forget_look()
+        self.forget_survey()
 
     def _ask(self, function: str, *known: int) -> Any:
         try:

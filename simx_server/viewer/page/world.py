@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import mujoco
 import numpy as np
 import viser
@@ -13,6 +15,8 @@ from .drawings import Drawings
 from .link import Hands, make
 from .mirror import Copy, Mirror
 from .selected import Selected
+
+logger = logging.getLogger(__name__)
 
 _MOVED = 1e-5
 """Metres, or a unit quaternion's difference, below which nothing is sent."""
@@ -99,7 +103,12 @@ class World:
             self._looks[number] = look
             if before := self._bodies.pop(number, None):
                 before.remove()
-            if meshes := list(meshes_of(model, number)):
+            try:
+                meshes = list(meshes_of(model, number))
+            except Exception:  # of the converter, with a scene that nobody has tried
+                logger.exception("body '%s' cannot be drawn; the others are", model.body(number).name)
+                continue
+            if meshes:
                 body = Body(self._browser.scene, number, meshes)
                 body.on_click(self._clicked)
                 self._bodies[number] = body

@@ -1,0 +1,41 @@
+"""What keeps one part of the page that fails from ending the others."""
+
+from __future__ import annotations
+
+import html
+import logging
+from collections.abc import Callable
+
+import viser
+
+logger = logging.getLogger(__name__)
+
+_STYLE = "padding:0.3em 1em;font-size:0.85em;color:#e03131;overflow-wrap:anywhere"
+_MOST_LETTERS = 300
+"""Of what a failure says."""
+
+
+class Guarded:
+    """Brings one part up to date. A failure is logged once, and marked where this is made, until it is over."""
+
+    def __init__(self, gui: viser.GuiApi, name: str) -> None:
+        self._name = name
+        self._mark = gui.add_html("", visible=False)
+        self._logged: set[type[Exception]] = set()
+
+    def update(self, act: Callable[[], object]) -> bool:
+        """Do it, and say whether that went well."""
+        try:
+            act()
+        except Exception as problem:
+            if type(problem) not in self._logged:  # it would be so for each picture of the scene
+                self._logged.add(type(problem))
+                logger.exception("%s of the page cannot be brought up to date; the rest is", self._name)
+            self._mark.content = (
+                f"<div style='{_STYLE}'>What stands here is not up to date: this is a defect of the page, please "
+                f"report it with the page's log: {html.escape(repr(problem)[:_MOST_LETTERS])}</div>"
+            )
+            self._mark.visible = True
+            return False
+        self._mark.visible = False
+        return True
