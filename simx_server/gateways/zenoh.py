@@ -6,6 +6,7 @@ import logging
 import os
 import re
 import socket
+import threading
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -34,6 +35,9 @@ from ..status_bar import as_log_line
 from .exposure import exposure
 
 logger = logging.getLogger(__name__)
+
+CLOSE_TIMEOUT = 3.0
+"""Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
 
 
 class GatewayError(Exception):
@@ -231,7 +235,17 @@ class ZenohGateway:
             query.reply(key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
 
     def close(self) -> None:
-        """Leave the network. Clients notice at once."""
+        """Leave the network. Clients notice at once.
+
+        Zenoh waits up to ten seconds for one that takes nothing any more; the end of the process does not.
+        """
+        closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
+        closing.start()
+        closing.join(CLOSE_TIMEOUT)
+        if closing.is_alive():
+            logger.warning("a client that takes nothing any more is not waited for")
+
+    def _close_session(self) -> None:
         try:
             self._session.close()
         except self._zenoh.ZError as error:
