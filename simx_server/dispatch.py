@@ -71,6 +71,20 @@ class Dispatch:
             return self._later(client, command, result)
         return Answer(STATUS_OK, _values(command, result))
 
+    def handler(self, command: Command) -> Handler | None:
+        """What carries it out, if it is available."""
+        return self._handlers.get(command.name)
+
+    def look(self, client: ClientSession, handler: Handler, checked: list[Any]) -> Answer | Future[Answer]:
+        """As `carry_out`, for what only reads and is asked after each pass; whoever asks counts it."""
+        try:
+            result = handler(self._simulation, client, checked)
+        except Exception as error:
+            return self._failure(client, handler.command.name, error)
+        if isinstance(result, Future):
+            return self._later(client, handler.command, result)
+        return Answer(STATUS_OK, _values(handler.command, result))
+
     def command(self, name: str) -> Command | None:
         """The table's entry, if this is a remote command."""
         return ANSWERED.get(name)

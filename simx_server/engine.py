@@ -72,7 +72,7 @@ class Engine:
         self.sessions: dict[str, ClientSession] = {}
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(simulation, handlers, self.metrics)
-        self._publisher = Publisher(simulation, self._dispatch, pacer)
+        self._publisher = Publisher(simulation, self._dispatch, pacer, self.metrics)
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox()

@@ -56,9 +56,9 @@ class Histogram:
 
         self.longest = 0.0
 
-    def add(self, seconds: float) -> None:
-        self.counts[bisect_right(BOUNDS, seconds)] += 1
-        self.seconds += seconds
+    def add(self, seconds: float, times: int = 1) -> None:
+        self.counts[bisect_right(BOUNDS, seconds)] += times
+        self.seconds += seconds * times
         if seconds > self.longest:
             self.longest = seconds
 
@@ -201,13 +201,13 @@ class Metrics:
 
     # --- counting --------------------------------------------------------------------------------
 
-    def executed(self, command: str, seconds: float) -> None:
-        """A command has kept the physics thread so long."""
-        times = self.command_times.get(command)
-        if times is None:
+    def executed(self, command: str, seconds: float, times: int = 1) -> None:
+        """A command has kept the physics thread so long; so many times."""
+        histogram = self.command_times.get(command)
+        if histogram is None:
             name = command if command in ANSWERED else UNKNOWN
-            times = self.command_times.setdefault(name, Histogram())
-        times.add(seconds)
+            histogram = self.command_times.setdefault(name, Histogram())
+        histogram.add(seconds, times)
 
     def called(self, client: str, calls: int) -> None:
         """A client sent so many calls."""

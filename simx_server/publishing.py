@@ -13,13 +13,15 @@ from concurrent.futures import Future
 from functools import partial
 from weakref import WeakValueDictionary
 
-from simx_client.protocol.codec import encode, encode_delivery, pack_answer, pack_reply_head
+from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
+from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .errors import CommandError
 from .limits import LimitReached
+from .metrics import Metrics
 from .sessions import ClientSession
 from .simulation import Simulation, SimulationState
 from .streams import PassAnswers, Question, Shared, Stream
@@ -43,8 +45,9 @@ _SCENE_ID_MASK = 0xFFFF
 class Publisher:
     """Puts replies into messages, and makes and sends those of the streams. Physics thread, but for `message`."""
 
-    def __init__(self, simulation: Simulation, dispatch: Dispatch, pacer: Pacer) -> None:
+    def __init__(self, simulation: Simulation, dispatch: Dispatch, pacer: Pacer, metrics: Metrics) -> None:
         self._simulation = simulation
+        self._metrics = metrics
         self._dispatch = dispatch
         self._pacer = pacer
         self._round = 0
@@ -93,7 +96,8 @@ class Publisher:
             stream.last = pack_answer(answer.status, self.time_ms(), answer.values)
             question = stream.question()
             if question is not None and not stream.delay:
-                stream.shared = self._shared.get(question) or Shared(question)
+                reader = self._dispatch.handler(command) if command.only_reads else None
+                stream.shared = self._shared.get(question) or Shared(question, reader)
                 self._shared[question] = stream.shared
         session.streams.arm(stream)
 
@@ -115,13 +119,7 @@ class Publisher:
         newest: list[bytes] = []
         """Heads and answers by turns."""
         taken: list[Reply] = []
-        for stream in list(streams.shared.values()):
-            shared = stream.shared
-            assert shared is not None
-            if shared.round != self._round and not self._answer(session, stream, answers, time_ms):
-                streams.separate(stream)
-            else:
-                newest += (stream.head, shared.packed)
+        self._take_shared(session, answers, time_ms, newest)
         for stream in list(streams.single.values()):
             command = stream.command
             if stream.is_due(now, every_picture=every_picture):
@@ -153,18 +151,47 @@ class Publisher:
             streams.last_sent, streams.next_repeat = values, now + REPEAT
             session.link.publish(encode_delivery(self._delivery(session, []), values, len(newest) // 2))
 
-    def _answer(self, session: ClientSession, stream: Stream, answers: PassAnswers, time_ms: int) -> bool:
-        """Answer a question that streams share, for all of them; False if the answer only comes later."""
-        shared = stream.shared
-        assert shared is not None
-        answer = answers.get(shared.question)
-        if answer is None:
-            answer = self._dispatch.carry_out(session, stream.command, stream.arguments)
-            answers.put(shared.question, answer)
-        if isinstance(answer, Future):
-            return False
-        shared.round, shared.packed = self._round, pack_answer(answer.status, time_ms, answer.values)
-        return True
+    def _take_shared(
+        self, session: ClientSession, answers: PassAnswers, time_ms: int, newest: list[bytes]
+    ) -> None:
+        """Add the answers that streams share, and find those that no other client's streams have asked for yet.
+
+        They are counted together, so that counting does not cost as much as reading a value.
+        """
+        late: list[Stream] = []
+        pack = answer_packer(STATUS_OK, time_ms)
+        began, count, counted = time.perf_counter(), 0, None
+        for stream in session.streams.shared.values():
+            shared = stream.shared
+            assert shared is not None
+            if shared.round != self._round:
+                if shared.reader is None:
+                    self._count(began, count, counted)
+                    answer = self._dispatch.carry_out(session, stream.command, stream.arguments)
+                    began, count, counted = time.perf_counter(), 0, None
+                else:
+                    if stream.command is not counted:
+                        began, count, counted = self._count(began, count, counted), 0, stream.command
+                    count += 1
+                    answer = self._dispatch.look(session, shared.reader, stream.arguments)
+                if isinstance(answer, Future):
+                    answers.put(shared.question, answer)
+                    late.append(stream)
+                    continue
+                status, values = answer
+                shared.round = self._round
+                shared.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
+            newest += (stream.head, shared.packed)
+        self._count(began, count, counted)
+        for stream in late:
+            session.streams.separate(stream)
+
+    def _count(self, began: float, count: int, command: Command | None) -> float:
+        """Count executions of a command since then; gives the time now."""
+        now = time.perf_counter()
+        if command is not None:
+            self._metrics.executed(command.name, (now - began) / count, count)
+        return now
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import Command
 
+from .handlers.registry import Handler
+
 if TYPE_CHECKING:
     from .dispatch import Answer
 
@@ -27,6 +29,9 @@ class Shared:
     """A question that any number of streams ask after each pass, and its answer."""
 
     question: Question
+    reader: Handler | None
+    """What answers it, if it only reads."""
+
     round: int = -1
     """When it was answered last."""
 
