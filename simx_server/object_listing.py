@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from .scene.names import path_of
+from .scene.names import path_parts
 from .scene.objects import ObjectKind, Scene, SceneObject
 from .simulation import Simulation
 
@@ -22,23 +22,26 @@ def list_objects(simulation: Simulation) -> list[dict[str, Any]]:
     """All objects in tree order: each after its parent, with its depth."""
     scene = simulation.scene
     return [
-        _object(simulation, scene.objects[handle], depth) for handle, depth in _in_tree_order(scene, -1, 0)
+        _object(simulation, scene.objects[handle], path, depth)
+        for handle, path, depth in _in_tree_order(scene, -1, "", 0)
     ]
 
 
-def _in_tree_order(scene: Scene, parent: int, depth: int) -> Iterator[tuple[int, int]]:
-    for child in scene.children(parent):
-        yield child, depth
-        yield from _in_tree_order(scene, child, depth + 1)
+def _in_tree_order(scene: Scene, parent: int, above: str, depth: int) -> Iterator[tuple[int, str, int]]:
+    """Handle, path and depth of all that is below. Paths grow on the way: from each leaf up they take a second."""
+    for child, part in path_parts(scene, parent).items():
+        path = f"{above}/{part}"
+        yield child, path, depth
+        yield from _in_tree_order(scene, child, path, depth + 1)
 
 
-def _object(simulation: Simulation, item: SceneObject, depth: int) -> dict[str, Any]:
+def _object(simulation: Simulation, item: SceneObject, path: str, depth: int) -> dict[str, Any]:
     scene, model = simulation.scene, simulation.model
     parent = scene.objects.get(item.parent)
     record: dict[str, Any] = {
         "handle": item.handle,
         "name": item.name,
-        "path": path_of(scene, item.handle),
+        "path": path,
         "type": item.kind.text,
         "parent": item.parent,
         "parent_name": parent.name if parent is not None else None,

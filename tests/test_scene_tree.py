@@ -10,6 +10,7 @@ from scenes_for_tests import arm, simulation_of
 
 from simx_server.errors import CommandError, UnknownHandle, UnknownName, WrongKind
 from simx_server.library import find_scene, list_scenes
+from simx_server.object_listing import list_objects
 from simx_server.scene.loader import SceneError, load_scene, load_text
 from simx_server.scene.names import path_of
 from simx_server.scene.objects import ObjectKind, Scene
@@ -132,6 +133,25 @@ def test_index_in_a_path_picks_among_equal_aliases() -> None:
     assert path_of(scene, scene.resolve("cup#1")) == "/cup[2]"
     with pytest.raises(UnknownName):
         scene.resolve("/cup[3]")
+
+
+def test_listing_has_the_paths_and_looks_at_each_family_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    sim = simulation_of("""<mujoco><worldbody>
+        <body name="cup"><geom size="1"/><site name="rim"/><site name="rim#0"/></body>
+        <body name="cup#0"><geom size="1"/><body name="spoon"><geom size="1"/></body></body>
+        </worldbody></mujoco>""")
+    families: list[int] = []
+    children = Scene.children
+    monkeypatch.setattr(
+        Scene, "children", lambda self, handle: families.append(handle) or children(self, handle)
+    )
+    listed = list_objects(sim)
+    assert sorted(families) == sorted([-1, *sim.scene.objects]), (
+        "thousands of siblings are listed in good time"
+    )
+    paths = {each["name"]: each["path"] for each in listed}
+    assert (paths["rim#0"], paths["spoon"]) == ("/cup[0]/rim[1]", "/cup[1]/spoon")
+    assert all(path_of(sim.scene, each["handle"]) == each["path"] for each in listed)
 
 
 def test_relative_paths_start_at_the_given_object() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import re
+from collections import Counter
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
@@ -80,11 +81,22 @@ def path_of(scene: Scene, handle: int) -> str:
     """The full path of an object; an index is added where siblings share the alias."""
     parts: list[str] = []
     while handle != -1:
-        item = scene.objects[handle]
-        twins = [other for other in scene.children(item.parent) if scene.objects[other].alias == item.alias]
-        parts.append(item.alias if len(twins) == 1 else f"{item.alias}[{twins.index(handle)}]")
-        handle = item.parent
+        above = scene.objects[handle].parent
+        parts.append(path_parts(scene, above)[handle])
+        handle = above
     return "/" + "/".join(reversed(parts))
+
+
+def path_parts(scene: Scene, parent: int) -> dict[int, str]:
+    """What each child of an object adds to its parent's path, by handle, in hierarchy order; -1 for the top level."""
+    aliases = {child: scene.objects[child].alias for child in scene.children(parent)}
+    twins = Counter(aliases.values())
+    places: Counter[str] = Counter()
+    parts: dict[int, str] = {}
+    for child, alias in aliases.items():
+        parts[child] = alias if twins[alias] == 1 else f"{alias}[{places[alias]}]"
+        places[alias] += 1
+    return parts
 
 
 def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
