@@ -22,9 +22,8 @@ LOOKING = 200e-6
 MOST_SLEPT_FOR = 256
 """Answers that are slept for before looking is tried again."""
 
-_offer_core: Callable[[], object] = getattr(
-    os, "sched_yield", partial(time.sleep, 0)
-)  # Windows has the latter only
+# Windows has no sched_yield.
+_offer_core: Callable[[], object] = getattr(os, "sched_yield", partial(time.sleep, 0))
 
 
 class Spinning:

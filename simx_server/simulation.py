@@ -104,7 +104,8 @@ class Simulation(Hooks):
         self.version = 0
         """Bumped whenever anything visible may have changed."""
         self.model_version = 0
-        """Bumped whenever the model was replaced or its arrays were written: what keeps a copy of it looks here."""
+        """Bumped whenever the model was replaced, its arrays were written or an object was renamed: what keeps a copy
+        of it looks here."""
         self.pass_count = 0
         """Passes of this run; 0 when stopped."""
         self.scene_id = 0

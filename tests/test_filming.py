@@ -25,7 +25,9 @@ from simx_client.protocol.exit_codes import DONE, FAILURE
 from simx_server.cli import make_parser
 from simx_server.errors import CommandError
 from simx_server.filming import Film, Shot, film
+from simx_server.filming import shot as shot_module
 from simx_server.filming.film_file import FilmWriter
+from simx_server.filming.shot import first_picture
 from simx_server.outputs import NewFile, OutputError
 from simx_server.server import serve
 from simx_server.settings import SettingError, Settings
@@ -144,6 +146,32 @@ def test_overview_by_rays_is_that_by_opengl(scene: Path, monkeypatch: pytest.Mon
     cast = snapshot(scene, size="80x60")
     for colour in (RED, GREEN, BLUE):
         assert middle(cast, colour) == pytest.approx(middle(drawn, colour), abs=0.03)
+
+
+def test_overview_may_be_orthographic(scene: Path) -> None:
+    scene.write_text(scene.read_text().replace("<global ", '<global orthographic="true" fovy="200" '))
+    far = snapshot(scene, size="200x200")
+    scene.write_text(scene.read_text().replace('fovy="200"', 'fovy="2"'))
+    near = snapshot(scene, size="240x120")
+    rows, _ = np.nonzero(near[..., RED].astype(int) > near[..., BLUE].astype(int) + 80)
+    assert rows.max() - rows.min() + 1 == pytest.approx(0.4 / 2 * 120, abs=2)  # a diameter of 0.4 of 2 metres
+    rows, _ = np.nonzero(far[..., RED].astype(int) > far[..., BLUE].astype(int) + 80)
+    assert len(rows) <= 4
+
+
+def test_overview_that_shows_nothing_is_told(scene: Path, caplog: pytest.LogCaptureFixture) -> None:
+    scene.write_text(scene.read_text().replace("<visual>", '<visual><map znear="5" zfar="1"/>'))
+    flags = {"scene": str(scene), "snapshot": str(scene.with_name("a.png"))}
+    assert serve(Settings.gather(flags, {})) == FAILURE
+    assert "the scene's overview cannot be pictured: clip planes near=5.0 far=1.0" in caplog.text
+
+
+def test_picture_that_never_comes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shot_module, "LONGEST_WAIT", 0.0)
+    slow: Any = Slow()
+    slow.is_slow = True
+    with pytest.raises(CommandError, match="no picture of slow came within 0 s; simx-server --doctor tells"):
+        first_picture(slow)
 
 
 def test_depth_sensor_gives_the_picture_of_the_remote_api(scene: Path, place: RealWorld) -> None:
@@ -341,6 +369,18 @@ def test_camera_that_is_removed_leaves_the_last_picture_and_the_server(
     shown = frames(tmp_path / "a.mp4")
     assert len(shown) == 24
     assert middle(shown[20], RED)[0] < 0.5
+
+
+def test_next_scene_without_a_usable_view_leaves_the_last_picture_and_the_run(
+    place: RealWorld, scene: Path, tmp_path: Path
+) -> None:
+    made = film_of(place, tmp_path / "a.mp4", camera=None, size=(32, 32))
+    scene.write_text(scene.read_text().replace("<visual>", '<visual><map znear="5" zfar="1"/>'))
+    place.simulation.load(scene)
+    place.simulation.start()
+    advance(place, 5)
+    made.close()
+    assert made.unseen == len(frames(tmp_path / "a.mp4")) == 6
 
 
 def test_full_disk_ends_the_film_and_not_the_server(

@@ -8,6 +8,7 @@ import math
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,18 @@ from real_world import BLOCKING, RealWorld, start_stepped, step
 
 import simx_client as v
 from simx_client.protocol.exit_codes import FAILURE
+from simx_server.errors import CommandError
 from simx_server.filming import Shot
 from simx_server.outputs import NewFile, OutputError
 from simx_server.scene.frames import get_pose
 from simx_server.scene.placing import object_pose
+from simx_server.scene.renaming import rename
 from simx_server.server import serve
 from simx_server.settings import SettingError, Settings
 from simx_server.state_log import StateLog, state_log
+from simx_server.state_log.mcap_file import McapWriter
+from simx_server.state_log.pictures import Pictures
+from simx_server.state_log.places import Places
 
 INSTALL = "pip install 'simx-vrep[log]'"
 pytest.importorskip("foxglove_schemas_protobuf", reason=INSTALL)
@@ -196,6 +202,75 @@ def test_signals_are_logged_when_they_change_and_messages_when_they_come(
     assert (message.message, message.level) == ("half way", state_log.INFO)
 
 
+def test_signals_of_two_kinds_may_have_one_name(place: RealWorld, path: Path) -> None:
+    log = StateLog(place.simulation, path)
+    place.simulation.signals.set_integer("a/b \N{SNOWMAN}", 7)
+    place.simulation.signals.set_float("a/b \N{SNOWMAN}", math.inf)
+    place.simulation.start()
+    log.close()
+    found = {message.DESCRIPTOR.name: message.value for _, message in read(path)["/signals/a/b \N{SNOWMAN}"]}
+    assert found == {"IntegerSignal": 7, "FloatSignal": math.inf}
+
+
+def test_text_that_is_no_utf_8_is_logged_and_stops_nothing(
+    place: RealWorld, path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Programs of old send Latin-1."""
+    log = StateLog(place.simulation, path)
+    client = place.client()
+    _, block = v.simxGetObjectHandle(client, "block", BLOCKING)
+    rename(place.simulation, block, "Kl\udcf6tzchen")
+    v.simxAddStatusbarMessage(client, b"gr\xfcn", BLOCKING)  # pyright: ignore[reportArgumentType]
+    v.simxSetIntegerSignal(client, b"gr\xfcn", 7, BLOCKING)  # pyright: ignore[reportArgumentType]
+    start_stepped(client)
+    step(client, 0.1)
+    log.close()
+    logged = read(path)
+    assert [message.message for _, message in logged["/log"]] == ["gr?n"]
+    assert [message.value for _, message in logged["/signals/gr?n"]] == [7]
+    assert transform(logged["/tf"][-1][1], "Kl?tzchen")[0] == pytest.approx([0.5, 0, 3])
+    assert len(logged["/tf"]) == 4
+    assert "ERROR" not in caplog.text
+
+
+def test_fault_of_the_log_ends_it_and_not_the_run(
+    place: RealWorld, path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(self: Places, sim: object) -> None:
+        raise ValueError("a fault")
+
+    log = StateLog(place.simulation, path)
+    place.simulation.start()
+    place.simulation.advance()
+    monkeypatch.setattr(Places, "state", fail)
+    for _ in range(3):
+        place.simulation.advance()
+    log.close()
+    assert place.simulation.pass_count == 4
+    assert caplog.text.count("ends here; the server goes on") == 1
+    assert len(read(path)["/tf"]) == 3
+
+
+def test_places_are_looked_for_once_after_an_edit(
+    place: RealWorld, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Places] = []
+
+    def counted(sim: Any) -> Places:
+        made.append(Places(sim))
+        return made[-1]
+
+    monkeypatch.setattr(state_log, "Places", counted)
+    log = StateLog(place.simulation, path)
+    place.simulation.start()
+    place.simulation.advance()
+    place.simulation.model_edited()
+    for _ in range(5):
+        place.simulation.advance()
+    log.close()
+    assert len(made) == 2
+
+
 def test_what_is_edited_in_a_run_is_in_the_log_and_the_next_run_follows(place: RealWorld, path: Path) -> None:
     log = StateLog(place.simulation, path)
     client = place.client()
@@ -232,6 +307,26 @@ def test_pictures_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> No
     assert log.unseen == 0
     _, picture = pictures[-1]
     assert (picture.format, picture.frame_id, picture.data[:2]) == ("jpeg", "follower", b"\xff\xd8")
+
+
+def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    class Failing:
+        name = "eye"
+
+        def ask(self) -> Future[Any]:
+            picture: Future[Any] = Future()
+            picture.set_exception(CommandError("the driver is gone"))
+            return picture
+
+    shot: Any = Failing()
+    writer = McapWriter(path)
+    pictures = Pictures(shot, 10.0, writer)
+    for number in range(3):
+        pictures.take(number / 10, number)
+    pictures.finish()
+    writer.close()
+    assert pictures.unseen == 3
+    assert caplog.text.count("a picture is missing in the state log: the driver is gone") == 1
 
 
 def test_moving_a_static_shape_or_a_colour_is_seen(place: RealWorld, path: Path) -> None:
@@ -286,7 +381,7 @@ def test_full_disk_ends_the_log_and_not_the_server(
     with caplog.at_level(logging.ERROR):
         log.close()
     assert (
-        "ends here: No space left on device; `mcap recover` saves what is in it, and the server goes on"
+        "ends here: No space left on device; what is in it can be read from its beginning, and the server goes on"
         in caplog.text
     )
     assert place.simulation.pass_count == 20

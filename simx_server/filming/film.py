@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import CommandError
 from .film_file import FilmWriter
-from .shot import LONGEST_WAIT, Shot
+from .shot import Shot, first_picture
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -51,7 +51,7 @@ class Film:
         per_pass = Fraction(1 / sim.time_step).limit_denominator(1000)
         self.fps = min(Fraction(MOST_FPS), per_pass) if fps is None else Fraction(fps).limit_denominator(1000)
         # Choosing the way to draw takes a second or two, which the first frames would lack.
-        shot.ask().result(LONGEST_WAIT)
+        first_picture(shot)
         self._writer = FilmWriter(path, shot.size, self.fps)
         self._begin = self._next = 0
         """Frame numbers: of the present run's first, and of the next one."""

@@ -105,9 +105,8 @@ class FilmWriter:
     def _run(self) -> None:
         try:
             self._write_frames()
-            if not self.has_failed:
-                self._mux(self._stream.encode(None))
-                self._container.close()
+            self._mux(self._stream.encode(None))
+            self._container.close()
         except OSError as error:
             self._fail(error.strerror or str(error))
         except Exception as error:

@@ -61,7 +61,7 @@ class Shot:
         """The picture of the present state; it is made on the render thread.
 
         Raises:
-            CommandError: the scene has no such camera any more.
+            CommandError: the scene has no such camera any more, or nothing can be seen through it.
         """
         item = self._find()
         vision = self._sim.vision
@@ -101,22 +101,44 @@ class Shot:
         It stays where it is while a scene is edited.
         """
         model = self._sim.model
+        eye, clip = model.vis.global_, model.vis.map
+        width, height = self.size
+        fovy = float(eye.fovy)  # of an orthographic view it is metres
         if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:
             free = mujoco.MjvCamera()
             mujoco.mjv_defaultFreeCamera(model, free)
             stand = Viewpoint(tuple(free.lookat.tolist()), free.distance, free.azimuth, free.elevation)  # pyright: ignore[reportArgumentType]
             self._viewpoint = self._sim.scene_id, stand
         extent = float(model.stat.extent)
-        return CameraView(
-            camera_id=-1,
-            width=self.size[0],
-            height=self.size[1],
-            fovy_deg=float(model.vis.global_.fovy),
-            near=float(model.vis.map.znear) * extent,
-            far=float(model.vis.map.zfar) * extent,
-            background=PAPER,
-            viewpoint=self._viewpoint[1],
-        )
+        try:
+            return CameraView(
+                camera_id=-1,
+                width=width,
+                height=height,
+                fovy_deg=fovy,
+                near=float(clip.znear) * extent,
+                far=float(clip.zfar) * extent,
+                background=PAPER,
+                orthographic_size=fovy * max(1.0, width / height) if eye.orthographic else None,
+                viewpoint=self._viewpoint[1],
+            )
+        except ValueError as problem:
+            raise CommandError(f"the scene's overview cannot be pictured: {problem}") from None
+
+
+def first_picture(shot: Shot) -> Pixels:
+    """Wait for a picture, and for the choice of the way to draw.
+
+    Raises:
+        CommandError: no picture can be made here.
+    """
+    try:
+        return shot.ask().result(LONGEST_WAIT)
+    except TimeoutError:
+        raise CommandError(
+            f"no picture of {shot.name} came within {LONGEST_WAIT:.0f} s; simx-server --doctor tells how this machine "
+            "draws; a smaller --size is drawn sooner"
+        ) from None
 
 
 def _upright(pixels: Pixels) -> Pixels:

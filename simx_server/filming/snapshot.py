@@ -10,7 +10,7 @@ import cv2
 
 from ..outputs import OutputError
 from ..simulation import Simulation, SimulationState
-from .shot import LONGEST_WAIT, Shot
+from .shot import Shot, first_picture
 
 logger = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | No
     try:
         if duration is not None:
             _run(sim, duration)
-        pixels = shot.ask().result(LONGEST_WAIT)
+        pixels = first_picture(shot)
     finally:
         sim.stop()
     made, png = cv2.imencode(".png", pixels[..., ::-1])

@@ -45,6 +45,7 @@ def rename(sim: Simulation, handle: int, name: str) -> None:
     for each in scene.objects.values():
         each.annotations = scene.annotations.objects.get(each.name, {})
     scene.reindex()
+    sim.model_edited()  # what keeps a copy keeps names
     sim.changed()
 
 

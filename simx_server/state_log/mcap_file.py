@@ -1,7 +1,7 @@
 """The file of a state log: MCAP, written by a thread of its own.
 
-A chunk is closed twice a second, so a kill costs at most the last second. Such a file lacks the index at its end: some
-viewers open it as it is, and `mcap recover` makes it whole.
+A chunk is closed twice a second, so a kill costs at most the last second. Such a file lacks the index at its end, and
+is read from its beginning.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from ..outputs import NewFile, package
-from .messages import Messages
+from .messages import Messages, plain
 
 logger = logging.getLogger(__name__)
 
@@ -39,7 +39,9 @@ class McapWriter:
         self._file = NewFile(path, "--state-log")
         self._writer: Any = mcap.Writer(self._file, compression=mcap.CompressionType.ZSTD)
         self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
+        """By topic and schema: signals of two kinds may have one name."""
+
         self._queue: SimpleQueue[tuple[str, str, int, Callable[[], bytes]] | None] = SimpleQueue()
         self.written = 0
         """Messages."""
@@ -100,13 +102,13 @@ class McapWriter:
                 due, is_open = time.monotonic() + PERIOD, False
 
     def _write(self, topic: str, schema: str, time_ns: int, make: Callable[[], bytes]) -> None:
-        channel = self._channels.get(topic)
+        channel = self._channels.get((topic, schema))
         if channel is None:
             if len(self._channels) >= MOST_TOPICS:
                 self._leave_out()
                 return
-            channel = self._channels[topic] = self._writer.register_channel(
-                topic=topic, message_encoding="protobuf", schema_id=self._schema(schema)
+            channel = self._channels[topic, schema] = self._writer.register_channel(
+                topic=plain(topic), message_encoding="protobuf", schema_id=self._schema(schema)
             )
         self._writer.add_message(channel, time_ns, make(), time_ns)
         self.written += 1
@@ -126,7 +128,7 @@ class McapWriter:
     def _fail(self, why: str) -> None:
         self.has_failed = True
         logger.error(
-            "the state log '%s' ends here: %s; `mcap recover` saves what is in it, and the server goes on",
+            "the state log '%s' ends here: %s; what is in it can be read from its beginning, and the server goes on",
             self.path,
             why,
         )

@@ -87,6 +87,11 @@ def _own_classes() -> dict[str, Any]:
     return {name: get_class(pool.FindMessageTypeByName(f"simx.{name}")) for name in OWN}
 
 
+def plain(text: str) -> str:
+    """As protobuf and MCAP take it: what is no UTF-8 in names and texts of old programs becomes a question mark."""
+    return text.encode("utf-8", "replace").decode()
+
+
 def set_time(timestamp: Any, time_ns: int) -> None:
     """Nanoseconds since 1970 into a `google.protobuf.Timestamp`."""
     timestamp.seconds, timestamp.nanos = divmod(time_ns, 1_000_000_000)

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from ..sensors.visibility import VISIBLE_GROUPS
+from .messages import plain
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -37,7 +38,7 @@ def scene_update(sim: Simulation, root: str, update: Any) -> Any:
         if not is_placed or int(model.geom_group[geom]) not in VISIBLE_GROUPS or not _colour(model, geom)[3]:
             continue
         if body not in entities:
-            frame = root if handle is None else sim.scene.get(handle).name
+            frame = root if handle is None else plain(sim.scene.get(handle).name)
             entities[body] = update.entities.add(id=f"body {body}", frame_id=frame, frame_locked=True)
         _add(model, geom, entities[body])
     return update

@@ -13,23 +13,21 @@ import logging
 import math
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, wait
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import cv2
+import mujoco
 import numpy as np
 
-from ..errors import CommandError
 from ..filming.film import MOST_FPS
-from ..filming.shot import LONGEST_WAIT, Pixels, Shot
+from ..filming.shot import Shot, first_picture
 from ..joints.joints import JOINT_TYPES
 from ..scene.objects import ObjectKind
-from ..sensors.vision import then
 from .mcap_file import McapWriter
-from .messages import set_time
+from .messages import plain, set_time
 from .packed import Packed
+from .pictures import Pictures
 from .places import Places
 from .shapes import scene_update
 
@@ -43,9 +41,6 @@ ROOT = "world"
 
 MOST_WAITING = 2000
 """Messages that may wait for the writing thread; five of them are a pass."""
-
-MOST_PICTURES = 4
-"""Those that were asked for and are not made."""
 
 LOOKS_EVERY = 1.0
 """Simulated seconds between two descriptions of the scene while its model is written again and again."""
@@ -74,11 +69,10 @@ class StateLog:
             CommandError: no picture can be made here.
         """
         self._sim = sim
-        self._shot = shot
         if shot is not None:
-            shot.ask().result(LONGEST_WAIT)
-        self._fps = fps or MOST_FPS
+            first_picture(shot)
         self._writer = McapWriter(path)
+        self._pictures = None if shot is None else Pictures(shot, fps or MOST_FPS, self._writer)
         self._zero = time.time_ns()
         self._before = 0.0
         """Simulated seconds of the runs that are over."""
@@ -90,16 +84,15 @@ class StateLog:
         self.left_out = 0
         """Passes that are not in the log because writing could not keep up."""
 
-        self.unseen = 0
-        """Pictures that are not in the log because rendering could not keep up."""
-
-        self._pictures: list[Future[None]] = []
-        self._last_picture = -1
+        self._is_broken = False
         self._told = sim.status_bar.count
         self._signals: dict[str, dict[str, Any]] = {kind: {} for kind in _SIGNALS}
         self._looks = b""
         self._looks_at = -math.inf
-        self._known: tuple[int, int] | None = None
+        self._model: mujoco.MjModel | None = None
+        self._placed = self._looked = -1
+        """The model's version when its places and its looks were found."""
+
         self._places: Places
         self._frame_names: list[str] = []
         self._frames: Packed
@@ -116,13 +109,15 @@ class StateLog:
     def close(self) -> None:
         """Write what waits, and end the file."""
         self._tell_messages()
-        wait(self._pictures, LONGEST_WAIT)
+        if self._pictures is not None:
+            self._pictures.finish()
         self._writer.close()
         if not self._writer.has_failed:
             logger.info(
                 "'%s' has %d messages, %.2f s of simulated time; %d passes and %d pictures were left out, as writing "
                 "and rendering could not keep up",
-                self._writer.path, self._writer.written, self._before, self.left_out, self.unseen,
+                self._writer.path, self._writer.written, self._before, self.left_out,
+                self.unseen,
             )  # fmt: skip
 
     def _started(self) -> None:
@@ -146,11 +141,12 @@ class StateLog:
         return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
 
     def _is_behind(self) -> bool:
-        return self._is_full() or len(self._pictures_awaited()) >= MOST_PICTURES
+        return self._is_full() or (self._pictures is not None and self._pictures.are_awaited)
 
-    def _pictures_awaited(self) -> list[Future[None]]:
-        self._pictures = [picture for picture in self._pictures if not picture.done()]
-        return self._pictures
+    @property
+    def unseen(self) -> int:
+        """Pictures that are not in the log because rendering failed or could not keep up."""
+        return 0 if self._pictures is None else self._pictures.unseen
 
     @property
     def _now(self) -> int:
@@ -161,12 +157,20 @@ class StateLog:
     # --- what is noted ---------------------------------------------------------------------------
 
     def _sample(self) -> None:
-        """Everything that is so now."""
+        """Everything that is so now. A fault of the log is no reason to end a run."""
+        if self._is_broken or self._writer.has_failed:
+            return
+        try:
+            self._note_all()
+        except Exception:
+            self._is_broken = True
+            logger.exception("the state log '%s' ends here; the server goes on", self._writer.path)
+
+    def _note_all(self) -> None:
         sim, now = self._sim, self._now
         sim.refresh()
         self._tell_state(now)
-        if self._known != (id(sim.model), sim.model_version):
-            self._learn(now)
+        self._learn(now)
         state, places = self._places.state(sim), self._places
         frames, (handles, joints) = self._frames, self._joints
         self._put("/tf", "foxglove.FrameTransforms", now, lambda: frames.filled(places.poses(state), now))
@@ -177,7 +181,8 @@ class StateLog:
             self._put("/joints", "foxglove.JointStates", now, lambda: joints.filled(np.array(values), now))
         self._tell_signals(now)
         self._tell_messages()
-        self._take_picture(now)
+        if self._pictures is not None:
+            self._pictures.take((now - self._zero) * 1e-9, now)
 
     def _put(self, topic: str, schema: str, now: int, make: Callable[[], bytes]) -> None:
         self._writer.put(topic, schema, now, make)
@@ -186,7 +191,7 @@ class StateLog:
         message = self._writer.messages.new(schema)
         set_time(message.timestamp, now)
         for name, value in fields.items():
-            setattr(message, name, value)
+            setattr(message, name, plain(value) if isinstance(value, str) else value)
         self._put(topic, schema, now, message.SerializeToString)
 
     def _tell_state(self, now: int) -> None:
@@ -197,17 +202,20 @@ class StateLog:
         )  # fmt: skip
 
     def _learn(self, now: int) -> None:
-        """The model is another, or was written: where things are on their bodies, and what they look like."""
-        sim, is_another = self._sim, self._known is None or self._known[0] != id(self._sim.model)
-        self._places = Places(sim)
-        if is_another or self._places.names != self._frame_names:
-            self._frame_names = self._places.names
-            self._frames, self._joints = self._pack_frames(), self._pack_joints()
+        """Where things are on their bodies, and what they look like, when the model is another or was written."""
+        sim, version = self._sim, self._sim.model_version
+        is_another, self._model = self._model is not sim.model, sim.model
+        if is_another or self._placed != version:
+            self._placed = version
+            self._places = Places(sim)
+            if is_another or self._places.names != self._frame_names:
+                self._frame_names = self._places.names
+                self._frames, self._joints = self._pack_frames(), self._pack_joints()
         elapsed = (now - self._zero) / 1e9
-        if not is_another and elapsed < self._looks_at + LOOKS_EVERY:
-            return  # looked at again in the next pass
-        self._known = id(sim.model), sim.model_version
-        self._looks_at = elapsed
+        is_due = self._looked != version and elapsed >= self._looks_at + LOOKS_EVERY
+        if not is_another and not is_due:
+            return
+        self._looked, self._looks_at = version, elapsed
         update = scene_update(sim, ROOT, self._writer.messages.new("foxglove.SceneUpdate"))
         looks = update.SerializeToString()
         if looks != self._looks:
@@ -220,7 +228,7 @@ class StateLog:
         message = self._writer.messages.new("foxglove.FrameTransforms")
         places: list[tuple[Any, str]] = []
         for name in self._frame_names:
-            frame = message.transforms.add(parent_frame_id=ROOT, child_frame_id=name)
+            frame = message.transforms.add(parent_frame_id=ROOT, child_frame_id=plain(name))
             places += [(frame.translation, axis) for axis in "xyz"] + [
                 (frame.rotation, axis) for axis in "xyzw"
             ]
@@ -234,7 +242,7 @@ class StateLog:
         message = self._writer.messages.new("foxglove.JointStates")
         places: list[tuple[Any, str]] = []
         for item in joints:
-            joint = message.joints.add(name=item.name)
+            joint = message.joints.add(name=plain(item.name))
             places += [(joint, "position"), (joint, "velocity")]
         return [item.handle for item in joints], Packed(message, places, [message.timestamp])
 
@@ -261,35 +269,6 @@ class StateLog:
 
     def _tell(self, level: int, text: str) -> None:
         self._send("/log", "foxglove.Log", self._now, level=level, message=text[:_LONGEST_TEXT], name="simx")
-
-    def _take_picture(self, now: int) -> None:
-        if self._shot is None:
-            return
-        number = math.floor((now - self._zero) * 1e-9 * self._fps + 1e-6)
-        if number <= self._last_picture:
-            return
-        self._last_picture = number
-        if len(self._pictures_awaited()) >= MOST_PICTURES:
-            self.unseen += 1
-            return
-        try:
-            picture = self._shot.ask()
-        except CommandError:
-            return  # the scene has no such camera at present
-        frame = self._shot.name
-        self._pictures.append(then(picture, lambda pixels: self._put_picture(pixels, frame, now)))
-
-    def _put_picture(self, pixels: Pixels, frame: str, now: int) -> None:
-        """On the render thread."""
-
-        def compressed() -> bytes:
-            message = self._writer.messages.new("foxglove.CompressedImage")
-            set_time(message.timestamp, now)
-            message.frame_id, message.format = frame, "jpeg"
-            message.data = cv2.imencode(".jpg", pixels[..., ::-1])[1].tobytes()
-            return message.SerializeToString()
-
-        self._put(f"/camera/{frame}", "foxglove.CompressedImage", now, compressed)
 
 
 def _text(value: bytes) -> str:
