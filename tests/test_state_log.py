@@ -233,6 +233,20 @@ def test_text_that_is_no_utf_8_is_logged_and_stops_nothing(
     assert "ERROR" not in caplog.text
 
 
+def test_renamed_object_has_its_new_name_until_the_stop(place: RealWorld, path: Path) -> None:
+    sim = place.simulation
+    log = StateLog(sim, path)
+    sim.start()
+    sim.advance()
+    rename(sim, sim.scene.resolve("block"), "brick")
+    sim.advance()
+    sim.stop()
+    log.close()
+    names = [{each.child_frame_id for each in message.transforms} for _, message in read(path)["/tf"]]
+    assert ["block" in each for each in names] == [True, True, True, False, True]
+    assert ["brick" in each for each in names] == [False, False, False, True, False]
+
+
 def test_fault_of_the_log_ends_it_and_not_the_run(
     place: RealWorld, path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

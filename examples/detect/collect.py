@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             Client("127.0.0.1", port) as client,
         ):
             rate = collect(client, chosen.folder, chosen.count, chosen.seed)
-    except SimxError as problem:
+    except (SimxError, OSError, RuntimeError) as problem:  # the last: its own simulator did not get ready
         sys.exit(f"collect.py: {problem}")
     print(
         f"{chosen.count} pictures in {chosen.folder}, {rate:.1f} a second; see {chosen.folder.parent / 'preview.png'}"
