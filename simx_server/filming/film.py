@@ -5,8 +5,8 @@ simulation's own time whatever the pace was. Several runs follow one another; wh
 
 Physics never waits for a picture. Where the clock on the wall sets the pace, a frame that rendering and encoding
 cannot keep up with is the one before once more. Where nothing does, at ``--speed max`` and in stepped mode, the next
-pass is not due until there is room again (`Simulation.pass_holders`), so every frame is there; calls are answered
-meanwhile.
+pass is not due until there is room again (`Simulation.pass_holders`), so every frame is there, but perhaps for
+the first of a run that follows at once; calls are answered meanwhile.
 """
 
 from __future__ import annotations
