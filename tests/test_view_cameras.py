@@ -244,6 +244,17 @@ def test_cameras_come_and_go_with_the_scene(tab: Tab) -> None:
     assert len(tab.elements.all("image")) == 8
 
 
+def test_of_many_cameras_the_first_are_shown(tab: Tab) -> None:
+    survey, look = tab.update()
+    tree = survey["tree"]
+    assert tree is not None
+    eye = next(item for item in tree if item["type"] == "vision sensor")
+    survey["tree"] = [{**eye, "handle": 1000 + number, "path": f"/eye[{number}]"} for number in range(500)]
+    tab.cameras.update(survey, look)
+    assert len(tab.elements.all("image")) == 2 * 40
+    assert "The first 40 of 500 vision sensors." in tab.elements.texts()
+
+
 OPTICS = Optics(16, 16, 0.1, 5.0, 1.0, is_orthographic=False)
 GREY = np.full((16, 16, 3), 90, np.uint8)
 

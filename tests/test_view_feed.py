@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
+import mujoco
 import numpy as np
 import pytest
 from real_world import BLOCKING, RealWorld, handle_of
@@ -14,6 +15,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.simulation import SimulationState
+from simx_server.viewer import feed
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import LOOK, ONE_PASS, SPEED, SURVEY
 from simx_server.viewer.page.mirror import Mirror
@@ -158,6 +160,27 @@ def test_survey_has_signals_streams_drawings_and_messages(told: Told) -> None:
     assert [each["command"] for each in survey["streams"]] == ["simxGetObjectPosition"]
     assert survey["drawings"][0]["items"] == [[0, 0, 0, 1, 1, 1]]
     assert len(survey["interface"]["status_bar"][-1]) < 5000
+
+
+def test_of_thousands_of_signals_the_first_are_told(told: Told) -> None:
+    told.sim.signals.integers.update({f"n{number}": number for number in range(5000)})
+    told.sim.signals.floats["gain"] = 0.5
+    signals = told.ask(SURVEY, -1, -1)["signals"]
+    assert list(signals["integers"])[:2] == ["n0", "n1"]
+    assert len(signals["integers"]) < 2000
+    assert signals["floats"] == {"gain": 0.5}
+    assert signals["count"] == 5001
+
+
+def test_a_large_model_travels_as_it_is(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
+    small = len(told.ask(LOOK, -1, -1)["binary"])
+    monkeypatch.setattr(feed, "_MOST_COMPRESSED", 0)
+    told.feed._forget_model()
+    large, _ = told.look()
+    assert large["binary"] is not None
+    assert told.mirror.copy is not None
+    assert told.mirror.copy.model.nbody == told.sim.model.nbody
+    assert len(large["binary"]) > mujoco.mj_sizeModel(told.sim.model) > small
 
 
 def test_one_pass_is_one_pass_from_any_state(told: Told) -> None:

@@ -130,9 +130,12 @@ def test_texts_of_clients_are_shown_and_not_obeyed(tab: Tab, client: Client) -> 
     client.signals.strings["<img src=x onerror=alert(1)>"] = "a <b>bold</b> one"
     client.signals.buffers["packed"] = bytes(range(250, 256)) * 100
     client.signals.strings["long"] = "ä" * 200
+    client.signals.ints["y" * 1000] = 1
     assert tab.shows("&lt;img src=x onerror=alert(1)&gt;")
     assert "a &lt;b&gt;bold&lt;/b&gt; one" in tab.elements.texts()
     assert "<img" not in tab.elements.texts()
+    assert "y" * 299 + "…" in tab.elements.texts()
+    assert "y" * 300 not in tab.elements.texts()
     assert "fa fb fc fd fe ff" in tab.elements.texts()
     assert "(600 bytes)" in tab.elements.texts()
     assert "ä" * 100 + " … (400 bytes)" in tab.elements.texts()

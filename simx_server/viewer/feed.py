@@ -18,9 +18,9 @@ from __future__ import annotations
 
 import time
 import zlib
-from collections.abc import Callable, Sequence
-from itertools import count
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from itertools import count, islice
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgpack
 import mujoco
@@ -66,7 +66,14 @@ _MOST_LINES = 100
 _MOST_ITEMS = 20_000
 """Items of drawing objects that are handed out; a browser does not show more in good time."""
 
+T = TypeVar("T")
 Results = tuple[list[int], list[float], list[str], bytes]
+
+_MOST_SIGNALS = 1000
+"""Of a kind, that are handed out."""
+
+_MOST_COMPRESSED = 8 << 20
+"""Bytes of a model that is compressed: more would keep the simulation waiting for longer than their way to the page."""
 
 _METRICS_EVERY = 1.0
 """Seconds. They are of the last five, and with many commands they cost more than all the rest."""
@@ -212,12 +219,13 @@ class Feed:
     def _signals(self) -> Signals:
         signals = self._sim.signals
         return {
-            "integers": dict(signals.integers),
-            "floats": dict(signals.floats),
+            "integers": _some(signals.integers),
+            "floats": _some(signals.floats),
             "strings": {
                 name: {"size": len(value), "beginning": value[:_MOST_TEXT]}
-                for name, value in signals.strings.items()
+                for name, value in _some(signals.strings).items()
             },
+            "count": len(signals.integers) + len(signals.floats) + len(signals.strings),
         }
 
     def _interface(self) -> dict[str, Any]:
@@ -289,10 +297,14 @@ class Feed:
 
 
 def _binary(model: mujoco.MjModel) -> bytes:
-    """The model as MuJoCo's own file, small: most of a mesh's arrays compress well."""
+    """The model as MuJoCo's own file in zlib's format, small unless it is large."""
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
-    return zlib.compress(buffer.tobytes(), 1)
+    return zlib.compress(buffer.data, 1 if buffer.size <= _MOST_COMPRESSED else 0)
+
+
+def _some(signals: Mapping[str, T]) -> dict[str, T]:
+    return dict(islice(signals.items(), _MOST_SIGNALS))
 
 
 def _tree(sim: Simulation) -> list[SceneItem]:

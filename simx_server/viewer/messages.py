@@ -93,6 +93,8 @@ class Signals(TypedDict):
     integers: dict[str, int]
     floats: dict[str, float]
     strings: dict[str, StringView]
+    count: int
+    """Of all there are; of thousands only the first are told."""
 
 
 class StreamView(TypedDict):

@@ -24,6 +24,7 @@ from .panels.joints import Joints
 from .panels.objects import Objects
 from .panels.run import Run
 from .panels.signals import Signals
+from .quiet_viser import renumber
 from .world import World
 
 logger = logging.getLogger(__name__)
@@ -108,7 +109,10 @@ class Page:
         is_away = False
         while not self._ending.is_set():
             began = time.monotonic()
-            pause = LOOKS if self._browser.get_clients() else UNSEEN
+            pause = LOOKS
+            if not self._browser.get_clients():
+                pause = UNSEEN
+                renumber(self._browser)
             try:
                 look = self._eye.look()
                 if not self._view.update(partial(self._follow, look)):

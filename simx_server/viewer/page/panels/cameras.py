@@ -39,6 +39,9 @@ _RATES = {"1 a second": 1.0, "2 a second": 2.0, "5 a second": 5.0, "10 a second"
 _LIVE_AT_FIRST = 2
 """So many cameras are on without being asked for."""
 
+_MOST = 40
+"""Vision sensors that are shown."""
+
 _ANYWAY = 1.0
 """Seconds until a scene that stands still is looked at again: a sensor may have been set otherwise."""
 
@@ -51,7 +54,7 @@ class Cameras:
     def __init__(self, browser: viser.ViserServer, hands: Hands, address: str, mirror: Mirror) -> None:
         self._browser, self._gui, self._mirror = browser, browser.gui, mirror
         self._link = Link(address)
-        self._none = browser.gui.add_html("", visible=False)
+        self._note = browser.gui.add_html("", visible=False)
         self._rate = browser.gui.add_dropdown(
             "Pictures", tuple(_RATES), initial_value="5 a second", hint="of each camera that is live"
         )
@@ -99,23 +102,23 @@ class Cameras:
 
     def _arrange(self, items: list[SceneItem]) -> None:
         with self._lock:
-            wanted = {item["handle"]: (item["path"], item["id"]) for item in items}
+            shown = items[:_MOST]
+            wanted = {item["handle"]: (item["path"], item["id"]) for item in shown}
             for handle, camera in list(self._cameras.items()):
                 if wanted.get(handle) != (camera.path, camera.number):
                     self._cameras.pop(handle).remove()
-            for item in items:
+            for item in shown:
                 if item["handle"] not in self._cameras:
                     live = sum(camera.is_live for camera in self._cameras.values())
                     with self._place:
                         camera = _Camera(self._gui, item, is_live=live < _LIVE_AT_FIRST)
                     self._cameras[item["handle"]] = camera
-            self._none.content = (
-                ""
-                if items
-                else f"<div style='{_SMALL}'>The scene has no vision sensor. In MJCF "
-                "each &lt;camera&gt; is one: see docs/cameras.md</div>"
-            )
-            self._none.visible = not items
+        note = ""
+        if not items:
+            note = "The scene has no vision sensor. In MJCF each <camera> is one: see docs/cameras.md"
+        elif len(items) > _MOST:
+            note = f"The first {_MOST} of {len(items)} vision sensors."
+        _say(self._note, note)
 
     # --- the thread that looks -------------------------------------------------------------------
 

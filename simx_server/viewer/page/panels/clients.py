@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,7 +12,7 @@ from simx_client.protocol.reports import Client, Metrics, Timing
 from simx_client.status_text import duration
 from simx_server.viewer.messages import OWN_NAME, Look, StreamView, Survey
 
-from .elements import put
+from .elements import harmless, put
 
 EVERY = 1.0
 """Seconds between two updates: the server's own figures are not newer."""
@@ -67,7 +66,7 @@ class Clients:
         cameras = metrics["pictures"]["cameras"]
         put(self._pictures_folder, visible=bool(cameras))
         put(self._pictures, content=_block(_times("camera", cameras)))
-        errors = "".join(f"<p>{_text(each, _LETTERS)}</p>" for each in _errors(metrics))
+        errors = "".join(f"<p>{harmless(each, _LETTERS)}</p>" for each in _errors(metrics))
         put(self._errors_folder, visible=bool(errors))
         put(self._errors, content=_block(errors))
 
@@ -108,10 +107,10 @@ class Clients:
         counts = client.get("commands", {})
         often = sorted(counts, key=lambda name: (-rates.get(name, 0.0), -counts[name]))
         late = {name: f" ({rate:.1f}/s)" for name, rate in rates.items() if rate > 0}
-        calls = [f"{_text(name)} {counts[name]}{late.get(name, '')}" for name in often]
+        calls = [f"{harmless(name)} {counts[name]}{late.get(name, '')}" for name in often]
         return (
-            f"<p style='margin:0 0 0.6em'><b>{_text(client['name'], 60)}</b>: {', '.join(words)}"
-            f"{_few('calls', calls)}{_few('streams', [_text(each, 120) for each in streams])}</p>"
+            f"<p style='margin:0 0 0.6em'><b>{harmless(client['name'], 60)}</b>: {', '.join(words)}"
+            f"{_few('calls', calls)}{_few('streams', [harmless(each, 120) for each in streams])}</p>"
         )
 
 
@@ -132,7 +131,7 @@ def _summary(metrics: Metrics) -> str:
         f"a pass takes {duration(times['p50'])} (p50), {duration(times['p99'])} (p99)",
         f"{calls['per_second']:.0f} calls/s, {metrics['streams']} streams, {calls['failed']} failed",
         f"{metrics['process']['memory'] / 1e6:.0f} MB, {metrics['process']['core_share']:.0%} of a core",
-        *(f"<b>{_text(problem, _LETTERS)}</b>" for problem in metrics["problems"]),
+        *(f"<b>{harmless(problem, _LETTERS)}</b>" for problem in metrics["problems"]),
     ]
     return "<br>".join(lines)
 
@@ -169,7 +168,7 @@ def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] |
         if failed is not None:
             cells.append(failed[name])
         numbers = "".join(f"<td style='{_NUMBER}'>{cell}</td>" for cell in cells)
-        rows.append(f"<td style='{_CELL}'>{_text(name)}</td>{numbers}")
+        rows.append(f"<td style='{_CELL}'>{harmless(name)}</td>{numbers}")
     body = "".join(f"<tr>{row}</tr>" for row in rows)
     return f"<table style='border-collapse:collapse;text-align:left'>{body}</table>"
 
@@ -199,11 +198,6 @@ def _few(what: str, texts: Sequence[str]) -> str:
         return ""
     more = f" and {len(texts) - _BY_CLIENT} more" if len(texts) > _BY_CLIENT else ""
     return f"<br><span style='opacity:0.8'>{what}: {', '.join(texts[:_BY_CLIENT])}{more}</span>"
-
-
-def _text(text: str, most: int = 80) -> str:
-    """What a client may have written, harmless."""
-    return html.escape(text if len(text) <= most else text[: most - 1] + "…")
 
 
 def _block(content: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import time
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
@@ -20,6 +21,11 @@ def put(element: Any, **properties: Any) -> None:
     for name, value in properties.items():
         if getattr(element, name) != value:
             setattr(element, name, value)
+
+
+def harmless(text: str, most: int = 80) -> str:
+    """HTML of what a client may have written, shortened to so many letters."""
+    return html.escape(text if len(text) <= most else text[: most - 1] + "…")
 
 
 class Latest(Generic[T]):

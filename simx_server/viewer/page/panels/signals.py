@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import codecs
-import html
 from collections.abc import Callable, Iterable, Sequence
 
 import viser
@@ -14,6 +13,7 @@ from simx_server.viewer.messages import Signals as Values
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.mirror import Mirror
 
+from .elements import harmless
 from .plots import Plots
 
 _INTEGER: str = "integer"
@@ -21,6 +21,7 @@ _FLOAT: str = "float"
 _STRING: str = "string"
 _NEW: str = "(a new one)"
 _MOST_ROWS = 100
+_MOST_LETTERS = 300
 _MOST_BYTES = 32
 _INTEGERS = range(-(1 << 31), 1 << 31)
 _NONE = "<i>none</i>"
@@ -31,7 +32,7 @@ class Signals:
 
     def __init__(self, gui: viser.GuiApi, hands: Hands, mirror: Mirror) -> None:
         self._hands = hands
-        self._values: Values = {"integers": {}, "floats": {}, "strings": {}}
+        self._values: Values = {"integers": {}, "floats": {}, "strings": {}, "count": 0}
         with gui.add_folder("Signals"):
             self._table = gui.add_html(_NONE)
             self._which: viser.GuiDropdownHandle[str] = gui.add_dropdown(
@@ -53,7 +54,7 @@ class Signals:
         """News."""
         self._values = values = survey["signals"]
         rows = _rows(values)
-        self._table.content = _as_table(("name", "type", "value"), rows)
+        self._table.content = _as_table(("name", "type", "value"), rows, values["count"])
         options = (_NEW, *(_label(name, kind) for name, kind, _ in rows))
         if self._which.options != options:
             self._which.options = options
@@ -61,6 +62,7 @@ class Signals:
         self._streams.content = _as_table(
             ("client", "command", "arguments"),
             [(each["client"], each["command"], each["arguments"]) for each in survey["streams"]],
+            len(survey["streams"]),
         )
 
     def close(self) -> None:
@@ -136,16 +138,20 @@ def _label(name: str, kind: str) -> str:
     return f"{name} ({kind})"
 
 
-def _as_table(heads: Iterable[str], rows: Sequence[Sequence[str]]) -> str:
-    """HTML; the texts are of clients, so each is escaped."""
+def _as_table(heads: Iterable[str], rows: Sequence[Sequence[str]], count: int) -> str:
+    """HTML; the texts are of clients, so each is escaped. `count`: of the rows, with those that were not told."""
     if not rows:
         return f"<div style='padding:0 1em'>{_NONE}</div>"
     style = "text-align:left;min-width:4em;padding:0.1em 0.6em 0.1em 0;vertical-align:top"
     lines = ["".join(f"<th style='{style}'>{head}</th>" for head in heads)]
     for row in rows[:_MOST_ROWS]:
         lines.append(
-            "".join(f"<td style='{style};overflow-wrap:anywhere'>{html.escape(cell)}</td>" for cell in row)
+            "".join(
+                f"<td style='{style};overflow-wrap:anywhere'>{harmless(cell, _MOST_LETTERS)}</td>"
+                for cell in row
+            )
         )
     table = "".join(f"<tr>{line}</tr>" for line in lines)
-    more = f"and {len(rows) - _MOST_ROWS} more" if len(rows) > _MOST_ROWS else ""
+    shown = min(len(rows), _MOST_ROWS)
+    more = f"and {count - shown} more" if count > shown else ""
     return f"<div style='font-size:0.85em;padding:0 1em'><table>{table}</table>{more}</div>"
