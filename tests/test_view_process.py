@@ -14,11 +14,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from processes import PENDULUM, ROOT, read_line, running, wait_until
 
 from simx_client import Client
+from simx_client.protocol.exit_codes import INTERRUPTED
 from simx_server import cli
 from simx_server.viewer.launching import INSTALL, NEEDED
 from simx_server.viewer.launching import missing as what_is_missing
@@ -164,3 +167,28 @@ def test_without_its_packages_it_says_how_to_install_them(
     monkeypatch.setitem(sys.modules, name, None)
     assert cli.main(["--view", "0", "--port", "0"]) == 1
     assert f"--view needs {name}; install with: pip install 'simx-vrep[viewer]'" in caplog.text
+
+
+@needs_viewer
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_signal_ends_a_page_that_waits_at_once(
+    monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    from simx_server.viewer.page import command
+
+    def leave(code: int) -> None:
+        raise SystemExit(code)
+
+    def end() -> None:
+        signal.raise_signal(number)  # the second comes before the first has done its work
+
+    monkeypatch.setattr(command.os, "_exit", leave)
+    before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        command._ended_by(cast(Any, SimpleNamespace(end=end)), until_eof=False)
+        with pytest.raises(SystemExit) as left:
+            signal.raise_signal(number)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert left.value.code == INTERRUPTED

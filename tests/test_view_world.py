@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -12,10 +13,10 @@ viser = pytest.importorskip("viser", reason="the page needs viser: pip install '
 
 from simx_server.viewer.page.bodies import Body, appearance, meshes_of  # noqa: E402
 from simx_server.viewer.page.drawings import Drawings  # noqa: E402
-from simx_server.viewer.page.mirror import Copy  # noqa: E402
+from simx_server.viewer.page.mirror import Copy, Mirror  # noqa: E402
 from simx_server.viewer.page.quiet_viser import open_browser_server  # noqa: E402
 from simx_server.viewer.page.selected import Selected  # noqa: E402
-from simx_server.viewer.page.world import contact_forces  # noqa: E402
+from simx_server.viewer.page.world import World, contact_forces  # noqa: E402
 
 SCENE = """
 <mujoco>
@@ -104,6 +105,21 @@ def test_contact_forces_carry_the_weight(model: mujoco.MjModel) -> None:
     assert len(arrows) == 4
     force = (arrows[:, 1] - arrows[:, 0]).sum(axis=0) * 100  # 1 cm for each newton
     assert force == pytest.approx([0, 0, 2 * 9.81], abs=0.1)
+
+
+def test_contact_forces_that_stay_are_sent_once(browser: viser.ViserServer) -> None:
+    world = World(browser, cast(Any, None), Mirror())
+    world._show_forces.value = True
+    model = mujoco.MjModel.from_xml_string(SCENE)
+    copy = Copy(model, mujoco.MjData(model))
+    world._show_contacts(copy)
+    shown = world._forces
+    assert shown is not None
+    world._show_contacts(copy)
+    assert world._forces is shown
+    copy.data.qpos[2] = 5.0
+    world._show_contacts(copy)
+    assert world._forces is None
 
 
 def test_selected_objects_get_axes_where_they_are(model: mujoco.MjModel, browser: viser.ViserServer) -> None:

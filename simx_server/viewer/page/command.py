@@ -86,9 +86,14 @@ def _listener(options: argparse.Namespace) -> socket.socket:
 
 
 def _ended_by(page: Page, *, until_eof: bool) -> None:
-    """Let the page be ended by SIGINT or SIGTERM, or by the end of stdin."""
+    """Let the page be ended by SIGINT or SIGTERM, the process by a second one; or by the end of stdin."""
+    has_come = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal has_come
+        if has_come:  # it waits for an answer, or for a lock that this signal has found taken
+            os._exit(INTERRUPTED)
+        has_come = True
         page.end()
 
     for number in (signal.SIGINT, signal.SIGTERM):

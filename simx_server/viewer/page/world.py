@@ -46,6 +46,9 @@ class World:
         self._tree: list[SceneItem] = []
         self._selected: tuple[int, ...] = ()
         self._forces: viser.ArrowsHandle | None = None
+        self._arrows = np.empty((0, 2, 3))
+        """What `_forces` shows."""
+
         browser.scene.set_up_direction("+z")
         browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.25)
         gui = browser.gui
@@ -148,6 +151,9 @@ class World:
 
     def _show_contacts(self, copy: Copy) -> None:
         arrows = contact_forces(copy) if self._show_forces.value else np.empty((0, 2, 3))
+        if np.array_equal(arrows, self._arrows):
+            return
+        self._arrows = arrows
         if self._forces is not None:
             self._forces.remove()
             self._forces = None
