@@ -7,6 +7,7 @@ items in the world as they are now, and `version` tells whether anything was dra
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -214,12 +215,17 @@ class DrawingObjects:
             raise CommandError(f"no drawing object with handle {handle}; there are {known}")
         return present[handle]
 
-    def shown(self) -> list[tuple[DrawingObject, list[tuple[float, ...]]]]:
-        """Every object, and its items in the world."""
+    def shown(self, most: int = sys.maxsize) -> list[tuple[DrawingObject, list[tuple[float, ...]]]]:
+        """Every object, and its items in the world; of all together no more than `most`."""
         found: list[tuple[DrawingObject, list[tuple[float, ...]]]] = []
+        left = most
         for drawn in self._present().values():
-            pose, layout = self._pose(drawn), drawn.layout
-            found.append((drawn, [layout.moved(pose, item) for item in drawn.items]))
+            items = drawn.items[-left:] if left else []
+            left -= len(items)
+            if drawn.parent != -1:
+                pose, layout = self._pose(drawn), drawn.layout
+                items = [layout.moved(pose, item) for item in items]
+            found.append((drawn, items))
         return found
 
     @property

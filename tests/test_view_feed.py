@@ -183,6 +183,22 @@ def test_a_large_model_travels_as_it_is(told: Told, monkeypatch: pytest.MonkeyPa
     assert len(large["binary"]) > mujoco.mj_sizeModel(told.sim.model) > small
 
 
+def test_of_many_drawing_items_the_last_are_told_where_they_are(
+    told: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(feed, "_MOST_ITEMS", 3)
+    drawings = told.sim.drawings
+    carried = drawings.create(0, 2.0, 0.0, handle_of(told.client, "post"), 10)
+    drawings.draw(carried, [0, 0, 0, 1, 0, 0])
+    fixed = drawings.create(0, 2.0, 0.0, -1, 10)
+    drawings.draw(fixed, [0, 0, 0, 2, 0, 0])
+    assert v.simxSetObjectPosition(told.client, handle_of(told.client, "post"), -1, [1, 5, 0], BLOCKING) == 0
+    told.sim.refresh()
+    first, second = told.ask(SURVEY, -1, -1)["drawings"]
+    assert np.allclose(first["items"], [[0, 5, 0], [1, 5, 0]])
+    assert second["items"] == [[2, 0, 0]]
+
+
 def test_one_pass_is_one_pass_from_any_state(told: Told) -> None:
     for expected in (1, 2):
         told.ask(ONE_PASS)

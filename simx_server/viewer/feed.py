@@ -63,7 +63,7 @@ _MOST_LETTERS = 2000
 _MOST_LINES = 100
 """Of a console or the status bar."""
 
-_MOST_ITEMS = 20_000
+_MOST_ITEMS = 10_000
 """Items of drawing objects that are handed out; a browser does not show more in good time."""
 
 T = TypeVar("T")
@@ -248,22 +248,17 @@ class Feed:
         ]
 
     def _drawings(self) -> list[Drawing]:
-        left = _MOST_ITEMS
-        found: list[Drawing] = []
-        for drawn, items in self._sim.drawings.shown():
-            shown = items[-left:] if left else []
-            left -= len(shown)
-            found.append(
-                {
-                    "handle": drawn.handle,
-                    "flags": drawn.flags,
-                    "size": drawn.size,
-                    "color": drawn.color,
-                    "points": drawn.layout.points,
-                    "items": [list(item) for item in shown],
-                }
-            )
-        return found
+        return [
+            {
+                "handle": drawn.handle,
+                "flags": drawn.flags,
+                "size": drawn.size,
+                "color": drawn.color,
+                "points": drawn.layout.points,
+                "items": items,
+            }
+            for drawn, items in self._sim.drawings.shown(_MOST_ITEMS)
+        ]
 
     # --- one pass --------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, TypedDict
 
 from simx_client.protocol.reports import Metrics
@@ -115,7 +116,7 @@ class Drawing(TypedDict):
     points: int
     """Per item; an item begins with their coordinates in the world."""
 
-    items: list[list[float]]
+    items: Sequence[Sequence[float]]
 
 
 class Survey(TypedDict):
