@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -124,6 +126,12 @@ def test_an_edit_and_another_scene_bring_another_model(told: Told) -> None:
     third, changes = told.look()
     assert third["model"] != second["model"]
     assert changes[0]
+
+
+def test_models_of_two_servers_are_not_taken_for_one() -> None:
+    command = [sys.executable, "-c", "from simx_server.viewer import feed; print(next(feed._models))"]
+    told = {subprocess.run(command, capture_output=True, check=True, timeout=60).stdout for _ in range(2)}
+    assert len(told) == 2, "a page may miss that its server was started anew"
 
 
 def test_survey_has_the_tree_and_joints_and_what_is_known_is_left_out(told: Told) -> None:

@@ -16,6 +16,7 @@ Answers are msgpack maps. What the asker knows already is None: models are large
 
 from __future__ import annotations
 
+import secrets
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -78,8 +79,9 @@ _MOST_COMPRESSED = 8 << 20
 _METRICS_EVERY = 1.0
 """Seconds. They are of the last five, and with many commands they cost more than all the rest."""
 
-_models = count(1)
-"""Numbers models through all servers of a process, so that no two are taken for the same."""
+_models = count(1 + secrets.randbelow(1 << 30))
+"""Numbers models so that no two are taken for the same: of several servers of a process, nor of a server that takes
+the place of another before its page has noticed."""
 
 
 class Feed:
