@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 import viser
@@ -35,7 +36,8 @@ class Run:
         self._speed = gui.add_button_group("Speed", tuple(_SPEEDS), hint="times real time")
         self._messages = gui.add_html("")
         self._run.on_click(lambda event: hands.do(_ACTIONS[event.target.value]))
-        self._speed.on_click(lambda event: hands.do(lambda client: _set_speed(client, event.target.value)))
+        # What was clicked is read now, not when it is done: another click may come in between.
+        self._speed.on_click(lambda event: hands.do(partial(_set_speed, label=event.target.value)))
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
@@ -95,7 +97,7 @@ def _make_one_pass(client: Client) -> None:
     client.call(ONE_PASS, ADD_ON, script_type=ADD_ON_TYPE)
 
 
-def _set_speed(client: Client, label: str) -> None:
+def _set_speed(client: Client, *, label: str) -> None:
     client.call(SPEED, ADD_ON, floats=[_SPEEDS[label]], script_type=ADD_ON_TYPE)
 
 
