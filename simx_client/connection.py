@@ -250,18 +250,21 @@ class Connection:
             )
         elif self._connection_id != -1:
             self._flush(deadline)
-            self._receive_until(lambda: self._modes.is_answered, deadline)
+            is_soon = shape.command.answers_soon
+            self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
                 self._hold.switch(bool(values[0]))
         return self._modes.answer(shape)
 
-    def _receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
+    def _receive_until(
+        self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool = False
+    ) -> None:
         """Take in replies; ends early when the server is lost. What has come by the deadline is still taken in, but
         whoever goes on sending is not listened to for long."""
         transport = self._transport
         assert transport is not None
         while not is_enough():
-            payload = transport.receive(deadline - time.monotonic())
+            payload = transport.receive(deadline - time.monotonic(), is_soon=is_soon)
             if payload is not None:
                 self._absorb(payload)
                 if time.monotonic() >= deadline + LAST_LOOK:
@@ -357,11 +360,11 @@ class Connection:
             for call_id in call_ids:
                 self._takers.pop(call_id, None)
 
-    def receive_until(self, is_enough: Callable[[], bool], deadline: float) -> None:
+    def receive_until(self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool) -> None:
         """Take in what comes until there is enough, the server is lost or it is too late (monotonic clock)."""
         with self._lock:
             if self._transport is not None:
-                self._receive_until(is_enough, deadline)
+                self._receive_until(is_enough, deadline, is_soon=is_soon)
                 if not self._closed:
                     self._drain()
 

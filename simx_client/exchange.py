@@ -51,7 +51,8 @@ class Exchange:
             timeout: what it was made of, for the message.
         """
         if self._ids:
-            self._connection.receive_until(self._is_answered, deadline)
+            is_soon = all(answer.shape.command.answers_soon for answer in self._answers)
+            self._connection.receive_until(self._is_answered, deadline, is_soon=is_soon)
         if not self._is_answered():
             now_on = self._connection.connection_id
             if now_on == -1 or now_on != self._sent_on:

@@ -2,8 +2,8 @@
 
 A thread that sleeps is woken through the system, which takes as long as the rest of a short call. Between two looks the
 core is offered to whoever wants it, such as the server. Looking costs the processor what sleeping would have spared,
-so it is done only as long as it pays: an answer that takes longer (a picture, a triggered pass, a machine whose cores
-are all busy) makes the next ones be slept for, twice as many each time.
+so it is done only as long as it pays: an answer that takes longer (a script's, or one of a machine whose cores are all
+busy) makes the next ones be slept for, twice as many each time. For pictures and triggered passes nobody looks at all.
 """
 
 from __future__ import annotations

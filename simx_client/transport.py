@@ -91,10 +91,13 @@ class Transport(Protocol):
         """
         ...
 
-    def receive(self, timeout: float) -> bytes | None:
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         """The next delivery, waiting at most ``timeout`` seconds; None when there is none.
 
         Returns early with None when the server goes away.
+
+        Args:
+            is_soon: it should not take longer than a message there and back.
         """
         ...
 
@@ -319,10 +322,10 @@ class ZenohTransport:
         with contextlib.suppress(self._zenoh.ZError):  # closed meanwhile
             self._session.put(self._calls, payload, congestion_control=self._block)
 
-    def receive(self, timeout: float) -> bytes | None:
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         try:
             if timeout > 0:
-                sample = self._spinning.look(self._replies.try_recv)
+                sample = self._spinning.look(self._replies.try_recv) if is_soon else None
                 if sample is None:
                     self._alarm.set(time.monotonic() + timeout)
                     # In this order: a loss after the look at it rings the bell.

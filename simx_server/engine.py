@@ -18,6 +18,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
+from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
@@ -46,9 +47,6 @@ _OPERATIONS = len(Operation)
 
 MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
-
-TRIGGER = "simxSynchronousTrigger"
-"""Of a batch, what follows this is executed after the pass, or when the client's next batch comes before that."""
 
 
 class Engine:
@@ -366,6 +364,7 @@ class Engine:
                     before, replies = replies, []
                 later = partial(self._deliver_later, session, before, call.call_id, time_ms)
                 if call.command == TRIGGER and position < len(calls):
+                    # What follows is executed after the pass, or when the client's next batch comes before that.
                     session.interrupted = Interrupted(before, calls[position:])
                     later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
                 elif call.command == TRIGGER:

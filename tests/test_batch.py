@@ -165,8 +165,8 @@ def test_what_follows_a_trigger_is_executed_after_its_pass_and_answered_together
     transport, answers = world.transports[client], []
     receive = transport.receive
 
-    def counted(timeout: float) -> bytes | None:
-        payload = receive(timeout)
+    def counted(timeout: float, **hint: bool) -> bytes | None:
+        payload = receive(timeout, **hint)
         answers.extend([] if payload is None else [len(decode_delivery(payload).replies)])
         return payload
 
@@ -220,7 +220,7 @@ def test_a_stop_by_another_client_lets_an_interrupted_batch_go_on(world: World) 
         position = calls.simxGetJointPosition(3)
         world.settle()
         transport.receive = (  # type: ignore[method-assign]
-            lambda timeout: stop_first(timeout) if timeout > 0 else receive(timeout)
+            lambda timeout, **_: stop_first(timeout) if timeout > 0 else receive(timeout)
         )
     assert position.value == 0.0
     assert world.simulation.passes == 0
@@ -282,7 +282,9 @@ def test_all_servers_are_sent_to_before_any_is_waited_for(worlds: list[World]) -
             order.append(("send", place))
             send(payload, deadline)
 
-        def receive(timeout: float, receive=transport.receive, place: int = place) -> bytes | None:
+        def receive(
+            timeout: float, *, is_soon: bool = False, receive=transport.receive, place: int = place
+        ) -> bytes | None:
             if timeout > 0:
                 order.append(("wait", place))
             return receive(timeout)

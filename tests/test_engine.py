@@ -366,7 +366,7 @@ def test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog(w
     transport = world.transports[cid]
     receive = transport.receive
     # The server answers only while the client waits.
-    monkeypatch.setattr(transport, "receive", lambda timeout: receive(timeout) if timeout > 0 else None)
+    monkeypatch.setattr(transport, "receive", lambda timeout, **_: receive(timeout) if timeout > 0 else None)
     backlog = 0
     for value in range(1000):
         v.simxSetJointPosition(cid, 3, float(value), v.simx_opmode_oneshot)

@@ -129,7 +129,7 @@ def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, 
     receive, newest = transport.receive, transport.newest
     is_quiet = True
 
-    def late_receive(timeout):
+    def late_receive(timeout, **hint):
         return None if timeout <= 0 and is_quiet else receive(timeout)
 
     def newest_after_all_has_come():

@@ -68,7 +68,7 @@ def get_and_clear(name: str) -> Question:
 class SlowNetwork(LoopbackTransport):
     """Nothing moves while a client only looks what has come: the engine turns for blocking calls and for the test."""
 
-    def receive(self, timeout: float) -> bytes | None:
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         if timeout > 0:
             return super().receive(timeout)
         return None if self._deliveries.empty() else self._deliveries.get_nowait()

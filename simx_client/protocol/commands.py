@@ -48,6 +48,9 @@ def _values(words: str) -> tuple[Value, ...]:
     return tuple(Value(name, KINDS[kind]) for name, kind in (word.split(":") for word in words.split()))
 
 
+TRIGGER = "simxSynchronousTrigger"
+"""The one command that is answered after a pass."""
+
 _READING = ("simxGet", "simxRead", "simxCheck", "simxJointGet")
 """Begins the names of commands that read. What is called otherwise counts as changing something, also a new one."""
 
@@ -95,6 +98,11 @@ class Command:
     waits_for_scripts: bool = False
     """It runs a script, steps, or replaces what a pass or an edit works on (parameters may do so too): while a script
     runs it has to wait. Others may do what a script can find done between two of its own calls."""
+
+    @property
+    def answers_soon(self) -> bool:
+        """No picture is drawn, no pass is made, before there is an answer."""
+        return not self.large and self.name != TRIGGER
 
     @property
     def only_reads(self) -> bool:

@@ -59,7 +59,7 @@ class LoopbackTransport:
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         self._engine.submit(self.client, payload)
 
-    def receive(self, timeout: float) -> bytes | None:
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         deadline = time.monotonic() + timeout
         while True:
             try:
