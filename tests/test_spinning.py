@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from plain_world import World
+
+import simx_client as v
+from simx_client.batch import Batch
+from simx_client.protocol.commands import BY_NAME
 from simx_client.spinning import LOOKING, MOST_SLEPT_FOR, Spinning
 
 
@@ -57,3 +62,32 @@ def test_one_quick_answer_begins_anew():
     assert spinning.look(Answers(None)) is None
     assert spinning.look(Answers(1)) is None  # slept for
     assert spinning.look(Answers(1)) == "answer"
+
+
+def test_calls_say_whether_their_answer_comes_soon():
+    world = World()
+    client = world.client()
+    transport = world.transports[client]
+    receive, told = transport.receive, []
+
+    def telling(timeout: float, *, is_soon: bool = False) -> bytes | None:
+        if timeout > 0:
+            told.append(is_soon)
+        return receive(timeout, is_soon=is_soon)
+
+    transport.receive = telling  # type: ignore[method-assign]
+    v.simxSynchronous(client, True)
+    v.simxStartSimulation(client, v.simx_opmode_blocking)
+    told.clear()
+    v.simxGetJointPosition(client, 3, v.simx_opmode_blocking)
+    assert told == [True]
+    v.simxSynchronousTrigger(client)
+    assert told[1:] == [False] * len(told[1:])
+    told.clear()
+    with Batch(client) as calls:
+        calls.simxSynchronousTrigger()
+        calls.simxGetJointPosition(3)
+    assert told
+    assert not any(told)
+    assert not BY_NAME["simxGetVisionSensorImage"].answers_soon
+    world.close()
