@@ -76,7 +76,7 @@ class StampedTransport(LoopbackTransport):
         self.sent, self.question = now(), payload
         super().send(payload, deadline)
 
-    def receive(self, timeout: float) -> bytes | None:
+    def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         if timeout > 0 and not self._waiting:
             self.began = now()
             while not self._waiting and now() < self.began + timeout:
