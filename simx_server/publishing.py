@@ -161,7 +161,7 @@ class Publisher:
         late: list[Stream] = []
         pack = answer_packer(STATUS_OK, time_ms)
         began, count, counted = time.perf_counter(), 0, None
-        for stream in session.streams.shared.values():
+        for stream in list(session.streams.shared.values()):  # who is served meanwhile may end or arm some
             shared = stream.shared
             assert shared is not None
             if shared.round != self._round:

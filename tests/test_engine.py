@@ -197,6 +197,24 @@ def test_equal_pictures_of_several_clients_are_asked_for_once_a_pass(world):
         assert v.simxGetVisionSensorImage(cid, 3, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 2, 3])
 
 
+def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, monkeypatch, caplog):
+    cid = world.client()
+    for joint in (1, 2, 3):
+        v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
+    world.settle()
+    (session,) = world.engine.sessions.values()
+    look = world.engine._dispatch.look
+
+    def ending_another(*arguments):
+        session.streams.cancel(max(session.streams.by_id))
+        return look(*arguments)
+
+    monkeypatch.setattr(world.engine._dispatch, "look", ending_another)
+    world.simulation.start()
+    world.settle()
+    assert "failed and are ended" not in caplog.text
+
+
 def test_streamed_sets_of_two_clients_are_both_executed(world):
     one, two = world.client(), world.client()
     v.simxSetJointPosition(one, 1, 1.0, v.simx_opmode_streaming)
