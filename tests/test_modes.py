@@ -1,24 +1,12 @@
 """The operation modes, over the in-process way: which calls are sent, where a result comes from."""
 
 import pytest
-from plain_world import World
+from mode_world import GET, SET, cid, world
 
 import simx_client as v
 from simx_client.clients import CLIENTS
 
-GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
-
-
-@pytest.fixture
-def world():
-    world = World()
-    yield world
-    world.close()
-
-
-@pytest.fixture
-def cid(world):
-    return world.client()
+__all__ = ["cid", "world"]
 
 
 def test_the_first_client_id_is_0_and_again_after_finish_all(world):

@@ -1,23 +1,10 @@
 """What the operation modes answer when something goes wrong: remote errors, time-outs, clients that are none."""
 
-import pytest
-from plain_world import World
+from mode_world import GET, SET, cid, world
 
 import simx_client as v
 
-GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
-
-
-@pytest.fixture
-def world():
-    world = World()
-    yield world
-    world.close()
-
-
-@pytest.fixture
-def cid(world):
-    return world.client()
+__all__ = ["cid", "world"]
 
 
 def test_a_remote_error_gives_8_and_defaults_and_its_text_once(world, cid):

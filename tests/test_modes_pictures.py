@@ -2,26 +2,13 @@
 
 from concurrent.futures import Future
 
-import pytest
-from plain_world import World
+from mode_world import GET, cid, world
 
 import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
 
-GET, SET = v.simxGetJointPosition, v.simxSetJointPosition
-
-
-@pytest.fixture
-def world():
-    world = World()
-    yield world
-    world.close()
-
-
-@pytest.fixture
-def cid(world):
-    return world.client()
+__all__ = ["cid", "world"]
 
 
 def test_picture_streams_travel_when_rendered_and_ask_for_one_at_a_time(world, cid):
