@@ -2,21 +2,20 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
 
 from simx_server.sensors import opengl
-from simx_server.sensors.gl_backend import choose_backend
 from simx_server.sensors.opengl import OpenGLRenderer
 from simx_server.sensors.picture import (
     CameraView,
     Picture,
-    Renderer,
     RenderError,
     depth_as_grey,
     fovy_from_perspective_angle,
@@ -26,33 +25,9 @@ from simx_server.sensors.picture import (
 from simx_server.sensors.raycast import RaycastRenderer
 from simx_server.sensors.roundness import may_be_coarse, round_geoms
 
+__all__ = ["make_renderer", "opengl_name"]
+
 ONE_GREY_LEVEL = 1 / 255
-
-
-@pytest.fixture(scope="module")
-def opengl_name() -> str:
-    """A back end that works here, or the tests that need one are skipped."""
-    backend = choose_backend()
-    if backend.name == "raycast":
-        pytest.skip(backend.reason)
-    return backend.name
-
-
-@pytest.fixture(params=["opengl", "raycast"])
-def make_renderer(request: pytest.FixtureRequest) -> Iterator:
-    """Makes renderers of one kind, and closes them."""
-    made: list[Renderer] = []
-
-    def make(model: mujoco.MjModel) -> Renderer:
-        if request.param == "raycast":
-            made.append(RaycastRenderer(model))
-        else:
-            made.append(OpenGLRenderer(model, request.getfixturevalue("opengl_name")))
-        return made[-1]
-
-    yield make
-    for renderer in made:
-        renderer.close()
 
 
 def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Picture:

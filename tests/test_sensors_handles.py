@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
 from handler_calls import World
 from sim_api_calls import ScriptWorld
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.sensors.gl_backend import choose_backend
-from simx_server.sensors.opengl import OpenGLRenderer
-from simx_server.sensors.picture import NO_CODE, CameraView, Picture, Renderer
-from simx_server.sensors.raycast import RaycastRenderer
+from simx_server.sensors.picture import NO_CODE, CameraView, Picture
+
+__all__ = ["make_renderer", "opengl_name"]
 
 MODE = c.sim_visionintparam_render_mode
 PANE = SCENE.replace(
@@ -26,32 +25,6 @@ PANE = SCENE.replace(
 )
 CODES = (3, 258, 0x030201, 9, 10, 70000)
 """Of the geoms red, green, wall, collision shape, invisible, pane: all three bytes are used."""
-
-
-@pytest.fixture(scope="module")
-def opengl_name() -> str:
-    """A back end that works here, or the tests that need one are skipped."""
-    backend = choose_backend()
-    if backend.name == "raycast":
-        pytest.skip(backend.reason)
-    return backend.name
-
-
-@pytest.fixture(params=["opengl", "raycast"])
-def make_renderer(request: pytest.FixtureRequest) -> Iterator:
-    """Makes renderers of one kind, and closes them."""
-    made: list[Renderer] = []
-
-    def make(model) -> Renderer:
-        if request.param == "raycast":
-            made.append(RaycastRenderer(model))
-        else:
-            made.append(OpenGLRenderer(model, request.getfixturevalue("opengl_name")))
-        return made[-1]
-
-    yield make
-    for renderer in made:
-        renderer.close()
 
 
 def codes_of(picture: Picture) -> np.ndarray:
