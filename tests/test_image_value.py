@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -227,6 +228,38 @@ def test_consumers_that_read_list_memory_fail_loudly_before_the_first_touch() ->
     values = array.array("b")
     values.fromlist(make("read"))
     assert values.tolist() == SIGNED
+
+
+@pytest.mark.parametrize("kind", [VisionImage, DepthBuffer])
+def test_a_list_made_while_a_picture_was_waited_for_is_used_once_and_only_if_it_has_the_right_length(
+    kind: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+    new = kind._new
+
+    def counted(length: int) -> Any:
+        made.append(length)
+        return new(length)
+
+    monkeypatch.setattr(kind, "_new", counted)
+
+    def received(width: int) -> Any:
+        size = width * (3 if kind is VisionImage else 4)
+        return kind.from_bytes(bytes(range(size)), width, 1)
+
+    first = received(2)
+    kind.prepare()
+    kind.prepare()
+    assert made == [len(first)] * 2
+    second, third = received(2), received(2)
+    assert made == [len(first)] * 3
+    assert second is not third
+    assert list(first) == list(second) == list(third)
+    second[0] = 5
+    assert list(first) == list(third)
+    kind.prepare()
+    assert list(received(4))[: len(first)] == list(first)
+    assert made == [len(first)] * 4 + [2 * len(first)]
 
 
 def test_copy_false_gives_a_view_or_says_why_not() -> None:
