@@ -20,8 +20,9 @@ import simx_client as vrep
 from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
 from simx_client.protocol.codec import decode_batch, decode_delivery, encode
+from simx_client.protocol.messages import Call
 from simx_server.clock import Pacer
-from simx_server.dispatch import Dispatch
+from simx_server.dispatch import Dispatch, Run
 from simx_server.engine import Engine
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
@@ -170,11 +171,16 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
         statistics.median(timed(part, calls))
         for part in (
             lambda: decode_batch(question),
-            lambda: dispatch.execute(session, call.command, call.arguments),
+            lambda: _execute(dispatch.run(session), call),
             lambda: encode(answer),
         )
     ]
     return _named(READ, READ_PARTS, [there, *inner, server - sum(inner), back])
+
+
+def _execute(run: Run, call: Call) -> None:
+    run.execute(call.command, call.arguments)
+    run.end()
 
 
 def _parts_of_loop(

@@ -250,6 +250,7 @@ class Connection:
             )
         elif self._connection_id != -1:
             self._flush(deadline)
+            shape.prepare()
             is_soon = shape.command.answers_soon
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:

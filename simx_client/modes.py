@@ -81,14 +81,14 @@ class Modes:
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
         behind the others if it carries a value, in its old place if it is a question."""
-        call_id = self.new_call_id()
-        slot: Any = call_id if shape.command.keeps_every_call else key
+        call_id, command = self.new_call_id(), shape.command
+        slot: Any = call_id if command.keeps_every_call else key
         if slot in self._outbox:
             unsent = self._outbox.pop(slot) if shape.is_set else self._outbox[slot]
             self._asked.pop(unsent.call_id, None)
             if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
                 self._outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
-        self._outbox[slot] = Call(call_id, operation, delay_ms, shape.command.name, arguments)
+        self._outbox[slot] = Call(call_id, operation, delay_ms, command.name, arguments)
         self._asked[call_id] = (key, shape)
         return call_id
 

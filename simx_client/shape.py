@@ -5,10 +5,12 @@ One ``Shape`` per command, made from the table: argument coercion, the key, the 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from operator import itemgetter
+from typing import Any, cast
 
 from .protocol.commands import Command
-from .protocol.kinds import DEPTHS, Kind, to_int32
+from .protocol.kinds import DEPTHS, Kind, apply, to_int32
 from .values import DepthBuffer, VisionImage
 
 Key = tuple[Any, ...]
@@ -17,13 +19,13 @@ Key = tuple[Any, ...]
 class Shape:
     """The client's view of one command."""
 
-    __slots__ = ("_arguments", "_coercions", "_fresh", "_key_positions", "_results", "command", "is_set")
+    __slots__ = ("_arguments", "_coercions", "_fresh", "_identifying", "_results", "command", "is_set")
 
     def __init__(self, command: Command) -> None:
         self.command = command
         self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
         self._coercions = tuple(argument.kind.coerce for argument in command.arguments)
-        self._key_positions = command.key_positions
+        self._identifying = _picked(command.key_positions)
         self._results = tuple(result.kind for result in command.results)
         self._fresh = tuple(result.kind.fresh for result in command.results)
         self.is_set = len(command.arguments) > len(command.key)
@@ -35,7 +37,7 @@ class Shape:
             TypeError, IndexError: naming the function and the argument.
         """
         try:
-            return [coerce(value) for coerce, value in zip(self._coercions, arguments, strict=True)]
+            return list(map(apply, self._coercions, arguments))
         except (TypeError, IndexError):
             for (name, coerce), value in zip(self._arguments, arguments, strict=True):
                 try:
@@ -53,7 +55,12 @@ class Shape:
 
     def key(self, arguments: list[Any]) -> Key:
         """What makes two calls the same command: the function and its identifying arguments."""
-        return (self.command.name, *[arguments[position] for position in self._key_positions])
+        return self.command.name, self._identifying(arguments)
+
+    def prepare(self) -> None:
+        """To be called while the answer is waited for: make what takes long and does not depend on it."""
+        if self.command.large:
+            (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
 
     def failure(self, code: int) -> Any:
         """The return value when there is no data: the code, and defaults."""
@@ -74,6 +81,11 @@ class Shape:
                 for value, fresh in zip(values, self._fresh, strict=True)
             ],
         )
+
+
+def _picked(positions: tuple[int, ...]) -> Callable[[list[Any]], Any]:
+    """Gives the items at these positions: none, one, or a tuple of several."""
+    return cast(Callable[[list[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
 
 
 def _picture(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:

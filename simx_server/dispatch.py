@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import ANSWERED, Command
+from simx_client.protocol.kinds import apply
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 
 from .errors import CommandError, shortened
 from .handlers.registry import Handler
-from .metrics import UNKNOWN, Metrics
+from .metrics import UNKNOWN, Metrics, Tally
 from .sessions import ClientSession
 from .simulation import Simulation
 
@@ -28,86 +29,70 @@ class Answer(NamedTuple):
     values: list[Any]
 
 
+_DONE = Answer(STATUS_OK, [])
+
+
 class Dispatch:
     """Runs commands on a simulation. Physics thread only; pictures finish on the render thread."""
 
     def __init__(self, simulation: Simulation, handlers: Mapping[str, Handler], metrics: Metrics) -> None:
-        self._simulation = simulation
+        self.simulation = simulation
         self._handlers = handlers
-        self._metrics = metrics
+        self.metrics = metrics
 
-    def execute(self, client: ClientSession, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
-        """Execute a command; a Future when its result comes later. Never raises."""
-        try:
-            command, checked = self.check(name, arguments)
-        except Exception as error:
-            meant = self.command(name)
-            client.called[UNKNOWN if meant is None else meant.name] += 1
-            return self._failure(client, name, error)
-        client.called[command.name] += 1
-        return self.carry_out(client, command, checked)
+    def run(self, client: ClientSession) -> Run:
+        """To execute calls of this client, one behind the other; ``end`` it."""
+        return Run(self, client)
 
     def carry_out(
         self, client: ClientSession, command: Command, checked: list[Any]
     ) -> Answer | Future[Answer]:
-        """As `execute`, with what `check` gave: a stream asks the same after each pass."""
+        """Execute a command with what `check` gave: a stream asks the same after each pass. Never raises."""
         began = time.perf_counter()
         try:
-            if client.may_only_read and not command.only_reads:
-                raise CommandError(
-                    f"{command.name} changes something, and {client.name} is a viewer, who may only read"
-                )
-            handler = self._handlers.get(command.name)
-            if handler is None:
-                raise CommandError(
-                    f"{command.name} is not available in this version; 'simx-server --commands' lists what is"
-                )
-            result = handler(self._simulation, client, checked)
-        except Exception as error:
-            return self._failure(client, command.name, error)
+            return self.look(client, self.handler(client, command), checked)
+        except CommandError as error:
+            return self.failure(client, command.name, error)
         finally:
-            self._metrics.executed(command.name, time.perf_counter() - began)
+            self.metrics.executed(command.name, time.perf_counter() - began)
+
+    def look(self, client: ClientSession, handler: Handler, checked: list[Any]) -> Answer | Future[Answer]:
+        """As `carry_out`; whoever asks counts it."""
+        try:
+            result = handler(self.simulation, client, checked)
+        except Exception as error:
+            return self.failure(client, handler.command.name, error)
+        return self.answer(client, handler.command, result)
+
+    def handler(self, client: ClientSession, command: Command) -> Handler:
+        """What carries it out for this client. Raises CommandError."""
+        if client.may_only_read and not command.only_reads:
+            raise CommandError(
+                f"{command.name} changes something, and {client.name} is a viewer, who may only read"
+            )
+        handler = self._handlers.get(command.name)
+        if handler is None:
+            raise CommandError(
+                f"{command.name} is not available in this version; 'simx-server --commands' lists what is"
+            )
+        return handler
+
+    def check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
+        """The command and its arguments as the handler gets them. Raises CommandError."""
+        command = _command(name)
+        return command, _checked(command, arguments)
+
+    def answer(self, client: ClientSession, command: Command, result: Any) -> Answer | Future[Answer]:
+        """What a handler gave, as an answer."""
+        if result is None and not command.results:
+            return _DONE
         if isinstance(result, Future):
             return self._later(client, command, result)
         return Answer(STATUS_OK, _values(command, result))
 
-    def handler(self, command: Command) -> Handler | None:
-        """What carries it out, if it is available."""
-        return self._handlers.get(command.name)
-
-    def look(self, client: ClientSession, handler: Handler, checked: list[Any]) -> Answer | Future[Answer]:
-        """As `carry_out`, for what only reads and is asked after each pass; whoever asks counts it."""
-        try:
-            result = handler(self._simulation, client, checked)
-        except Exception as error:
-            return self._failure(client, handler.command.name, error)
-        if isinstance(result, Future):
-            return self._later(client, handler.command, result)
-        return Answer(STATUS_OK, _values(handler.command, result))
-
-    def command(self, name: str) -> Command | None:
-        """The table's entry, if this is a remote command."""
-        return ANSWERED.get(name)
-
-    def check(self, name: str, arguments: list[Any]) -> tuple[Command, list[Any]]:
-        """The command and its arguments as the handler gets them. Raises CommandError."""
-        command = self.command(name)
-        if command is None:
-            raise CommandError(f"there is no command {name[:64]!r}; 'simx-server --commands' lists all")
-        if len(arguments) != len(command.arguments):
-            names = ", ".join(argument.name for argument in command.arguments) or "no arguments"
-            raise CommandError(f"{command.name} takes {names}; got {len(arguments)} arguments")
-        checked = []
-        for argument, value in zip(command.arguments, arguments, strict=True):
-            try:
-                checked.append(argument.kind.check(value))
-            except ValueError as error:
-                raise CommandError(f"{command.name}: {argument.name} {error}") from None
-        return command, checked
-
-    def _failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
+    def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         if isinstance(error, CommandError) and error.silent:
-            self._metrics.failed(name, "")
+            self.metrics.failed(name, "")
             return Answer(STATUS_REMOTE_ERROR, [])
         if isinstance(error, CommandError):
             text = shortened(str(error) if str(error).startswith(name) else f"{name[:64]}: {error}")
@@ -117,12 +102,12 @@ class Dispatch:
             text = shortened(f"{name}: internal error, see the server's log: {type(error).__name__}: {error}")
             if client.is_news(text):
                 logger.error("%s of %s failed", name, client.name, exc_info=error)
-        self._metrics.failed(name, text, is_internal=not isinstance(error, CommandError))
-        mode = self._simulation.parameters.error_report_mode
+        self.metrics.failed(name, text, is_internal=not isinstance(error, CommandError))
+        mode = self.simulation.parameters.error_report_mode
         if mode & c.sim_api_errormessage_report:
             client.errors.append(text)
         if mode & c.sim_api_errormessage_output:
-            self._simulation.status_bar.add(text)
+            self.simulation.status_bar.add(text)
         return Answer(STATUS_REMOTE_ERROR, [text])
 
     def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:
@@ -132,11 +117,93 @@ class Dispatch:
             try:
                 outcome = Answer(STATUS_OK, _values(command, done.result()))
             except Exception as error:
-                outcome = self._failure(client, command.name, error)
+                outcome = self.failure(client, command.name, error)
             answer.set_result(outcome)
 
         result.add_done_callback(finish)
         return answer
+
+
+class Run:
+    """Calls of one client, one behind the other. What is the same for calls of one command is done once for them."""
+
+    __slots__ = ("_client", "_dispatch", "_handler", "_name", "_tally")
+
+    def __init__(self, dispatch: Dispatch, client: ClientSession) -> None:
+        self._dispatch, self._client = dispatch, client
+        self._name: str | None = None
+        """What the last call named, if it could be executed."""
+
+        self._handler: Handler
+        self._tally = Tally(dispatch.metrics)
+
+    def execute(self, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
+        """Execute a call; a Future when its result comes later. Never raises."""
+        dispatch, client = self._dispatch, self._client
+        try:
+            if name != self._name:
+                self._turn_to(name)
+            self._tally.count += 1
+            handler = self._handler
+            result = handler(dispatch.simulation, client, _checked(handler.command, arguments))
+        except Exception as error:
+            return dispatch.failure(client, name, error)
+        return dispatch.answer(client, handler.command, result)
+
+    def _turn_to(self, name: str) -> None:
+        """Find what is the same for all calls of this name. Raises CommandError."""
+        self.end()
+        try:
+            command = _command(name)
+        except CommandError:
+            self._client.called[UNKNOWN] += 1
+            raise
+        try:
+            self._handler = self._dispatch.handler(self._client, command)
+        except CommandError:
+            self._client.called[command.name] += 1
+            raise
+        self._name = name
+        self._tally.turn_to(command.name)
+
+    def end(self) -> None:
+        """Count what was executed."""
+        if self._name is not None:
+            self._client.called[self._handler.command.name] += self._tally.count
+            self._tally.end()
+            self._name = None
+
+
+def _command(name: str) -> Command:
+    """The table's entry, if this is a remote command. Raises CommandError."""
+    command = ANSWERED.get(name)
+    if command is None:
+        raise CommandError(f"there is no command {name[:64]!r}; 'simx-server --commands' lists all")
+    return command
+
+
+def _checked(command: Command, arguments: list[Any]) -> list[Any]:
+    """The arguments as the handler gets them. Raises CommandError."""
+    checks = command.checks
+    if len(arguments) == len(checks):
+        try:
+            return list(map(apply, checks, arguments))
+        except ValueError:
+            pass
+    raise _refusal(command, arguments)
+
+
+def _refusal(command: Command, arguments: list[Any]) -> CommandError:
+    """What is wrong with these arguments."""
+    if len(arguments) != len(command.arguments):
+        names = ", ".join(argument.name for argument in command.arguments) or "no arguments"
+        return CommandError(f"{command.name} takes {names}; got {len(arguments)} arguments")
+    for argument, value in zip(command.arguments, arguments, strict=True):
+        try:
+            argument.kind.check(value)
+        except ValueError as error:
+            return CommandError(f"{command.name}: {argument.name} {error}")
+    raise AssertionError(f"these arguments of {command.name} are right")
 
 
 def _values(command: Command, result: Any) -> list[Any]:

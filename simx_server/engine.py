@@ -23,11 +23,12 @@ from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
 from .clock import Pacer
-from .dispatch import Answer, Dispatch
+from .dispatch import Answer, Dispatch, Run
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox, Read
 from .limits import LimitReached
 from .metrics import Metrics
+from .outbox import Outbox
 from .publishing import Publisher
 from .sessions import ClientSession, Interrupted, Link
 from .simulation import Simulation, SimulationState
@@ -44,6 +45,7 @@ HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
 
 _OPERATIONS = len(Operation)
+_CANCEL, _STREAM = int(Operation.CANCEL), int(Operation.STREAM)
 
 MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
@@ -74,6 +76,7 @@ class Engine:
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox()
+        self._outbox = Outbox(self._inbox, self._publisher.message)
         self._executing = ""
         """The client whose batch is being executed."""
 
@@ -133,15 +136,17 @@ class Engine:
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
             event = self._inbox.wait(wait)
-            if event is not None:
+            while event is not None:
                 self._handle(event)
                 self.simulation.settle()
+                event = self._inbox.wait(0) if self._outbox.is_keeping else None
             return
         for event in self._inbox.at_hand():
             self._handle(event)
             self.simulation.settle()  # after each, however many came together
         self.simulation.settle()
         if self._seconds_until_pass() <= 0:
+            self._outbox.send()
             self._pass()
 
     def serve_others(self) -> None:
@@ -174,6 +179,10 @@ class Engine:
                 event()
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
+        if self._is_serving:
+            self._outbox.send()
+        else:
+            self._outbox.send_unless_more_comes()
 
     def _end(self) -> None:
         self._is_ending = self.simulation.is_ending = True
@@ -319,31 +328,37 @@ class Engine:
             self._execute(session, before.rest, before.replies)
         if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
             session.before_trigger.clear()
-            session.link.deliver(self._publisher.message(session, early))
+            self._outbox.put(session, early)
+        self._outbox.send_before(batch.calls)
         self.metrics.called(client, len(batch.calls))
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
         """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
+        self._outbox.send()
         session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
         logger.warning("client %s: %s", session.name, problem)
         session.errors.append(str(problem))
         time_ms = self._publisher.time_ms()
         replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
-        session.link.deliver(self._publisher.message(session, replies))
+        self._outbox.put(session, replies)
 
     def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
         """Execute calls of a batch; `replies` are those to calls before these."""
         before, self._executing = self._executing, session.client
+        run = self._dispatch.run(session)
         try:
-            self._execute_in_order(session, calls, replies)
+            self._execute_in_order(session, run, calls, replies)
         finally:
+            run.end()
             self._executing = before
 
-    def _execute_in_order(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
+    def _execute_in_order(
+        self, session: ClientSession, run: Run, calls: list[Call], replies: list[Reply]
+    ) -> None:
         for position, call in enumerate(calls, 1):
-            if call.operation == Operation.CANCEL:
+            if call.operation == _CANCEL:
                 stream_id = call.arguments[0] if call.arguments else 0
                 session.streams.cancel(stream_id if type(stream_id) is int else 0)
                 if call.call_id:
@@ -353,9 +368,9 @@ class Engine:
                 text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
                 replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text]))
                 continue
-            answer = self._dispatch.execute(session, call.command, call.arguments)
+            answer = run.execute(call.command, call.arguments)
             time_ms = self._publisher.time_ms()
-            if call.operation == Operation.STREAM:
+            if call.operation == _STREAM:
                 self._publisher.arm(session, call, answer)
             if isinstance(answer, Future):
                 before: list[Reply] = []
@@ -375,7 +390,7 @@ class Engine:
             else:
                 replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
         if replies:
-            session.link.deliver(self._publisher.message(session, replies))
+            self._outbox.put(session, replies)
 
     def _go_on_later(
         self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]

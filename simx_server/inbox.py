@@ -40,7 +40,7 @@ class Inbox:
 
         self._readers: dict[type, Read] = {}
         self._held: deque[Event | Arrival] = deque()
-        """What had to wait for a script's end; it comes before all that is in the queue."""
+        """What had to wait for a script's end, or was looked at; it comes before all that is in the queue."""
 
         self._held_of: Counter[str] = Counter()
         """Batches among them, by client."""
@@ -72,6 +72,15 @@ class Inbox:
             if not self._held_of[event.client]:
                 del self._held_of[event.client]
         return event
+
+    def is_next_of(self, client: str) -> bool:
+        """Whether something is here, and the first of it is a batch of this client."""
+        if not self._held:
+            if self._queue.empty():
+                return False
+            self.hold(self._read(self._queue.get_nowait()))
+        first = self._held[0]
+        return isinstance(first, Arrival) and first.client == client
 
     def shed(self, most: int) -> None:
         """Throw away what a client has sent beyond so many batches that wait."""

@@ -275,5 +275,30 @@ class Metrics:
         )
 
 
+class Tally:
+    """Counts executions that come one behind the other. Those of one command are counted together, each with the mean
+    of their durations: counting one by itself costs as much as reading a value."""
+
+    __slots__ = ("_began", "_command", "_metrics", "count")
+
+    def __init__(self, metrics: Metrics) -> None:
+        self._metrics = metrics
+        self._command = ""
+        self._began = 0.0
+        self.count = 0
+        """Executions of the present command so far; whoever executes adds them."""
+
+    def turn_to(self, command: str) -> None:
+        """What comes now is another command."""
+        now = time.perf_counter()
+        if self.count:
+            self._metrics.executed(self._command, (now - self._began) / self.count, self.count)
+        self._command, self._began, self.count = command, now, 0
+
+    def end(self) -> None:
+        """Nothing comes any more, or for a while."""
+        self.turn_to("")
+
+
 def _copies(histograms: Mapping[str, Histogram]) -> dict[str, list[int]]:
     return {name: list(each.counts) for name, each in list(histograms.items())}

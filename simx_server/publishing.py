@@ -14,14 +14,13 @@ from functools import partial
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
-from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .errors import CommandError
 from .limits import LimitReached
-from .metrics import Metrics
+from .metrics import Metrics, Tally
 from .sessions import ClientSession
 from .simulation import Simulation, SimulationState
 from .streams import PassAnswers, Question, Shared, Stream
@@ -78,6 +77,7 @@ class Publisher:
         """A stream begins with what its call was answered, unless that was refused."""
         try:
             command, arguments = self._dispatch.check(call.command, call.arguments)
+            handler = self._dispatch.handler(session, command)
         except CommandError:
             return  # the answer has said so, and it would be the same after each pass
         try:
@@ -96,7 +96,7 @@ class Publisher:
             stream.last = pack_answer(answer.status, self.time_ms(), answer.values)
             question = stream.question()
             if question is not None and not stream.delay:
-                reader = self._dispatch.handler(command) if command.only_reads else None
+                reader = handler if command.only_reads else None
                 stream.shared = self._shared.get(question) or Shared(question, reader)
                 self._shared[question] = stream.shared
         session.streams.arm(stream)
@@ -154,25 +154,23 @@ class Publisher:
     def _take_shared(
         self, session: ClientSession, answers: PassAnswers, time_ms: int, newest: list[bytes]
     ) -> None:
-        """Add the answers that streams share, and find those that no other client's streams have asked for yet.
-
-        They are counted together, so that counting does not cost as much as reading a value.
-        """
+        """Add the answers that streams share, and find those that no other client's streams have asked for yet."""
         late: list[Stream] = []
         pack = answer_packer(STATUS_OK, time_ms)
-        began, count, counted = time.perf_counter(), 0, None
+        tally, counted = Tally(self._metrics), None
         for stream in list(session.streams.shared.values()):  # who is served meanwhile may end or arm some
             shared = stream.shared
             assert shared is not None
             if shared.round != self._round:
                 if shared.reader is None:
-                    self._count(began, count, counted)
+                    tally.end()
+                    counted = None
                     answer = self._dispatch.carry_out(session, stream.command, stream.arguments)
-                    began, count, counted = time.perf_counter(), 0, None
                 else:
                     if stream.command is not counted:
-                        began, count, counted = self._count(began, count, counted), 0, stream.command
-                    count += 1
+                        counted = stream.command
+                        tally.turn_to(counted.name)
+                    tally.count += 1
                     answer = self._dispatch.look(session, shared.reader, stream.arguments)
                 if isinstance(answer, Future):
                     answers.put(shared.question, answer)
@@ -182,16 +180,9 @@ class Publisher:
                 shared.round = self._round
                 shared.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
             newest += (stream.head, shared.packed)
-        self._count(began, count, counted)
+        tally.end()
         for stream in late:
             session.streams.separate(stream)
-
-    def _count(self, began: float, count: int, command: Command | None) -> float:
-        """Count executions of a command since then; gives the time now."""
-        now = time.perf_counter()
-        if command is not None:
-            self._metrics.executed(command.name, (now - began) / count, count)
-        return now
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

@@ -7,6 +7,7 @@ from collections import defaultdict, deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
@@ -81,7 +82,7 @@ class ClientSession:
     _triggers: list[Future[None]] = field(default_factory=list)
     _logged: set[str] = field(default_factory=set)
 
-    @property
+    @cached_property
     def may_only_read(self) -> bool:
         return self.client.startswith(VIEWER)
 

@@ -12,9 +12,10 @@ last in every remote function, so neither is written.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 from .kinds import KINDS, Kind
@@ -55,7 +56,7 @@ _READING = ("simxGet", "simxRead", "simxCheck", "simxJointGet")
 """Begins the names of commands that read. What is called otherwise counts as changing something, also a new one."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Command:
     """One entry of the table."""
 
@@ -99,12 +100,12 @@ class Command:
     """It runs a script, steps, or replaces what a pass or an edit works on (parameters may do so too): while a script
     runs it has to wait. Others may do what a script can find done between two of its own calls."""
 
-    @property
+    @cached_property
     def answers_soon(self) -> bool:
         """No picture is drawn, no pass is made, before there is an answer."""
         return not self.large and self.name != TRIGGER
 
-    @property
+    @cached_property
     def only_reads(self) -> bool:
         """Whether it changes nothing that another client could notice, so that viewers may call it."""
         return self.name.startswith(_READING) and not self.takes_away
@@ -113,11 +114,16 @@ class Command:
         """Whether a success with these results ends a stream of this command."""
         return self.stream_ends_with_hit and (self.no_hit is None or values[:1] != [self.no_hit])
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         return (self.name, *self.aliases)
 
-    @property
+    @cached_property
+    def checks(self) -> tuple[Callable[[Any], Any], ...]:
+        """What the server has each argument pass."""
+        return tuple(argument.kind.check for argument in self.arguments)
+
+    @cached_property
     def key_positions(self) -> tuple[int, ...]:
         order = [argument.name for argument in self.arguments]
         return tuple(order.index(name) for name in self.key)

@@ -10,7 +10,7 @@ from simx_server.joints.intrinsic import intrinsic_pose, quat_of_matrix, spheric
 from simx_server.joints.machine import Machine
 from simx_server.joints.parameters import READ, WRITE, describe
 from simx_server.joints.servo import Rule, rule_of, write_force_limit
-from simx_server.joints.state import JointMode, JointState
+from simx_server.joints.state import Binding, JointMode, JointState
 from simx_server.scene.frames import matrix12
 from simx_server.scene.joint_chain import joint_separation
 from simx_server.scene.poses import Pose, Quaternion
@@ -27,7 +27,7 @@ class Joints(Machine):
         """Angle (rad) or displacement (m), cyclic joints in -pi..pi; a tendon joint: length plus its offset."""
         binding, state = self._single(handle)
         value = self._raw_position(binding) + state.offset
-        return _wrapped(value) if state.cyclic and binding.kind == "hinge" else value
+        return _wrapped(value) if _is_cyclic(binding, state) else value
 
     def set_position(self, handle: int, value: float) -> None:
         """Put the joint there at once (clamped to its interval, cyclic: wrapped to -pi..pi), velocity zero.
@@ -77,7 +77,7 @@ class Joints(Machine):
                 f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; "
                 "set its position, or annotate it with mode=force"
             )
-        self._retarget(binding, state, _wrapped(value) if self.interval(handle)[0] else value)
+        self._retarget(binding, state, _wrapped(value) if _is_cyclic(binding, state) else value)
         if not state.annotated and not (state.motor and state.control_loop):
             state.motor = state.control_loop = True
             self._apply(handle)
@@ -93,13 +93,14 @@ class Joints(Machine):
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target velocity")
-        before = rule_of(binding, state)
-        same = state.target_velocity == value
-        state.target_velocity = value
-        if not state.annotated and state.mode == JointMode.FORCE:
-            state.motor, state.control_loop = True, False
-        if same and rule_of(binding, state) == before:
+        switches = not state.annotated and state.mode == JointMode.FORCE
+        is_as_it_was = not switches or (state.motor and not state.control_loop)
+        if value == state.target_velocity and is_as_it_was:
             return
+        before = rule_of(binding, state)
+        state.target_velocity = value
+        if switches:
+            state.motor, state.control_loop = True, False
         self._apply(handle, rebuild=before != Rule.VELOCITY or rule_of(binding, state) != Rule.VELOCITY)
 
     def max_force(self, handle: int) -> float:
@@ -163,7 +164,7 @@ class Joints(Machine):
         """(cyclic, minimum, range): -pi and 2 pi when cyclic, -1e9 and 2e9 for a joint without limits."""
         binding, state = self._any(handle)
         model = self._sim.model
-        if (state.cyclic and binding.kind == "hinge") or binding.kind == "ball":
+        if _is_cyclic(binding, state) or binding.kind == "ball":
             return True, -math.pi, 2 * math.pi
         if binding.element == "tendon":
             limited, (low, high) = model.tendon_limited[binding.id], model.tendon_range[binding.id].tolist()
@@ -294,6 +295,10 @@ def _finite(value: float, what: str) -> float:
     if not math.isfinite(number):
         raise CommandError(f"{what} must be a finite number, not {number}")
     return number
+
+
+def _is_cyclic(binding: Binding, state: JointState) -> bool:
+    return state.cyclic and binding.kind == "hinge"
 
 
 def _wrapped(angle: float) -> float:

@@ -239,7 +239,7 @@ class Machine:
 
     def _retarget(self, binding: Binding, state: JointState, value: float) -> None:
         state.target_position = value
-        if rule_of(binding, state) == Rule.SPRING:
+        if state.spring and rule_of(binding, state) == Rule.SPRING:
             self._sim.data.ctrl[binding.ctrl] = spring_control(binding, state)
         if self._stepper is not None:
             self._stepper.retarget(binding.handle, value)

@@ -1,0 +1,170 @@
+"""Answers to batches that came close behind one another: which leave in one message, and which do not wait."""
+
+from __future__ import annotations
+
+import pytest
+from plain_world import World
+
+from simx_client.protocol.codec import decode_delivery, encode
+from simx_client.protocol.messages import Batch, Call, Operation
+from simx_server import outbox
+
+
+class Listener:
+    """A client's link that keeps what it is sent: the message id, and the ids of the calls that are answered."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[int, list[int]]] = []
+
+    def deliver(self, payload: bytes) -> None:
+        delivery = decode_delivery(payload)
+        self.heard.append((delivery.message_id, [reply.call_id for reply in delivery.replies]))
+
+    def publish(self, payload: bytes) -> None:
+        self.heard.append((-1, []))
+
+    def publish_picture(self, stream_id: int, payload: bytes) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@pytest.fixture
+def world():
+    world = World()
+    yield world
+    world.close()
+
+
+def _join(world: World, client: str) -> Listener:
+    link = Listener()
+    world.engine.join(client, client, 0, link)
+    return link
+
+
+def _send(world: World, client: str, message_id: int, *calls: tuple[int, str, list]) -> None:
+    batch = [Call(call_id, Operation.EXECUTE, 0, name, arguments) for call_id, name, arguments in calls]
+    world.engine.submit(client, encode(Batch(message_id, 0, batch)))
+
+
+def _read(call_id: int) -> tuple[int, str, list]:
+    return call_id, "simxGetJointPosition", [1]
+
+
+def _set(call_id: int) -> tuple[int, str, list]:
+    return call_id, "simxSetJointTargetPosition", [1, 0.5]
+
+
+def test_batches_of_one_client_that_wait_together_are_answered_in_one_message_as_of_the_last(world):
+    link = _join(world, "one")
+    _send(world, "one", 1, _set(1), _set(2))
+    _send(world, "one", 2, _set(3))
+    _send(world, "one", 3, _read(4))
+    world.settle()
+    assert link.heard == [(3, [1, 2, 3, 4])]
+
+
+def test_what_was_read_does_not_wait_for_however_little_comes_after_it(world):
+    """It may be megabytes, of which no message shall hold many times as many."""
+    link = _join(world, "one")
+    _send(world, "one", 1, _read(1))
+    _send(world, "one", 2, _set(2))
+    world.settle()
+    assert link.heard == [(1, [1]), (2, [2])]
+
+
+def test_so_are_those_that_come_while_it_waits_for_the_first(world):
+    link = _join(world, "one")
+    _send(world, "one", 1, _set(1))
+    _send(world, "one", 2, _read(2))
+    world.engine.turn(max_wait=1.0)
+    assert link.heard == [(2, [1, 2])]
+
+
+def test_answers_do_not_wait_for_another_clients_batches(world):
+    one, other = _join(world, "one"), _join(world, "other")
+    for message_id in (1, 2):
+        for client in ("one", "other"):
+            _send(world, client, message_id, _set(message_id))
+    world.settle()
+    assert one.heard == other.heard == [(1, [1]), (2, [2])]
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("simxCallScriptFunction", ["object", 1, "function", [], [], [], b""]),
+        ("simxGetVisionSensorImage", [1, 0]),
+        ("simxSynchronousTrigger", []),
+    ],
+)
+def test_answers_do_not_wait_for_scripts_pictures_and_passes(world, name, arguments, monkeypatch):
+    link = _join(world, "one")
+    heard_before: list[list[tuple[int, list[int]]]] = []
+    handler = world.engine._dispatch.handler
+
+    def looked_up(client, command):
+        heard_before.append(list(link.heard))
+        return handler(client, command)
+
+    monkeypatch.setattr(world.engine._dispatch, "handler", looked_up)
+    _send(world, "one", 1, _set(1))
+    _send(world, "one", 2, (2, name, arguments))
+    world.settle()
+    assert heard_before == [[], [(1, [1])]]
+
+
+def test_what_is_unreadable_or_of_nobody_holds_no_answers_back(world):
+    link = _join(world, "one")
+    _send(world, "one", 1, _set(1))
+    world.engine.submit("one", b"\xc1")
+    _send(world, "one", 2, _set(2))
+    world.engine.submit("nobody", b"")
+    world.settle()
+    assert link.heard == [(2, [1, 2])]
+    _send(world, "one", 3, _set(3))
+    world.engine.submit("one", b"\xc1")
+    world.settle()
+    assert link.heard[1:] == [(3, [3])]
+
+
+def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeypatch):
+    monkeypatch.setattr(outbox, "MOST_KEPT", 4)
+    link = _join(world, "one")
+    for number in range(1, 11):
+        _send(world, "one", number, _set(2 * number), _set(2 * number + 1))
+    world.settle()
+    assert [len(ids) for _, ids in link.heard] == [4, 4, 4, 4, 4]
+    assert [message_id for message_id, _ in link.heard] == [2, 4, 6, 8, 10]
+
+
+def test_answers_leave_before_the_streams_of_the_next_pass(world):
+    link = _join(world, "one")
+    world.engine.submit(
+        "one", encode(Batch(1, 0, [Call(1, Operation.STREAM, 0, "simxGetJointPosition", [1])]))
+    )
+    world.settle()
+    link.heard.clear()
+    world.simulation.start()
+
+    class Joints(dict):
+        def __setitem__(self, handle, value):
+            super().__setitem__(handle, value)
+            _send(world, "one", 3, _read(3))  # comes while the call is executed, for after the pass
+
+    world.simulation.joints = Joints()
+    _send(world, "one", 2, _set(2))
+    world.settle()
+    assert link.heard == [(2, [2]), (-1, [])]
+    world.settle()
+    assert link.heard[2] == (3, [3])
+
+
+def test_what_a_client_asked_before_it_left_is_answered(world):
+    link, other = _join(world, "one"), _join(world, "other")
+    _send(world, "one", 1, _set(1))
+    world.engine.post(lambda: world.engine.leave("one"))
+    _send(world, "one", 2, _read(2))
+    _send(world, "other", 1, _read(1))
+    world.settle()
+    assert link.heard == [(1, [1])]
+    assert other.heard == [(1, [1])]
