@@ -150,6 +150,36 @@ def test_what_is_set_between_two_passes_counts_as_velocity_the_short_way_round()
     assert sim.joints.velocity(rail(sim)) == pytest.approx((2 * math.pi - 6.2) / 0.05)
 
 
+@pytest.mark.parametrize("driven", [(0, 1, 2), (1, 2), (0, 2), (0,)], ids=str)
+def test_controllers_drive_their_own_joints_wherever_these_lie_among_the_others(
+    driven: tuple[int, ...],
+) -> None:
+    """Joints whose loop is on go to their targets, the others as fast as they are told."""
+    bodies = "".join(
+        f'<body pos="0 {n} 0"><joint name="joint{n}" type="slide" axis="1 0 0"/><geom size="0.1" mass="1"/></body>'
+        for n in range(3)
+    )
+    notes = "".join(
+        f'<text name="simx:joint:joint{n}" data="control={"position" if n in driven else "velocity"} motor=on"/>'
+        for n in range(3)
+    )
+    actuators = "".join(f'<velocity joint="joint{n}" kv="500"/>' for n in range(3))
+    sim = simulation_of(
+        f"<mujoco><option gravity='0 0 0'/><worldbody>{bodies}</worldbody>"
+        f"<actuator>{actuators}</actuator><custom>{notes}</custom></mujoco>"
+    )
+    handles = [sim.scene.resolve(f"joint{n}") for n in range(3)]
+    targets = (0.1, -0.2, 0.3)
+    for n, handle in enumerate(handles):
+        if n in driven:
+            sim.joints.set_target_position(handle, targets[n])
+        else:
+            sim.joints.set_target_velocity(handle, targets[n])
+    run(sim, 40)
+    expected = [targets[n] * (1 if n in driven else sim.time) for n in range(3)]
+    assert [sim.joints.position(handle) for handle in handles] == pytest.approx(expected, abs=3e-3)
+
+
 def test_position_target_outside_force_mode_is_refused_and_velocity_is_accepted() -> None:
     for mode in ("passive", "ik", "motion", "dependent"):
         sim = slider(note=f"mode={mode}")

@@ -67,7 +67,12 @@ class Stepper:
         self._sum = np.zeros(count)
         self._last = np.full(count, np.nan)
         self._error = np.zeros(count)
-        self._command = np.zeros(count)
+        self._positions = None if self._tendons.size else _view(data.qpos, self._qpos)
+        """Where the joints are, if they lie side by side in MuJoCo's array."""
+
+        commands = _view(data.ctrl, self._ctrl)
+        self._are_scattered = commands is None
+        self._command = np.zeros(count) if commands is None else commands
         self._led = Followers(model, entries, Rule.POSITION)
         self._led_index = np.array([self._index[handle] for handle in self._led.handles], dtype=np.intp)
         self._springs = _CyclicSprings(entries)
@@ -148,11 +153,12 @@ class Stepper:
         data, error, command = self._data, self._error, self._command
         if self._led_index.size:
             self._target[self._led_index] = self._led.wanted(data)
-        if self._joints:
+        positions = self._positions
+        if positions is None:
+            positions = error
             data.qpos.take(self._qpos, out=error[: self._joints], mode="clip")
-        if self._joints < len(error):
             error[self._joints :] = data.ten_length[self._tendons] + self._offset
-        np.subtract(self._target, error, out=error)
+        np.subtract(self._target, positions, out=error)
         if self._cyclic.size:
             error[self._cyclic] = np.remainder(error[self._cyclic] + math.pi, 2 * math.pi) - math.pi
         np.multiply(error, self._gain, out=command)
@@ -165,7 +171,15 @@ class Stepper:
         np.maximum(command, self._least, out=command)
         if not self._plain_gear:
             np.multiply(command, self._gear, out=command)
-        data.ctrl[self._ctrl] = command
+        if self._are_scattered:
+            data.ctrl[self._ctrl] = command
+
+
+def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
+    """A view of these items; None if they do not lie side by side, in this order."""
+    if not indices.size or np.any(np.diff(indices) != 1):
+        return None
+    return values[indices[0] : indices[-1] + 1]
 
 
 class _CyclicSprings:
