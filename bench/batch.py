@@ -16,7 +16,6 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import simx_client as vrep
@@ -28,6 +27,7 @@ from .client import CAMERA, JOINTS, check, connected, handle_of, running
 from .measure import Effort, Rounds, in_turn, ratio, repeated, timed
 from .processes import ENDS_WITHIN_S, LONGEST_RUN_S, ROOT, NotReady
 from .report import Findings, Ratio, Row
+from .resources import processor_seconds
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,10 @@ class Case:
 
     def one_round(self, calls: int) -> tuple[float, ...]:
         timed(self.step, max(1, calls // 10))
-        client, servers = time.process_time(), _processor_seconds(self.servers)
+        client, servers = time.process_time(), processor_seconds(self.servers)
         took = timed(self.step, calls)
         self.work.client += time.process_time() - client
-        self.work.servers += _processor_seconds(self.servers) - servers
+        self.work.servers += processor_seconds(self.servers) - servers
         self.work.steps += calls * max(1, len(self.servers))
         return took
 
@@ -232,12 +232,3 @@ def _lock_step(task: Task, ports: Sequence[int]) -> Generator[Callable[[], Any]]
 
         servers.watch(read)
         yield partial(servers.step, write)
-
-
-def _processor_seconds(process_ids: Sequence[int]) -> float:
-    """What all threads of these processes have computed so far; 0 where the system does not tell."""
-    nanoseconds = 0
-    for process_id in process_ids:
-        for thread in Path(f"/proc/{process_id}/task").glob("*/schedstat"):
-            nanoseconds += int(thread.read_text().split()[0])
-    return nanoseconds / 1e9

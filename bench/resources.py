@@ -30,7 +30,7 @@ def _sizes(process_id: int) -> dict[str, int]:
 
 
 def processor_seconds(process_ids: Iterable[int]) -> float:
-    """Of all threads that the processes have now, since those began."""
+    """Of all threads that the processes have now, since those began; 0 where the system does not tell."""
     nanoseconds = 0
     for process_id in process_ids:
         for schedule in Path(f"/proc/{process_id}/task").glob("*/schedstat"):
