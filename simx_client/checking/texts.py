@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import itertools
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from .names import Bound, Called, Names, Scope
 
@@ -179,23 +179,20 @@ class Texts:
 
     def _percent(self, node: ast.BinOp, scope: Scope, depth: int) -> Iterable[str]:
         given = node.right.elts if isinstance(node.right, ast.Tuple) else [node.right]
+        unknown = frozenset((ANY,))
         parts = [self.of(each, scope, depth) for each in given]
 
         def filled(form: str) -> Iterable[str]:
-            pieces: list[frozenset[str]] = []
-            end, place = 0, 0
-            for found in _PERCENT.finditer(form):
-                pieces.append(frozenset((form[end : found.start()],)))
-                end = found.end()
+            left = iter(parts)
+
+            def value(found: re.Match[str]) -> frozenset[str]:
                 if found["kind"] == "%":
-                    pieces.append(frozenset("%"))
-                elif found["name"] or place >= len(parts):
-                    pieces.append(frozenset((ANY,)))
-                else:
-                    is_plain = found[0] in ("%s", "%d", "%i") and all(map(_is_plain, parts[place]))
-                    pieces.append(parts[place] if is_plain or found[0] == "%s" else frozenset((ANY,)))
-                    place += 1
-            return _joined([*pieces, frozenset((form[end:],))])
+                    return frozenset("%")
+                part = unknown if found["name"] else next(left, unknown)
+                is_plain = found[0] in ("%d", "%i") and all(map(_is_plain, part))
+                return part if is_plain or found[0] == "%s" else unknown
+
+            return _filled(form, _PERCENT, value)
 
         return [text for form in self.of(node.left, scope, depth) for text in filled(form)]
 
@@ -218,22 +215,20 @@ class Texts:
         named = {each.arg: self.of(each.value, scope, depth) for each in node.keywords if each.arg}
 
         def filled(form: str) -> Iterable[str]:
-            pieces: list[frozenset[str]] = []
-            end, place = 0, 0
-            for found in _BRACES.finditer(form):
-                pieces.append(frozenset((form[end : found.start()],)))
-                end = found.end()
+            place = itertools.count()
+
+            def value(found: re.Match[str]) -> frozenset[str]:
                 name = found["field"]
                 if name is None:
-                    pieces.append(frozenset(found[0][0]))
-                    continue
-                key = str(place) if name == "" else name
-                place += name == ""
-                value = (
+                    return frozenset(found[0][0])
+                key = str(next(place)) if name == "" else name
+                if found["rest"]:
+                    return unknown
+                return (
                     parts[int(key)] if key.isdecimal() and int(key) < len(parts) else named.get(key, unknown)
                 )
-                pieces.append(unknown if found["rest"] else value)
-            return _joined([*pieces, frozenset((form[end:],))])
+
+            return _filled(form, _BRACES, value)
 
         return [text for form in self.of(node.func.value, scope, depth) for text in filled(form)]
 
@@ -262,6 +257,18 @@ def _is_number(node: ast.expr) -> bool:
 
 def _is_plain(text: str) -> bool:
     return text == ANY or _WHOLE.fullmatch(text) is not None
+
+
+def _filled(
+    form: str, blanks: re.Pattern[str], value: Callable[[re.Match[str]], frozenset[str]]
+) -> Iterable[str]:
+    """A form with what may stand in each of its blanks, which are asked for in their order."""
+    pieces: list[frozenset[str]] = []
+    end = 0
+    for found in blanks.finditer(form):
+        pieces += (frozenset((form[end : found.start()],)), value(found))
+        end = found.end()
+    return _joined([*pieces, frozenset((form[end:],))])
 
 
 def _joined(pieces: Iterable[frozenset[str]]) -> Iterable[str]:
