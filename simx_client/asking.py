@@ -17,12 +17,17 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         metavar="ENDPOINT",
         help=f"Zenoh router or server to ask, such as tcp/router:7447; repeatable ({CONNECT_VARIABLE})",
     )
+    add_waiting(parser, "answers", TIMEOUT)
+
+
+def add_waiting(parser: argparse.ArgumentParser, awaited: str, usual: float) -> None:
+    """Add ``--timeout`` and ``--json``, which every command has that asks a server."""
     parser.add_argument(
         "--timeout",
         type=seconds,
-        default=TIMEOUT,
+        default=usual,
         metavar="SECONDS",
-        help=f"how long to wait for answers ({TIMEOUT:g})",
+        help=f"how long to wait for {awaited} ({usual:g})",
     )
     parser.add_argument("--json", action="store_true", help="as JSON, for programs")
 

@@ -8,7 +8,7 @@ import logging
 import sys
 from collections.abc import Generator
 
-from ..asking import seconds
+from ..asking import add_waiting
 from ..clients import CLIENTS
 from ..command_parser import program
 from ..connection import Connection
@@ -35,14 +35,7 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at", metavar="PLACE", help=f"{VALID}; else the one at port {USUAL_PORT}, or the only one here"
     )
-    parser.add_argument(
-        "--timeout",
-        type=seconds,
-        default=DEFAULT_TIMEOUT,
-        metavar="SECONDS",
-        help=f"how long to wait for an answer ({DEFAULT_TIMEOUT:g})",
-    )
-    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+    add_waiting(parser, "an answer", DEFAULT_TIMEOUT)
 
 
 @contextlib.contextmanager
