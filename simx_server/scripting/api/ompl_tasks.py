@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...errors import CommandError
 from ...kinematics.tasks import Solving, StateSpace, Task
@@ -13,6 +13,8 @@ from .base import ApiPart
 if TYPE_CHECKING:
     from ...simulation import Simulation
     from ..script import Script
+
+_Kept = TypeVar("_Kept", Task, StateSpace)
 
 
 class OmplTasks(ApiPart):
@@ -48,16 +50,10 @@ class OmplTasks(ApiPart):
         return handle
 
     def _task(self, handle: int) -> Task:
-        if handle not in self._tasks:
-            known = ", ".join(f"{each} '{task.name}'" for each, task in self._tasks.items()) or "none"
-            raise CommandError(f"no planning task {handle}; those of this script: {known}")
-        return self._tasks[handle]
+        return _find(self._tasks, handle, "planning task")
 
     def _space(self, handle: int) -> StateSpace:
-        if handle not in self._spaces:
-            known = ", ".join(f"{each} '{space.name}'" for each, space in self._spaces.items()) or "none"
-            raise CommandError(f"no state space {handle}; those of this script: {known}")
-        return self._spaces[handle]
+        return _find(self._spaces, handle, "state space")
 
     def _state(self, task: int, state: list[float]) -> list[float]:
         count = self._task(task).count
@@ -66,3 +62,10 @@ class OmplTasks(ApiPart):
                 f"a state of this task is {count} numbers, not {len(state)}; set its state space first"
             )
         return state
+
+
+def _find(kept: dict[int, _Kept], handle: int, kind: str) -> _Kept:
+    if handle not in kept:
+        known = ", ".join(f"{each} '{one.name}'" for each, one in kept.items()) or "none"
+        raise CommandError(f"no {kind} {handle}; those of this script: {known}")
+    return kept[handle]
