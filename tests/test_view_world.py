@@ -157,7 +157,7 @@ def test_drawing_objects_are_shown_as_what_they_are(
     drawing = {"handle": 1, "flags": flags, "size": 2.0, "color": (1, 0, 0), "points": points, "items": items}
     drawings.update([drawing])
     assert isinstance(browser.scene._handle_from_node_name["/drawings/1"], kind)
-    drawings.visible = False
+    drawings.frame.visible = False
     drawings.update([])
     assert "/drawings/1" not in browser.scene._handle_from_node_name
-    assert not drawings.visible
+    assert not drawings.frame.visible

@@ -19,22 +19,14 @@ class Drawings:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
-        self._frame = scene.add_frame(_PATH, show_axes=False)
-
-    @property
-    def visible(self) -> bool:
-        return self._frame.visible
-
-    @visible.setter
-    def visible(self, value: bool) -> None:
-        if value != self._frame.visible:
-            self._frame.visible = value
+        self.frame = scene.add_frame(_PATH, show_axes=False)
+        """Above all of them, so it hides and shows them."""
 
     def update(self, drawings: list[Drawing]) -> None:
         """Show these, and no others."""
-        is_visible = self._frame.visible
-        self._frame.remove()
-        self._frame = self._scene.add_frame(_PATH, show_axes=False, visible=is_visible)
+        is_visible = self.frame.visible
+        self.frame.remove()
+        self.frame = self._scene.add_frame(_PATH, show_axes=False, visible=is_visible)
         for drawing in drawings:
             if drawing["items"]:
                 self._draw(drawing)

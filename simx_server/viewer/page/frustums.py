@@ -33,17 +33,9 @@ class Frustums:
 
     def __init__(self, scene: viser.SceneApi, select: Callable[[int], None]) -> None:
         self._scene, self._select = scene, select
-        self._frame = scene.add_frame(_PATH, show_axes=False)
+        self.frame = scene.add_frame(_PATH, show_axes=False)
+        """Above all of them, so it hides and shows them."""
         self._drawn: dict[int, _Frustum] = {}
-
-    @property
-    def visible(self) -> bool:
-        return self._frame.visible
-
-    @visible.setter
-    def visible(self, value: bool) -> None:
-        if value != self._frame.visible:
-            self._frame.visible = value
 
     def update(self, seen: Seen, copy: Copy) -> None:
         """Draw these, and no others, where they are in `copy`."""

@@ -87,7 +87,7 @@ class World:
             self._mark(self._selected, anew=True)
         if survey["drawings"] is not None:
             self._drawings.update(survey["drawings"])
-        self._drawings.visible = self._show_drawings.value
+        self._drawings.frame.visible = self._show_drawings.value
 
     # --- bodies ----------------------------------------------------------------------------------
 

@@ -82,7 +82,7 @@ class Cameras:
         self._scene = look["model"], look["arrays_version"], look["passes"], hash(look["state"])
         if survey["tree"] is not None:
             self._arrange([item for item in survey["tree"] if item["type"] == "vision sensor"])
-        self._frustums.visible = self._show_frustums.value
+        self._frustums.frame.visible = self._show_frustums.value
         if self._mirror.copy is not None:
             seen = {
                 camera.handle: (camera.number, camera.optics)
