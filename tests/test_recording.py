@@ -17,6 +17,7 @@ from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rew
 import simx_client as v
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
+from simx_server.add_ons import ADD_ON_TYPE
 from simx_server.engine import TRIGGER
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
@@ -25,7 +26,7 @@ from simx_server.server import serve
 from simx_server.settings import Settings
 from simx_server.simulation import SimulationState
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.messages import ADD_ON, ADD_ON_TYPE, LOOK, ONE_PASS, SPEED, SURVEY
+from simx_server.viewer.messages import ADD_ON, LOOK, ONE_PASS, SPEED, SURVEY
 
 
 @pytest.fixture

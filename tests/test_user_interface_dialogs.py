@@ -142,7 +142,7 @@ def test_another_client_sees_and_answers_a_dialog_through_the_add_on(world: Worl
     add_on("answerDialog", [dialog, c.sim_dlgret_ok], ["b"])
     assert result(world, dialog) == c.sim_dlgret_ok
     assert world.call("simxGetDialogInput", dialog) == "b"
-    with pytest.raises(CommandError, match="takes 2 integers, not 1"):
+    with pytest.raises(CommandError, match="takes 2 integers and 0 floats, not 1 and 0"):
         add_on("answerDialog", [dialog], [])
     with pytest.raises(CommandError, match="no function 'answer'; it has: describe, answerDialog"):
         add_on("answer", [], [])

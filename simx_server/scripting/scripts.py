@@ -6,12 +6,13 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..add_ons import AddOn
 from ..scene.script_texts import SCRIPT_NOTES
 from .exchange import check_results
 from .lives import Lives
 from .phases import Phases
 from .script import LUA, PYTHON, Script, ScriptKind
-from .targets import AddOn, find_target, split_target
+from .targets import find_target, split_target
 
 if TYPE_CHECKING:
     from ..scene.annotations import Annotation

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
+from ..add_ons import ADD_ON_TYPE, AddOn
 from ..errors import CommandError, UnknownName
 from .interpreter import ScriptError
 from .script import Script, ScriptKind
@@ -15,20 +16,9 @@ if TYPE_CHECKING:
 THREADED = 0xF0
 """Added to the type of an old threaded script, which counts as the plain one."""
 
-ADD_ON = 2
-"""Type of an add-on, which the constants of the remote API lack."""
-
 SANDBOX = 8
 
 _HIGHEST_TYPE = 0xFF
-
-
-class AddOn(Protocol):
-    """Functions of the server itself that a client calls as it would those of an add-on's script."""
-
-    def call(
-        self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
-    ) -> tuple[list[int], list[float], list[str], bytes]: ...
 
 
 def split_target(function: str, description: str) -> tuple[str, str]:
@@ -48,7 +38,7 @@ def find_target(scripts: Scripts, scene: Scene, options: int, name: str) -> Scri
             raise _missing(scripts, f"script with handle {options}", "")
         return script
     plain = options & ~THREADED if options >= 0 else options
-    if plain == ADD_ON:
+    if plain == ADD_ON_TYPE:
         if name in scripts.add_ons:
             return scripts.add_ons[name]
         known = ", ".join(scripts.add_ons) or "none"

@@ -24,6 +24,7 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from ..add_ons import Functions, Results
 from ..errors import CommandError
 
 if TYPE_CHECKING:
@@ -31,35 +32,29 @@ if TYPE_CHECKING:
 
 NAME = "simxUserInterface"
 
-Results = tuple[list[int], list[float], list[str], bytes]
-
 
 class UserInterfaceAddOn:
     """Calls by name, with the four arguments of simxCallScriptFunction."""
 
     def __init__(self, interface: UserInterface) -> None:
         self._interface = interface
-        self._functions: dict[str, tuple[int, Callable[[list[int], list[str]], str | None]]] = {
-            "describe": (0, self._describe),
-            "answerDialog": (2, self._answer_dialog),
-            "click": (2, self._click),
-            "moveSlider": (3, self._move_slider),
-            "typeText": (2, self._type_text),
-            "closeConsole": (1, self._close_console),
-        }
+        self._functions = Functions[Callable[[list[int], list[str]], str | None]](
+            NAME,
+            {
+                "describe": (0, 0, self._describe),
+                "answerDialog": (2, 0, self._answer_dialog),
+                "click": (2, 0, self._click),
+                "moveSlider": (3, 0, self._move_slider),
+                "typeText": (2, 0, self._type_text),
+                "closeConsole": (1, 0, self._close_console),
+            },
+        )
 
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
-        """Raises CommandError: no such function, too few integers, or what the function says."""
-        if function not in self._functions:
-            raise CommandError(
-                f"the add-on {NAME} has no function '{function}'; it has: {', '.join(self._functions)}"
-            )
-        count, perform = self._functions[function]
-        if len(ints) != count:
-            raise CommandError(f"{function} of the add-on {NAME} takes {count} integers, not {len(ints)}")
-        answer = perform(ints, strings)
+        """Raises CommandError: no such function, another count of numbers, or what the function says."""
+        answer = self._functions.find(function, ints, floats)(ints, strings)
         return [], [], [] if answer is None else [answer], b""
 
     def _describe(self, ints: list[int], strings: list[str]) -> str:

@@ -30,6 +30,7 @@ import numpy as np
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
 from simx_server import report
+from simx_server.add_ons import Functions, Results
 from simx_server.errors import CommandError
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.object_listing import list_objects
@@ -68,7 +69,6 @@ _MOST_ITEMS = 10_000
 """Items of drawing objects that are handed out; a browser does not show more in good time."""
 
 T = TypeVar("T")
-Results = tuple[list[int], list[float], list[str], bytes]
 
 _MOST_SIGNALS = 1000
 """Of a kind, that are handed out."""
@@ -91,12 +91,15 @@ class Feed:
         self._engine = engine
         self._sim: Simulation = engine.simulation
         self._realm, self._ports = realm, list(ports)
-        self._functions: dict[str, tuple[int, int, Callable[..., Look | Survey | None]]] = {
-            LOOK: (2, 0, self._look),
-            SURVEY: (2, 0, self._survey),
-            ONE_PASS: (0, 0, self._one_pass),
-            SPEED: (0, 1, self._set_speed),
-        }
+        self._functions = Functions[Callable[..., Look | Survey | None]](
+            ADD_ON,
+            {
+                LOOK: (2, 0, self._look),
+                SURVEY: (2, 0, self._survey),
+                ONE_PASS: (0, 0, self._one_pass),
+                SPEED: (0, 1, self._set_speed),
+            },
+        )
         self._model = 0
         """0: nobody has asked for the present one yet."""
         self._binary = b""
@@ -112,18 +115,8 @@ class Feed:
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
-        """Raises CommandError: no such function, another number of integers, or what the function says."""
-        if function not in self._functions:
-            raise CommandError(
-                f"the add-on {ADD_ON} has no function '{function}'; it has: {', '.join(self._functions)}"
-            )
-        wanted_ints, wanted_floats, perform = self._functions[function]
-        if (len(ints), len(floats)) != (wanted_ints, wanted_floats):
-            raise CommandError(
-                f"{function} of the add-on {ADD_ON} takes {wanted_ints} integers and {wanted_floats} floats, "
-                f"not {len(ints)} and {len(floats)}"
-            )
-        answer = perform(*ints, *floats)
+        """Raises CommandError: no such function, another count of numbers, or what the function says."""
+        answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
 
     # --- the scene -------------------------------------------------------------------------------

@@ -8,8 +8,6 @@ from typing import Any, Literal, TypedDict
 from simx_client.protocol.reports import Metrics
 
 ADD_ON = "simxView"
-ADD_ON_TYPE = 2
-"""Add-ons, as simxCallScriptFunction counts script types; the constants of the remote API lack it."""
 
 LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
 

@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 
 from simx_client.protocol import constants as c
 
+from ...add_ons import AddOn
 from ...errors import CommandError
 from ..exchange import check_results
 from ..interpreter import ScriptError
 from ..script import LUA, Script, ScriptKind
 from ..signature import to_text
-from ..targets import AddOn, find_target, split_target
+from ..targets import find_target, split_target
 from .base import HANDLE_SELF, ApiPart
 
 _NONE = -1
