@@ -195,17 +195,22 @@ def _wrong(kind: type[Any], value: Any) -> CodecError:
     raise AssertionError(f"this {kind.__name__} is right")
 
 
+def _each(kind: type[Any], types: tuple[type, ...], items: list[Any]) -> list[Any]:
+    """The messages that a message carries."""
+    found: list[Any] = []
+    for item in items:
+        if item.__class__ is not list or tuple(map(type, item)) != types:
+            raise _wrong(kind, item)
+        found.append(_as(kind, item))
+    return found
+
+
 def decode_batch(payload: bytes) -> Batch:
     """Unpack and check what a client sent; arguments are checked later, against the table."""
     value = _unpack(payload)
     if tuple(map(type, value)) != _BATCH:
         raise _wrong(Batch, value)
-    calls: list[Call] = []
-    for item in value[2]:
-        if item.__class__ is not list or tuple(map(type, item)) != _CALL:
-            raise _wrong(Call, item)
-        calls.append(_as(Call, item))
-    value[2] = calls
+    value[2] = _each(Call, _CALL, value[2])
     return _as(Batch, value)
 
 
@@ -241,12 +246,7 @@ def decode_delivery(payload: bytes) -> Delivery:
     value = _unpack(payload)
     if tuple(map(type, value)) != _DELIVERY:
         raise _wrong(Delivery, value)
-    replies: list[Reply] = []
-    for item in value[5]:
-        if item.__class__ is not list or tuple(map(type, item)) != _REPLY:
-            raise _wrong(Reply, item)
-        replies.append(_as(Reply, item))
-    value[5] = replies
+    value[5] = _each(Reply, _REPLY, value[5])
     return _as(Delivery, value)
 
 
