@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from echo_api import EchoApi
 
-from simx_server.errors import CommandError
-from simx_server.scripting.interpreter import Constant, Switching, Waiting
+from simx_server.scripting.interpreter import Constant, Waiting
 from simx_server.scripting.python_interpreter import PythonInterpreter
 
 
-class EchoApi:
-    """A ``sim`` with constants and functions that echo, wait, refuse, call back and break."""
+class PythonEchoApi(EchoApi):
+    """With a function that calls back; it can make its process end."""
 
     def __init__(self) -> None:
-        self.printed: list[str] = []
-        self.switching = Switching()
-        self.served = 0
+        super().__init__()
         self.vanish = False
         self.interpreter: PythonInterpreter | None = None
 
@@ -31,45 +29,29 @@ class EchoApi:
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         if name in ("sim.echo", "simIK.echo"):
             return tuple(arguments)
-        if name == "sim.break_down":
-            raise ValueError("a slip of the server")
-        if name == "sim.pause":
-            return self._pause(arguments[0])
         if name == "sim.packFloatTable":
             return (b"abcd",)
         if name == "sim.callBack":
             assert self.interpreter is not None
             return tuple(self.interpreter.call(arguments[0].decode(), *arguments[1:]))
-        raise CommandError("is not provided" if name != "sim.refuse" else "no object with handle 7")
-
-    def _pause(self, count: int) -> Waiting:
-        for _ in range(count):
-            yield
-        if count > 2:
-            raise CommandError("too long a pause")
-        return (count, "done")
+        return super().invoke(name, arguments)
 
     def module(self, name: str) -> bytes | None:
         return {"tools": b"def double(x):\n    return 2 * x\ndef fail():\n    raise ValueError('odd')\n"}.get(
             name
         )
 
-    is_ending = False
-
     def serve_others(self) -> None:
-        self.served += 1
+        super().serve_others()
         if self.vanish:
             os._exit(0)
-
-    def output(self, text: str) -> None:
-        self.printed.append(text)
 
 
 class Scripts:
     """Makes interpreters that end with the test."""
 
     def __init__(self) -> None:
-        self.api = EchoApi()
+        self.api = PythonEchoApi()
         self.made: list[PythonInterpreter] = []
 
     def __call__(

@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,24 +14,18 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from example_modules import import_from
 
 import simx_client
 
 FOLDER = Path(__file__).parents[1] / "examples" / "detect"
 COUNT = 12
 RADIUS = 0.05
+example = partial(import_from, FOLDER)
 needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None,
     reason="PyTorch is not installed; pip install '.[detect]' brings it",
 )
-
-
-def example(name: str, patch: pytest.MonkeyPatch) -> Any:
-    """A module of the example, which is a folder of scripts and no package."""
-    patch.syspath_prepend(str(FOLDER))
-    for other in FOLDER.glob("*.py"):
-        patch.delitem(sys.modules, other.stem, raising=False)
-    return importlib.import_module(name)
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from example_modules import import_from
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
@@ -18,14 +20,7 @@ import simx_client as v
 
 FOLDER = Path(__file__).parents[1] / "examples" / "reach"
 COUNT = 2
-
-
-def example(name: str, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """A module of the example, which is a folder of scripts and no package."""
-    monkeypatch.syspath_prepend(str(FOLDER))
-    for other in FOLDER.glob("*.py"):
-        monkeypatch.delitem(sys.modules, other.stem, raising=False)
-    return importlib.import_module(name)
+example = partial(import_from, FOLDER)
 
 
 @pytest.fixture(scope="module")

@@ -9,22 +9,18 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from echo_api import EchoApi
 
 from simx_server.errors import CommandError
 from simx_server.scripting import lua
-from simx_server.scripting.interpreter import Constant, ScriptError, Switching, Waiting
+from simx_server.scripting.interpreter import Constant, ScriptError, Waiting
 from simx_server.scripting.lua import LuaInterpreter
 
 pytest.importorskip("lupa")
 
 
-class EchoApi:
-    """A ``sim`` with one constant and functions that echo, refuse and break."""
-
-    def __init__(self) -> None:
-        self.printed: list[str] = []
-        self.switching = Switching()
-        self.served = 0
+class LuaEchoApi(EchoApi):
+    """Echoes with the number of arguments."""
 
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
         names = ("echo", "refuse", "break_down", "pause", "objectHandle", "callBack")
@@ -33,33 +29,14 @@ class EchoApi:
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         if name in ("sim.echo", "sim.objectHandle"):
             return (*arguments, len(arguments))
-        if name == "sim.break_down":
-            raise ValueError("a slip of the server")
-        if name == "sim.pause":
-            return self._pause(arguments[0])
-        raise CommandError("is not provided" if name != "sim.refuse" else "no object with handle 7")
-
-    def _pause(self, count: int) -> Waiting:
-        for _ in range(count):
-            yield
-        if count > 2:
-            raise CommandError("too long a pause")
-        return (count, "done")
+        return super().invoke(name, arguments)
 
     def module(self, name: str) -> bytes | None:
         return {"tools": b"local t = {} function t.double(x) return 2 * x end return t"}.get(name)
 
-    is_ending = False
-
-    def serve_others(self) -> None:
-        self.served += 1
-
-    def output(self, text: str) -> None:
-        self.printed.append(text)
-
 
 def script(source: str, *, time_limit: float = 0.1) -> LuaInterpreter:
-    interpreter = LuaInterpreter("test.lua", EchoApi(), time_limit=time_limit)
+    interpreter = LuaInterpreter("test.lua", LuaEchoApi(), time_limit=time_limit)
     interpreter.run(source.encode())
     return interpreter
 
@@ -351,7 +328,7 @@ def test_random_numbers_repeat_in_the_next_interpreter() -> None:
 
 
 def test_print_goes_to_the_output_of_the_simulation() -> None:
-    api = EchoApi()
+    api = LuaEchoApi()
     LuaInterpreter("test.lua", api).run(b"print(1, 'a', nil, true)")
     assert api.printed == ["1\ta\tnil\ttrue"]
 

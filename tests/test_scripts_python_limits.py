@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from python_echo import EchoApi, Scripts, script
+from python_echo import PythonEchoApi, Scripts, script
 
 from simx_server.scripting import python_interpreter, python_process
 from simx_server.scripting.interpreter import TIME_LIMIT, ScriptError
@@ -167,8 +167,8 @@ def test_close_ends_the_process_and_may_come_twice(script: Scripts) -> None:
 ORPHAN = """
 import sys, os
 sys.path.insert(0, {tests!r})
-from python_echo import EchoApi, PythonInterpreter
-api = EchoApi()
+from python_echo import PythonEchoApi, PythonInterpreter
+api = PythonEchoApi()
 interpreter = PythonInterpreter("test.py", api)
 interpreter.run(b"import os\\ndef pid(): return os.getpid()\\ndef f():\\n  while True: pass")
 print(interpreter.call("pid")[0], flush=True)
@@ -199,7 +199,7 @@ def test_endless_script_does_not_outlive_the_server() -> None:
 def test_elsewhere_than_on_linux_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     with pytest.raises(ScriptError, match=r"run on Linux only.*write this one in Lua"):
-        PythonInterpreter("test.py", EchoApi())
+        PythonInterpreter("test.py", PythonEchoApi())
 
 
 NATIVE = """
