@@ -23,7 +23,7 @@ from .clock import Pacer
 from .command_server import add_command_server
 from .engine import Engine
 from .errors import CommandError
-from .filming import Film, Shot, write_snapshot
+from .filming import Film, Moment, Shot, write_snapshot
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .library import find_scene
@@ -100,16 +100,28 @@ def serve(settings: Settings) -> int:
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
             simulation = build_simulation(settings, stack, recorder and recorder.watch)
-            if settings.video is not None:
-                shot = Shot(simulation, settings.camera, settings.size)
-                stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
-            if settings.state_log is not None:
-                shot = settings.camera and Shot(simulation, settings.camera, settings.size)
-                stack.callback(StateLog(simulation, settings.state_log, shot or None, settings.fps).close)
+            attach_outputs(simulation, settings, stack, recorder.began if recorder else time.time_ns())
         except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
         return run_server(simulation, settings, _say_ready, recorder=recorder, page_listener=page_listener)
+
+
+def attach_outputs(simulation: Simulation, settings: Settings, stack: ExitStack, began: int) -> None:
+    """The film and the state log that are asked for; ``stack`` ends them.
+
+    Args:
+        began: nanoseconds since 1970, from which a state log counts.
+
+    Raises:
+        CommandError, OutputError: they cannot be made.
+    """
+    if settings.video is not None:
+        shot = Shot(simulation, settings.camera, settings.size)
+        stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
+    if settings.state_log is not None:
+        shot = Shot(simulation, settings.camera, settings.size) if settings.camera else None
+        stack.callback(StateLog(simulation, settings.state_log, shot, settings.fps, began=began).close)
 
 
 def _picture(path: Path, settings: Settings) -> int:
@@ -130,14 +142,21 @@ def _replay(recording: Path, settings: Settings) -> int:
         try:
             opened = Opened(LogReader(recording), folder)
             simulation = build_simulation(opened.settings(settings), stack, lambda sim, _: opened.attach(sim))
+            attach_outputs(simulation, settings, stack, opened.began)
+            moment = None
+            if settings.snapshot is not None:
+                shot = Shot(simulation, settings.camera, settings.size)
+                moment = Moment(simulation, shot, settings.duration)
             outcome = replay(opened, simulation)
+            logger.info("the replay of '%s' is equal: %s", recording, outcome)
+            if moment is not None and settings.snapshot is not None:
+                moment.write(settings.snapshot)
         except Divergence as problem:
             logger.error("the replay of '%s' differs %s", recording, problem)
             return DIVERGED
-        except (CommandError, LogError) as error:
+        except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
-    logger.info("the replay of '%s' is equal: %s", recording, outcome)
     return DONE
 
 

@@ -403,7 +403,7 @@ class Settings:
         for name, more in others.items():
             if getattr(self, name) is None:
                 continue
-            for other in (*more, "replay", "count"):
+            for other in (*more, "count"):
                 if getattr(self, other) is not None:
                     raise SettingError(
                         f"{self.origins[name]}: does not go together with {SETTINGS[other].flag}; valid: one of both"

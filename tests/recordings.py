@@ -25,7 +25,7 @@ from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.server import build_simulation, serve
+from simx_server.server import attach_outputs, build_simulation, serve
 from simx_server.sessions import ClientSession
 from simx_server.settings import Settings
 
@@ -46,6 +46,11 @@ class RecordedWorld(RealWorld):
         self.simulation.parameters.pace = pacer
         self._recorder.begin(self.engine)
 
+    def add_outputs(self, **files: Path | str) -> None:
+        """A film or a state log of it, by their flags."""
+        settings = Settings.gather({name: str(value) for name, value in files.items()}, {})
+        attach_outputs(self.simulation, settings, self._stack, self._recorder.began)
+
     def close(self) -> None:
         self._recorder.ending()
         self.simulation.stop()
@@ -61,8 +66,9 @@ def recorded(scene: Path | str, recording: Path, **settings: Any) -> Iterator[Re
         place.close()
 
 
-def replay(recording: Path, **flags: bool) -> int:
-    return serve(Settings.gather({"replay": str(recording), **flags}, {}))
+def replay(recording: Path, **flags: bool | str | Path) -> int:
+    texts = {name: value if isinstance(value, bool) else str(value) for name, value in flags.items()}
+    return serve(Settings.gather({"replay": str(recording), **texts}, {}))
 
 
 def blocks(records: list[Record]) -> list[bytes]:

@@ -236,6 +236,7 @@ def test_flags_that_cannot_be_used_say_what_is_valid(flags: dict[str, str], told
 
 def test_command_lines_of_the_page_are_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.simxlog").touch()
     page = (ROOT / "docs" / "pictures-of-a-run.md").read_text(encoding="utf-8")
     lines = re.findall(r"^    simx-server (.+?)(?:   .*)?$", page, re.MULTILINE)
     assert len(lines) > 5

@@ -6,6 +6,6 @@ on the physics thread, and `film_file` encodes what comes of that, on a thread o
 
 from .film import Film
 from .shot import Shot
-from .snapshot import write_snapshot
+from .snapshot import Moment, write_snapshot
 
-__all__ = ["Film", "Shot", "write_snapshot"]
+__all__ = ["Film", "Moment", "Shot", "write_snapshot"]

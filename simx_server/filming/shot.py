@@ -132,8 +132,13 @@ def first_picture(shot: Shot) -> Pixels:
     Raises:
         CommandError: no picture can be made here.
     """
+    return awaited(shot, shot.ask())
+
+
+def awaited(shot: Shot, picture: Future[Pixels]) -> Pixels:
+    """What was asked of a shot. Raises CommandError: it could not be made."""
     try:
-        return shot.ask().result(LONGEST_WAIT)
+        return picture.result(LONGEST_WAIT)
     except TimeoutError:
         raise CommandError(
             f"no picture of {shot.name} came within {LONGEST_WAIT:.0f} s; simx-server --doctor tells how this machine "

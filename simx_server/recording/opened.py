@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,12 @@ from .recorder import OUTSIDE, RECORDED_SETTINGS
 from .records import Kind, Record
 
 logger = logging.getLogger(__name__)
+
+_LAST_CLOCK = 1 << 62
+"""Nanoseconds since 1970; that is in 2116."""
+
+_MANY_PICTURES = "pictures=10000000"
+"""Clients ask for none here, and those of a film must not make it refuse one that a script looks at."""
 
 _EVENTS = (Kind.JOINED, Kind.LEFT, Kind.BATCH)
 """What may also have come while a script ran."""
@@ -51,6 +58,14 @@ class Opened:
             self._reader.damage or "the server was killed, or could not write on"
         )
 
+    @property
+    def began(self) -> int:
+        """When, on the clock of its server: nanoseconds since 1970. Raises LogError."""
+        began = self.header.get("began", time.time_ns())  # old recordings do not tell
+        if type(began) is not int or not 0 <= began < _LAST_CLOCK:
+            raise LogError("the recording's header cannot be used: it began at no time")
+        return began
+
     def settings(self, chosen: Settings) -> Settings:
         """What the server had that was recorded. Raises LogError: it needs what was not chosen now."""
         try:
@@ -64,7 +79,9 @@ class Opened:
                 "clients had their own code run in scripts in this recording; add --allow-code if you trust it"
             )
         try:
-            return Settings.gather({**flags, "scene": str(scene), "workspace": str(workspace)}, {})
+            flags |= {"scene": str(scene), "workspace": str(workspace)}
+            flags["limit"] = [*flags.get("limit", ()), _MANY_PICTURES]
+            return Settings.gather(flags, {})
         except (SettingError, AttributeError, TypeError, ValueError) as error:
             raise LogError(f"the recording's header cannot be used: {error}") from None
 

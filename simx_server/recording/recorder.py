@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,9 @@ class Recorder:
     def __init__(self, path: Path, settings: Settings) -> None:
         """Begin a recording. Raises LogError."""
         self._log = LogWriter(path)
+        self.began = time.time_ns()
+        """Nanoseconds since 1970."""
+
         self._settings = settings
         self._numbers: dict[str, int] = {}
         self._known: dict[str, bytes] = {}
@@ -64,6 +68,7 @@ class Recorder:
             "mujoco": mujoco.__version__,
             "machine": platform.machine(),
             "python": platform.python_version(),
+            "began": self.began,
             "scene": str(scene.resolve()),
             "workspace": str(simulation.workspace),
             **{name: _as_flag(getattr(self._settings, name)) for name in RECORDED_SETTINGS},

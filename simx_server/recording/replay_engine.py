@@ -6,6 +6,7 @@ Pictures that clients asked for are not made; those that scripts look at are.
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from dataclasses import replace
 from functools import partial
@@ -53,6 +54,11 @@ class ReplayEngine(Engine):
 
     def serve_others(self) -> None:
         """The clock decides nothing here."""
+
+    def await_room(self) -> None:
+        """Wait as long as passes are held, so films and state logs have all of a replay."""
+        while held := self._seconds_held(True):
+            time.sleep(held)
 
     def await_point(self, number: int, record: Record) -> None:
         """To be done when scripts have come as far as when it was recorded."""

@@ -45,6 +45,7 @@ def replay(recording: Opened, simulation: Simulation) -> Outcome:
                 states.expect(record)
             else:
                 engine.await_point(number, record)
+        engine.await_room()
         try:
             simulation.settle()
             engine.do(event)

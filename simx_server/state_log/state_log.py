@@ -1,7 +1,8 @@
 """What a simulation does, told to a state log: the listener on the physics thread.
 
 Times in the log are the wall clock's at its begin plus the simulated time since, of all runs one after the other. So a
-viewer plays it at the simulation's own pace, and while nothing runs no time goes by.
+viewer plays it at the simulation's own pace, and while nothing runs no time goes by. Those of a replay begin as the
+recording did.
 
 Where the log cannot keep up, passes are left out in real time and counted; at ``--speed max`` and in stepped mode the
 next pass comes when there is room, as with films.
@@ -56,13 +57,20 @@ class StateLog:
     """Listens to a simulation. Physics thread only. Close it at the end, before rendering is closed."""
 
     def __init__(
-        self, sim: Simulation, path: Path, shot: Shot | None = None, fps: float | None = None
+        self,
+        sim: Simulation,
+        path: Path,
+        shot: Shot | None = None,
+        fps: float | None = None,
+        *,
+        began: int | None = None,
     ) -> None:
         """Begin a log.
 
         Args:
             shot: whose pictures are in it as well; None: no pictures.
             fps: pictures per simulated second; None: one for each pass, MOST_FPS at most.
+            began: nanoseconds since 1970 from which simulated time is counted; None: now.
 
         Raises:
             OutputError: the file cannot be written, or a package is missing.
@@ -73,7 +81,7 @@ class StateLog:
             first_picture(shot)
         self._writer = McapWriter(path)
         self._pictures = None if shot is None else Pictures(shot, fps or MOST_FPS, self._writer)
-        self._zero = time.time_ns()
+        self._zero = time.time_ns() if began is None else began
         self._before = 0.0
         """Simulated seconds of the runs that are over."""
 
@@ -116,7 +124,7 @@ class StateLog:
             logger.info(
                 "'%s' has %d messages, %.2f s of simulated time; %d passes and %d pictures were left out, as writing "
                 "and rendering could not keep up",
-                self._writer.path, self._writer.written, self._before, self.left_out,
+                self._writer.path, self._writer.written, (self._now - self._zero) / 1e9, self.left_out,
                 self.unseen,
             )  # fmt: skip
 
