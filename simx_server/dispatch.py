@@ -147,7 +147,8 @@ class Run:
             handler = self._handler
             result = handler(dispatch.simulation, client, _checked(handler.command, arguments))
         except Exception as error:
-            return dispatch.failure(client, name, error)
+            known = ANSWERED.get(name)  # aliases are counted together
+            return dispatch.failure(client, name if known is None else known.name, error)
         return dispatch.answer(client, handler.command, result)
 
     def _turn_to(self, name: str) -> None:
@@ -158,13 +159,15 @@ class Run:
         except CommandError:
             self._client.called[UNKNOWN] += 1
             raise
+        self._tally.turn_to(command.name)
         try:
             self._handler = self._dispatch.handler(self._client, command)
         except CommandError:
             self._client.called[command.name] += 1
+            self._tally.count += 1
+            self._tally.end()
             raise
         self._name = name
-        self._tally.turn_to(command.name)
 
     def end(self) -> None:
         """Count what was executed."""

@@ -125,6 +125,7 @@ class Engine:
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
             self.metrics.tick()
+        self._outbox.send()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
@@ -155,6 +156,7 @@ class Engine:
             return
         self._is_serving = True
         try:
+            self._outbox.send()
             for event in self._inbox.meanwhile(self._executing, self.simulation.limits.waiting):
                 self._handle(event)
             self._tell_dropped()

@@ -40,7 +40,10 @@ class Inbox:
 
         self._readers: dict[type, Read] = {}
         self._held: deque[Event | Arrival] = deque()
-        """What had to wait for a script's end, or was looked at; it comes before all that is in the queue."""
+        """What had to wait for a script's end; it comes before all that is in the queue."""
+
+        self._looked_at: list[Event | Arrival] = []
+        """What was taken from the queue to look at it, one at most; it is still the first of the queue."""
 
         self._held_of: Counter[str] = Counter()
         """Batches among them, by client."""
@@ -49,7 +52,7 @@ class Inbox:
         """Batches that were thrown away, by client; whoever tells of them clears it."""
 
     def __len__(self) -> int:
-        return len(self._held) + self._queue.qsize()
+        return len(self._held) + len(self._looked_at) + self._queue.qsize()
 
     def read_by(self, kind: type, read: Read) -> None:
         """Things of this kind may be `put` as they came, and are read when it is their turn."""
@@ -75,19 +78,28 @@ class Inbox:
 
     def is_next_of(self, client: str) -> bool:
         """Whether something is here, and the first of it is a batch of this client."""
-        if not self._held:
-            if self._queue.empty():
-                return False
-            self.hold(self._read(self._queue.get_nowait()))
-        first = self._held[0]
+        if self._held:
+            first = self._held[0]
+        else:
+            if not self._looked_at:
+                if self._queue.empty():
+                    return False
+                self._looked_at.append(self._read(self._queue.get_nowait()))
+            first = self._looked_at[0]
         return isinstance(first, Arrival) and first.client == client
+
+    def _queued(self) -> Iterator[Event | Arrival]:
+        """All that nobody has dealt with or held so far; what comes meanwhile is left."""
+        if self._looked_at:
+            yield self._looked_at.pop()
+        for _ in range(self._queue.qsize()):
+            yield self._read(self._queue.get_nowait())
 
     def shed(self, most: int) -> None:
         """Throw away what a client has sent beyond so many batches that wait."""
         if self._queue.qsize() <= most:
             return
-        for _ in range(self._queue.qsize()):
-            event = self._read(self._queue.get_nowait())
+        for event in self._queued():
             if isinstance(event, Arrival) and self._held_of[event.client] >= most:
                 self.dropped[event.client] += 1
             else:
@@ -97,6 +109,8 @@ class Inbox:
         """The next one, as soon as there is one; None when the time is over."""
         if self._held:
             return self._first_held()
+        if self._looked_at:
+            return self._looked_at.pop()
         try:
             return self._read(self._queue.get(timeout=seconds))
         except queue.Empty:
@@ -107,6 +121,8 @@ class Inbox:
         for _ in range(len(self)):
             if self._held:
                 yield self._first_held()
+            elif self._looked_at:
+                yield self._looked_at.pop()
             elif not self._queue.empty():
                 yield self._read(self._queue.get_nowait())
 
@@ -118,8 +134,7 @@ class Inbox:
             most: batches of a client that are held or dealt with; what it has sent beyond them is thrown away.
         """
         taken = self._held_of.copy()
-        for _ in range(self._queue.qsize()):
-            event = self._read(self._queue.get_nowait())
+        for event in self._queued():
             if not isinstance(event, Arrival):
                 yield event
                 continue

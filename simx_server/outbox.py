@@ -6,6 +6,7 @@ those to the client's next batch, if that one is here already and can be answere
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable
 
 from simx_client.protocol.commands import ANSWERED
@@ -14,8 +15,10 @@ from simx_client.protocol.messages import Call, Reply
 from .inbox import Inbox
 from .sessions import ClientSession
 
+logger = logging.getLogger(__name__)
+
 MOST_KEPT = 100
-"""Replies that wait for more; a client may send faster than it is answered."""
+"""Replies that wait for more, and batches they wait for; a client may send faster than it is answered."""
 
 
 class Outbox:
@@ -31,6 +34,8 @@ class Outbox:
         self._pack = pack
         self._session: ClientSession | None = None
         self._replies: list[Reply] = []
+        self._batches = 0
+        """That were dealt with since there is something to send."""
 
     def put(self, session: ClientSession, replies: list[Reply]) -> None:
         """Have replies sent with the next ``send``, behind all that were put before."""
@@ -49,8 +54,13 @@ class Outbox:
         session = self._session
         if session is None:
             return
-        is_full = len(self._replies) >= MOST_KEPT or any(reply.values for reply in self._replies)
-        if is_full or not self._inbox.is_next_of(session.client):
+        self._batches += 1  # not each of them is answered
+        is_full = len(self._replies) >= MOST_KEPT or self._batches >= MOST_KEPT
+        if (
+            is_full
+            or any(reply.values for reply in self._replies)
+            or not self._inbox.is_next_of(session.client)
+        ):
             self.send()
 
     def send_before(self, calls: Iterable[Call]) -> None:
@@ -59,11 +69,15 @@ class Outbox:
             self.send()
 
     def send(self) -> None:
-        """Send what is kept."""
+        """Send what is kept. Never raises: what no message can hold is one client's trouble, not the engine's."""
         session, self._session = self._session, None
         replies, self._replies = self._replies, []
+        self._batches = 0
         if session is not None and replies:
-            session.link.deliver(self._pack(session, replies))
+            try:
+                session.link.deliver(self._pack(session, replies))
+            except Exception:
+                logger.exception("%d answers to client %s cannot be sent", len(replies), session.name)
 
 
 def _may_take_long(call: Call) -> bool:

@@ -18,7 +18,8 @@ from plain_world import World
 from processes import PENDULUM
 
 import simx_client as v
-from simx_client.protocol.codec import CodecError
+from simx_client.protocol.codec import CodecError, encode
+from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.reports import decode_health, decode_metrics, encode_report
 from simx_server import report
 from simx_server.clock import Pacer
@@ -81,6 +82,30 @@ def test_calls_and_failures_are_counted_by_command_and_client(world: World) -> N
     assert metrics["realm"] == "lab"
     assert metrics["state"] == "stopped"
     assert metrics["process"]["memory"] > 1_000_000
+
+
+def test_whatever_is_refused_is_counted_as_well_and_under_the_name_of_the_table(world: World) -> None:
+    client = world.client()
+    calls = [
+        ("simxGetJointPosition", [1]),
+        ("simxGetJointPosition", ["one"]),
+        ("simxGetJointPosition", [-1]),
+        ("simxInvented", []),
+        ("simxGetJointPosition", []),
+        ("simxJointGetForce", [1]),  # an alias; this world has no handler for it
+        ("simxGetJointForce", [1]),
+    ]
+    batch = Batch(1, 0, [Call(number, 0, 0, *call) for number, call in enumerate(calls, 1)])
+    world.engine.submit(world.transports[client].client, encode(batch))
+    world.settle()
+    metrics = told(world)
+    counts = {name: (each["count"], each["failed"]) for name, each in metrics["commands"].items()}
+    assert counts == {"simxGetJointPosition": (4, 3), "simxGetJointForce": (2, 2), UNKNOWN: (0, 1)}
+    assert metrics["clients"][0]["commands"] == {
+        "simxGetJointPosition": 4,
+        "simxGetJointForce": 2,
+        UNKNOWN: 1,
+    }
 
 
 def test_streams_and_passes_are_counted(world: World) -> None:

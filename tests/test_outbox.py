@@ -168,3 +168,99 @@ def test_what_a_client_asked_before_it_left_is_answered(world):
     world.settle()
     assert link.heard == [(1, [1])]
     assert other.heard == [(1, [1])]
+
+
+class _Hooked(dict):
+    """Joint values; what is set is told to a function, while the call is executed."""
+
+    def __init__(self, told):
+        super().__init__()
+        self._told = told
+
+    def __setitem__(self, handle, value):
+        super().__setitem__(handle, value)
+        self._told()
+
+
+def test_answers_are_sent_before_others_are_served_in_the_middle_of_the_next_batch(world):
+    link = _join(world, "one")
+    heard: list[list[int]] = []
+
+    def runs_long():
+        world.engine.serve_others()
+        heard.append([call_id for _, ids in link.heard for call_id in ids])
+
+    world.simulation.joints = _Hooked(runs_long)
+    _send(world, "one", 1, _set(1))
+    _send(world, "one", 2, _set(2))
+    world.settle()
+    assert heard == [[], [1]]
+
+
+def test_what_was_looked_at_is_dealt_with_while_a_script_of_the_pass_runs(world, monkeypatch):
+    _join(world, "one")
+    other = _join(world, "other")
+    dealt_with: list[str] = []
+
+    def come():
+        world.engine.post(lambda: dealt_with.append("event"))
+        _send(world, "other", 1, _read(1))
+
+    def runs_long():
+        world.engine.serve_others()
+        dealt_with.append("script")
+
+    world.simulation.joints = _Hooked(come)
+    world.simulation.start()
+    monkeypatch.setattr(world.simulation, "advance", runs_long)
+    _send(world, "one", 1, _set(1))
+    world.settle()
+    assert dealt_with == ["event", "script"]
+    assert other.heard == [(1, [1])]
+
+
+def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_and_lets_others_go_on(
+    world, monkeypatch
+):
+    monkeypatch.setattr(outbox, "MOST_KEPT", 4)
+    link = _join(world, "one")
+    sent: list[int] = []
+    read = world.engine._inbox._read
+
+    def read_and_send_one_more(item):
+        if len(sent) < 50:
+            sent.append(0)
+            world.engine.submit("one", b"\xc1")
+        return read(item)
+
+    monkeypatch.setattr(world.engine._inbox, "_read", read_and_send_one_more)
+    _send(world, "one", 1, _set(1))
+    world.engine.turn(max_wait=1.0)
+    assert link.heard == [(1, [1])]
+    assert len(sent) <= 5
+
+
+def test_an_answer_that_cannot_be_sent_is_logged_and_the_server_goes_on(world, caplog):
+    link = _join(world, "one")
+    world.simulation.joints[1] = object()
+    _send(world, "one", 1, _read(1))
+    world.settle()
+    assert "1 answers to client one cannot be sent" in caplog.text
+    _send(world, "one", 2, _set(2))
+    world.settle()
+    assert link.heard == [(2, [2])]
+
+
+def test_what_was_done_is_answered_before_the_engine_ends(world):
+    link = _join(world, "one")
+
+    def come():
+        world.simulation.stop()  # so that no pass is due
+        _send(world, "one", 2, _set(2))
+
+    world.simulation.joints = _Hooked(come)
+    world.simulation.start()
+    world.engine.end()
+    _send(world, "one", 1, _set(1))
+    world.engine.run()
+    assert link.heard == [(1, [1])]
