@@ -237,7 +237,7 @@ class Settings:
     replay: Path | None = _setting(
         None,
         "--replay",
-        "serve nobody: do what was recorded, and compare",
+        "serve nobody: do what was recorded, and compare; --video films it",
         "an existing file that --record made",
         file,
         metavar="FILE",

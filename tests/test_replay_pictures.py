@@ -136,6 +136,10 @@ def test_replay_waits_for_pictures_so_no_frame_is_lost(
 def test_snapshot_of_a_replay_is_of_that_second_or_of_the_end(
     scene: Path, recording: Path, tmp_path: Path
 ) -> None:
+    tidy = "function sysCall_cleanup() sim.setJointPosition(sim.getObject('/hinge'), 1) end"
+    scene.write_text(
+        SCENE.replace("</mujoco>", f'<custom><text name="simx:lua:arm" data="{tidy}"/></custom></mujoco>')
+    )
     with recorded(scene, recording) as place:
         client = place.client()
         start_stepped(client)
