@@ -66,6 +66,7 @@ class PixelList(list[Any]):
     _edited: ClassVar[Any]
     _spare: ClassVar[deque[Any]]  # the one that was made in advance, if there is one
     _last_length: ClassVar[int]
+    _next_length: ClassVar[int]  # where the last two were equally long; 0: nobody knows
 
     width: int
     height: int
@@ -84,7 +85,7 @@ class PixelList(list[Any]):
         """Give a kind of picture its two guarded states; the class itself is the third, edited."""
         if not is_state:
             cls._edited = cls
-            cls._spare, cls._last_length = deque(maxlen=1), 0
+            cls._spare, cls._last_length, cls._next_length = deque(maxlen=1), 0, 0
             cls._read = cls._guarded(cls, "_forget_bytes", _EDITS)
             cls._unread = cls._guarded(cls._read, "_fill", _READS + _EDITS)
 
@@ -120,13 +121,15 @@ class PixelList(list[Any]):
 
     @classmethod
     def prepare(cls) -> None:
-        """Make the list of a picture as large as the last one, for the next: to be called while that is waited for."""
-        if not cls._spare:
-            cls._spare.append(cls._new(cls._last_length))
+        """Make the list of the next picture, to be called while that is waited for: if it is likely to be as large as
+        the last two. A list of another length helps nobody, and the one for 1920x1080 takes some 30 ms."""
+        if cls._next_length and not cls._spare:
+            cls._spare.append(cls._new(cls._next_length))
 
     @classmethod
     def _of_nones(cls, length: int) -> Self:
         """A list of its full length, made in advance if possible."""
+        cls._next_length = length if length == cls._last_length else 0
         cls._last_length = length
         try:
             self = cls._spare.pop()

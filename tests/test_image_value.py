@@ -248,18 +248,34 @@ def test_a_list_made_while_a_picture_was_waited_for_is_used_once_and_only_if_it_
         return kind.from_bytes(bytes(range(size)), width, 1)
 
     first = received(2)
+    received(2)
     kind.prepare()
     kind.prepare()
-    assert made == [len(first)] * 2
-    second, third = received(2), received(2)
     assert made == [len(first)] * 3
+    second, third = received(2), received(2)
+    assert made == [len(first)] * 4
     assert second is not third
     assert list(first) == list(second) == list(third)
     second[0] = 5
     assert list(first) == list(third)
     kind.prepare()
     assert list(received(4))[: len(first)] == list(first)
-    assert made == [len(first)] * 4 + [2 * len(first)]
+    assert made == [len(first)] * 5 + [2 * len(first)]
+
+
+@pytest.mark.parametrize("kind", [VisionImage, DepthBuffer])
+def test_no_list_is_made_in_advance_where_pictures_of_two_sizes_take_turns(
+    kind: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+    new = kind._new
+    monkeypatch.setattr(kind, "_new", lambda length: made.append(length) or new(length))
+    size = 3 if kind is VisionImage else 4
+    lengths = [len(kind.from_bytes(bytes(width * size), width, 1)) for width in (5, 1)]
+    for width in (5, 1, 5, 1):
+        kind.prepare()
+        kind.from_bytes(bytes(width * size), width, 1)
+    assert made == lengths * 3
 
 
 def test_copy_false_gives_a_view_or_says_why_not() -> None:
