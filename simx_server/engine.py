@@ -25,7 +25,7 @@ from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch, Run
 from .handlers.registry import Handler
-from .inbox import Arrival, Event, Inbox, Read
+from .inbox import Arrival, Event, Inbox, Read, interfere
 from .limits import LimitReached
 from .metrics import Metrics
 from .outbox import Outbox
@@ -158,10 +158,18 @@ class Engine:
         try:
             self._outbox.send()
             for event in self._inbox.meanwhile(self._executing, self.simulation.limits.waiting):
-                self._handle(event)
+                if isinstance(event, Arrival) and self._brings_on_what_interferes(event.client):
+                    self._inbox.hold(event)
+                else:
+                    self._handle(event)
             self._tell_dropped()
         finally:
             self._is_serving = False
+
+    def _brings_on_what_interferes(self, client: str) -> bool:
+        """Whether a batch of this client has what follows a trigger executed, and that must wait for a script."""
+        session = self.sessions.get(client)
+        return session is not None and session.interrupted is not None and interfere(session.interrupted.rest)
 
     def _tell_dropped(self) -> None:
         """Nobody can fill the memory by sending faster than is executed; who has tried is told."""

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import queue
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from simx_client.protocol.codec import CodecError, decode_batch
 from simx_client.protocol.commands import ANSWERED
+from simx_client.protocol.messages import Call
 
 Event = Callable[[], object]
 
@@ -153,5 +154,10 @@ class Inbox:
             calls = decode_batch(arrival.payload).calls
         except CodecError:
             return False
-        commands = (ANSWERED.get(call.command) for call in calls)
-        return any(command is not None and command.waits_for_scripts for command in commands)
+        return interfere(calls)
+
+
+def interfere(calls: Iterable[Call]) -> bool:
+    """Whether any of these must not be executed while a script runs."""
+    commands = (ANSWERED.get(call.command) for call in calls)
+    return any(command is not None and command.waits_for_scripts for command in commands)
