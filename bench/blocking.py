@@ -63,6 +63,7 @@ def measure(effort: Effort) -> Findings:
                 target=TARGET_P99,
             ),
             Ratio(f"{BURST} / blocking read, {state}", ratio(burst, read), target=TARGET_BURST),
+            Ratio(f"the same / {QUERY}, {state}", ratio(burst, taken[f"{QUERY}, {state}"])),
         ]
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     sizes = message_sizes(1)
