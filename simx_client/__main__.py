@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 
 from simx_client.command_parser import program
 from simx_client.protocol.exit_codes import INTERRUPTED
-from simx_client.protocol.terminal import print_what_can_be
+from simx_client.protocol.terminal import print_what_can_be, while_read
 
 COMMANDS = {
     "list": ("list the live simulators", "simx_client.listing"),
@@ -40,10 +41,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     options = parser.parse_args(argv)
-    if options.command != "run":  # there stdout is the script's
-        print_what_can_be()
+    command = partial(import_module(COMMANDS[options.command][1]).main, options.arguments)
     try:
-        return import_module(COMMANDS[options.command][1]).main(options.arguments)
+        if options.command == "run":  # there stdout is the script's
+            return command()
+        print_what_can_be()
+        return while_read(command)
     except KeyboardInterrupt:
         return INTERRUPTED
 

@@ -14,10 +14,11 @@ import os
 import platform
 import sys
 from collections.abc import Collection, Sequence
+from functools import partial
 from importlib import metadata
 
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
-from simx_client.protocol.terminal import print_what_can_be
+from simx_client.protocol.terminal import print_what_can_be, while_read
 from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
@@ -127,7 +128,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
     print_what_can_be()
     try:
-        return _run(argv)
+        return while_read(partial(_run, argv))
     except ModuleNotFoundError as error:  # a client alone needs less, and is often all that is installed
         if error.name is None or error.name.startswith("simx_"):
             raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 import subprocess
 import tomllib
@@ -36,18 +37,11 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     made: dict[str, Path] = {}
     for shell in SHELLS:
         with pytest.MonkeyPatch.context() as patch:
-            lines: list[str] = []
-            patch.setattr("sys.stdout", _Collector(lines))
+            patch.setattr("sys.stdout", text := io.StringIO())
             assert program.main(["completion", shell]) == 0
         made[shell] = folder / f"script.{shell}"
-        made[shell].write_text("".join(lines))
+        made[shell].write_text(text.getvalue())
     return made
-
-
-class _Collector:
-    def __init__(self, lines: list[str]) -> None:
-        self.write = lines.append
-        self.writelines = lines.extend
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from routers import free_port
 
 from simx_client import __main__ as client
 from simx_client import run, shims
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, UNREAD, USAGE
 from simx_server import cli, server
 from simx_server.settings import Settings
 
@@ -39,7 +39,21 @@ def test_the_page_has_the_numbers_of_the_code() -> None:
         USAGE: "wrong usage",
         DIVERGED: "diverged",
         INTERRUPTED: "interrupted",
+        UNREAD: "unread",
     }
+
+
+@pytest.mark.parametrize(
+    "words", [("simx_client", "completion", "bash"), ("simx_server", "--script-functions")], ids=" ".join
+)
+def test_what_nobody_reads_is_unread_and_no_error(words: tuple[str, ...]) -> None:
+    program = [sys.executable, "-m", *words]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(20) == UNREAD
 
 
 # --- simx-server ----------------------------------------------------------------------------------

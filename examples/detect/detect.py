@@ -19,10 +19,16 @@ from typing import Any
 
 import numpy as np
 import pictures
-import torch
 import vrep
-from detector import Detector
 from numpy.typing import NDArray
+
+try:
+    import torch
+    from detector import Detector
+except ModuleNotFoundError as missing:
+    sys.exit(
+        f"the package {missing.name} is not installed; pip install '.[detect]' brings what the detector needs"
+    )
 
 WAIT, SEND = vrep.simx_opmode_blocking, vrep.simx_opmode_oneshot
 VIEW = np.array([90.0, -45.0, 90.0, 0.0, -100.0, 0.0])

@@ -14,12 +14,18 @@ from pathlib import Path
 
 import numpy as np
 import pictures
-import torch
 from collect import SET
 from curve import draw
-from detector import SIZE, Detector, as_tensor, boxes_of, loss_of
 from measures import Measures, measure
 from numpy.typing import NDArray
+
+try:
+    import torch
+    from detector import SIZE, Detector, as_tensor, boxes_of, loss_of
+except ModuleNotFoundError as missing:
+    sys.exit(
+        f"the package {missing.name} is not installed; pip install '.[detect]' brings what the detector needs"
+    )
 
 WEIGHTS = SET.parent / "ball.pt"
 SURE = 0.5

@@ -14,15 +14,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import torch
-from adapter import Adapter
 from curve import draw
-from environment import EPISODE, ReachEnv, distance
 from simulators import simulators
-from stable_baselines3 import DDPG
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.noise import NormalActionNoise, VectorizedActionNoise
-from stable_baselines3.common.vec_env import VecMonitor
+
+try:
+    import torch
+    from adapter import Adapter
+    from environment import EPISODE, ReachEnv, distance
+    from stable_baselines3 import DDPG
+    from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.noise import NormalActionNoise, VectorizedActionNoise
+    from stable_baselines3.common.vec_env import VecMonitor
+except ModuleNotFoundError as missing:
+    sys.exit(
+        f"the package {missing.name} is not installed; pip install '.[learning]' brings what learning needs"
+    )
 
 logger = logging.getLogger("reach")
 

@@ -6,12 +6,13 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..protocol.commands import BY_NAME
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
-from ..protocol.terminal import Paint, print_what_can_be
+from ..protocol.terminal import Paint, print_what_can_be, while_read
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
 from .program import CannotRead, Program, read_program
@@ -54,7 +55,10 @@ def make_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Check and print. Returns the exit code."""
     print_what_can_be()
-    options = make_parser().parse_args(argv)
+    return while_read(partial(_check, make_parser().parse_args(argv)))
+
+
+def _check(options: argparse.Namespace) -> int:
     try:
         program = read_program(options.script)
         names = names_of(program)

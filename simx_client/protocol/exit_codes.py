@@ -12,3 +12,6 @@ DIVERGED = 3
 
 INTERRUPTED = 130
 """As shells have it after Ctrl-C."""
+
+UNREAD = 141
+"""As shells have it when whoever read the output has gone."""

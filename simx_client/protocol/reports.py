@@ -145,7 +145,7 @@ class Process(TypedDict):
     """None where the system does not tell."""
 
     threads: int
-    """Of Python."""
+    """Of Python; Zenoh, MuJoCo and OpenGL have more."""
 
     processor_seconds: float
     core_share: float

@@ -1,10 +1,16 @@
-"""What a terminal can show: colours, unless NO_COLOR is set (no-color.org), and the characters of its encoding."""
+"""What a terminal can show: colours, unless NO_COLOR is set (no-color.org), and the characters of its encoding.
+
+And what becomes of a program when the other end of its pipe closes.
+"""
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from typing import TextIO
+
+from .exit_codes import UNREAD
 
 COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "grey": "90", "bold": "1"}
 """SGR codes of ECMA-48; 90 is bright black, which all terminals of today know."""
@@ -18,6 +24,17 @@ def print_what_can_be() -> None:
     reconfigure = getattr(sys.stdout, "reconfigure", None)  # not where a program has put something else there
     if reconfigure is not None:
         reconfigure(errors="replace")
+
+
+def while_read(work: Callable[[], int]) -> int:
+    """Do what prints. When nobody reads on, as behind ``| head``, it ends without a word. Returns the exit code."""
+    try:
+        code = work()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is still in the buffer
+        return UNREAD
+    return code
 
 
 class Paint:
