@@ -5,7 +5,7 @@ Who may import whom, from the outside in; nothing imports upwards, and of the cl
 
     cli, settings                 flags and environment become one frozen ``Settings``
     server                        the composition; nothing else knows all parts
-    gateways, dispatch, streams   calls come in, are put in order, are answered
+    gateways, engine, streams     calls come in, are put in order, are answered
     handlers                      one function per command of the table
     simulation, joints, sensors   the only owner of MjModel and MjData, and what moves and looks in it
     scene                         names, handles, hierarchy, frames, loading and editing

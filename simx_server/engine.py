@@ -13,24 +13,20 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
-from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.constants import sim_api_errormessage_report
-from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
+from .batches import Batches
 from .clock import Pacer
-from .dispatch import Answer, Dispatch, Run
+from .dispatch import Dispatch
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox, Read, interfere
-from .limits import LimitReached
 from .metrics import Metrics
 from .outbox import Outbox
 from .publishing import Publisher
-from .sessions import ClientSession, Interrupted, Link
+from .sessions import ClientSession, Link
 from .simulation import Simulation, SimulationState
 
 if TYPE_CHECKING:
@@ -43,12 +39,6 @@ IDLE_PASS = 0.02
 
 HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
-
-_OPERATIONS = len(Operation)
-_CANCEL, _STREAM = int(Operation.CANCEL), int(Operation.STREAM)
-
-MOST_REFUSALS = 1_000_000
-"""Calls that are answered of a message that is beyond a limit."""
 
 
 class Engine:
@@ -77,9 +67,7 @@ class Engine:
         self._starting_port = starting_port
         self._inbox = Inbox()
         self._outbox = Outbox(self._inbox, self._publisher.message)
-        self._executing = ""
-        """The client whose batch is being executed."""
-
+        self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -157,7 +145,7 @@ class Engine:
         self._is_serving = True
         try:
             self._outbox.send()
-            for event in self._inbox.meanwhile(self._executing, self.simulation.limits.waiting):
+            for event in self._inbox.meanwhile(self._batches.executing, self.simulation.limits.waiting):
                 if isinstance(event, Arrival) and self._brings_on_what_interferes(event.client):
                     self._inbox.hold(event)
                 else:
@@ -184,7 +172,7 @@ class Engine:
     def _handle(self, event: Event | Arrival) -> None:
         try:
             if isinstance(event, Arrival):
-                self._execute_batch(event.client, event.payload)
+                self._batches.execute(event.client, event.payload)
             else:
                 event()
         except Exception:
@@ -310,121 +298,3 @@ class Engine:
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)
-
-    # --- calls -----------------------------------------------------------------------------------
-
-    def _execute_batch(self, client: str, payload: bytes) -> None:
-        session = self.sessions.get(client)
-        if session is None:
-            logger.debug("calls of a client that has not said hello or has gone")
-            return
-        if self.recorder is not None:
-            self.recorder.batch(client, payload)
-        limits = self.simulation.limits
-        try:
-            if len(payload) > limits.message:
-                self._refuse(session, payload, limits.reached("message", "send less at a time"))
-                return
-            batch = decode_batch(payload)
-            if len(batch.calls) > limits.calls:
-                self._refuse(session, payload, limits.reached("calls", "send less at a time"))
-                return
-        except CodecError as error:
-            logger.warning("client %s sent something unreadable: %s", session.name, error)
-            session.errors.append(str(error))
-            return
-        while (before := session.interrupted) is not None:  # this batch may be what lets its pass come
-            session.interrupted = None  # until there is another trigger in the rest
-            self._execute(session, before.rest, before.replies)
-        if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
-            session.before_trigger.clear()
-            self._outbox.put(session, early)
-        self._outbox.send_before(batch.calls)
-        self.metrics.called(client, len(batch.calls))
-        session.message_id, session.client_time = batch.message_id, batch.client_time
-        self._execute(session, batch.calls, [])
-
-    def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
-        """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
-        self._outbox.send()
-        session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
-        logger.warning("client %s: %s", session.name, problem)
-        session.errors.append(str(problem))
-        time_ms = self._publisher.time_ms()
-        replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
-        self._outbox.put(session, replies)
-
-    def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
-        """Execute calls of a batch; `replies` are those to calls before these."""
-        before, self._executing = self._executing, session.client
-        run = self._dispatch.run(session)
-        try:
-            self._execute_in_order(session, run, calls, replies)
-        finally:
-            run.end()
-            self._executing = before
-
-    def _execute_in_order(
-        self, session: ClientSession, run: Run, calls: list[Call], replies: list[Reply]
-    ) -> None:
-        for position, call in enumerate(calls, 1):
-            if call.operation == _CANCEL:
-                stream_id = call.arguments[0] if call.arguments else 0
-                session.streams.cancel(stream_id if type(stream_id) is int else 0)
-                if call.call_id:
-                    replies.append(Reply(call.call_id, STATUS_OK, self._publisher.time_ms(), []))
-                continue
-            if not 0 <= call.operation < _OPERATIONS:
-                text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
-                replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text]))
-                continue
-            answer = run.execute(call.command, call.arguments)
-            time_ms = self._publisher.time_ms()
-            if call.operation == _STREAM:
-                self._publisher.arm(session, call, answer)
-            if isinstance(answer, Future):
-                before: list[Reply] = []
-                if call.command == TRIGGER:
-                    # Whoever steps waits for the pass: all answers come in one message after it.
-                    before, replies = replies, []
-                later = partial(self._deliver_later, session, before, call.call_id, time_ms)
-                if call.command == TRIGGER and position < len(calls):
-                    # What follows is executed after the pass, or when the client's next batch comes before that.
-                    session.interrupted = Interrupted(before, calls[position:])
-                    later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
-                elif call.command == TRIGGER:
-                    session.before_trigger = before
-                answer.add_done_callback(later)
-                if session.interrupted is not None:
-                    return
-            else:
-                replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
-        if replies:
-            self._outbox.put(session, replies)
-
-    def _go_on_later(
-        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
-    ) -> None:
-        """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
-        status, values = done.result()
-        self.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
-
-    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply) -> None:
-        if self._is_serving:
-            self._inbox.hold(partial(self._go_on, session, batch, reply))
-        elif session.interrupted is batch and self.sessions.get(session.client) is session:
-            if self.recorder is not None:
-                self.recorder.went_on(session.client)
-            session.interrupted = None
-            self._execute(session, batch.rest, [*batch.replies, reply])
-        else:
-            session.link.deliver(self._publisher.message(session, [reply]))
-
-    def _deliver_later(
-        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
-    ) -> None:
-        """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
-        status, values = done.result()
-        replies = [*before, Reply(call_id, status, time_ms, values)]
-        before.clear()
-        session.link.deliver(self._publisher.message(session, replies))

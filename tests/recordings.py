@@ -17,9 +17,10 @@ import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
 from simx_client.protocol.codec import encode
+from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Batch, Call
 from simx_server.clock import Pacer
-from simx_server.engine import TRIGGER, Engine
+from simx_server.engine import Engine
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder

@@ -16,9 +16,9 @@ from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rew
 
 import simx_client as v
 from simx_client.protocol.codec import decode_batch, encode
+from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
 from simx_server.add_ons import ADD_ON_TYPE
-from simx_server.engine import TRIGGER
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record

@@ -81,10 +81,9 @@ class ReplayEngine(Engine):
                 self._handle(Arrival(self._client(number), payload))
             case [Kind.WENT_ON, number]:
                 session = self.sessions.get(self._client(number))
-                if session is None or (batch := session.interrupted) is None:
+                if session is None or session.interrupted is None:
                     raise Divergence("no batch waits for a pass, as one did")
-                session.interrupted = None
-                self._handle(partial(self._execute, session, batch.rest, batch.replies))
+                self._handle(partial(self._batches.execute_rest, session))
             case [Kind.STARTED]:
                 self._handle(self.simulation.start)
             case [Kind.PASS, _]:

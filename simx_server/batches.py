@@ -1,0 +1,169 @@
+"""What a batch of calls leads to: each call is executed in its order, and answered now or when its result is there.
+
+A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch.
+"""
+
+from __future__ import annotations
+
+import logging
+from concurrent.futures import Future
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
+from simx_client.protocol.commands import TRIGGER
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
+
+from .dispatch import Answer, Dispatch, Run
+from .inbox import Inbox
+from .limits import LimitReached
+from .outbox import Outbox
+from .publishing import Publisher
+from .sessions import ClientSession, Interrupted
+
+if TYPE_CHECKING:
+    from .engine import Engine
+
+logger = logging.getLogger(__name__)
+
+_OPERATIONS = len(Operation)
+_CANCEL, _STREAM = int(Operation.CANCEL), int(Operation.STREAM)
+
+MOST_REFUSALS = 1_000_000
+"""Calls that are answered of a message that is beyond a limit."""
+
+
+class Batches:
+    """Executes the batches of all clients. Physics thread only, except where it says otherwise."""
+
+    def __init__(
+        self, engine: Engine, dispatch: Dispatch, publisher: Publisher, inbox: Inbox, outbox: Outbox
+    ) -> None:
+        self._engine = engine
+        self._dispatch = dispatch
+        self._publisher = publisher
+        self._inbox, self._outbox = inbox, outbox
+        self.executing = ""
+        """The client whose batch is being executed."""
+
+    def execute(self, client: str, payload: bytes) -> None:
+        """Do what a batch says, and have it answered."""
+        session = self._engine.sessions.get(client)
+        if session is None:
+            logger.debug("calls of a client that has not said hello or has gone")
+            return
+        if self._engine.recorder is not None:
+            self._engine.recorder.batch(client, payload)
+        limits = self._engine.simulation.limits
+        try:
+            if len(payload) > limits.message:
+                self._refuse(session, payload, limits.reached("message", "send less at a time"))
+                return
+            batch = decode_batch(payload)
+            if len(batch.calls) > limits.calls:
+                self._refuse(session, payload, limits.reached("calls", "send less at a time"))
+                return
+        except CodecError as error:
+            logger.warning("client %s sent something unreadable: %s", session.name, error)
+            session.errors.append(str(error))
+            return
+        while session.interrupted is not None:  # this batch may be what lets its pass come
+            self.execute_rest(session)
+        if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
+            session.before_trigger.clear()
+            self._outbox.put(session, early)
+        self._outbox.send_before(batch.calls)
+        self._engine.metrics.called(client, len(batch.calls))
+        session.message_id, session.client_time = batch.message_id, batch.client_time
+        self._execute(session, batch.calls, [])
+
+    def execute_rest(self, session: ClientSession) -> None:
+        """What follows a trigger, of the batch that is interrupted."""
+        batch, session.interrupted = session.interrupted, None  # until there is another trigger in the rest
+        assert batch is not None
+        self._execute(session, batch.rest, batch.replies)
+
+    def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
+        """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
+        self._outbox.send()
+        session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
+        logger.warning("client %s: %s", session.name, problem)
+        session.errors.append(str(problem))
+        time_ms = self._publisher.time_ms()
+        replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
+        self._outbox.put(session, replies)
+
+    def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
+        """Execute calls of a batch; `replies` are those to calls before these."""
+        before, self.executing = self.executing, session.client
+        run = self._dispatch.run(session)
+        try:
+            self._execute_in_order(session, run, calls, replies)
+        finally:
+            run.end()
+            self.executing = before
+
+    def _execute_in_order(
+        self, session: ClientSession, run: Run, calls: list[Call], replies: list[Reply]
+    ) -> None:
+        for position, call in enumerate(calls, 1):
+            if call.operation == _CANCEL:
+                stream_id = call.arguments[0] if call.arguments else 0
+                session.streams.cancel(stream_id if type(stream_id) is int else 0)
+                if call.call_id:
+                    replies.append(Reply(call.call_id, STATUS_OK, self._publisher.time_ms(), []))
+                continue
+            if not 0 <= call.operation < _OPERATIONS:
+                text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
+                replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text]))
+                continue
+            answer = run.execute(call.command, call.arguments)
+            time_ms = self._publisher.time_ms()
+            if call.operation == _STREAM:
+                self._publisher.arm(session, call, answer)
+            if isinstance(answer, Future):
+                before: list[Reply] = []
+                if call.command == TRIGGER:
+                    # Whoever steps waits for the pass: all answers come in one message after it.
+                    before, replies = replies, []
+                later = partial(self._deliver_later, session, before, call.call_id, time_ms)
+                if call.command == TRIGGER and position < len(calls):
+                    # What follows is executed after the pass, or when the client's next batch comes before that.
+                    session.interrupted = Interrupted(before, calls[position:])
+                    later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
+                elif call.command == TRIGGER:
+                    session.before_trigger = before
+                answer.add_done_callback(later)
+                if session.interrupted is not None:
+                    return
+            else:
+                replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
+        if replies:
+            self._outbox.put(session, replies)
+
+    def _go_on_later(
+        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
+        status, values = done.result()
+        self._engine.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
+
+    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply) -> None:
+        if self._engine.is_serving:
+            self._inbox.hold(partial(self._go_on, session, batch, reply))
+        elif session.interrupted is batch and self._engine.sessions.get(session.client) is session:
+            if self._engine.recorder is not None:
+                self._engine.recorder.went_on(session.client)
+            batch.replies.append(reply)
+            self.execute_rest(session)
+        else:
+            session.link.deliver(self._publisher.message(session, [reply]))
+
+    def _deliver_later(
+        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
+        status, values = done.result()
+        replies = [*before, Reply(call_id, status, time_ms, values)]
+        before.clear()
+        session.link.deliver(self._publisher.message(session, replies))
