@@ -167,7 +167,8 @@ def test_blocking_reads_are_measured_beside_their_baselines() -> None:
         for what in (blocking.READ, blocking.BURST, blocking.QUERY, blocking.PUBLICATIONS, blocking.TCP)
         for state in (blocking.STOPPED, blocking.RUNNING)
     }
-    bounds = [blocking.TARGET, None, None, blocking.TARGET_P99, blocking.TARGET_BURST, None]
+    burst = blocking.TARGET_BURST
+    bounds = [blocking.TARGET, None, None, blocking.TARGET_P99, burst, burst * blocking.TARGET]
     assert [ratio.target for ratio in found.ratios] == 2 * bounds
 
 
