@@ -78,6 +78,7 @@ def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Finding
         began = time.monotonic()
         findings.append(measure(effort))
         took[name] = time.monotonic() - began
+        watch.look()
     parts = ", ".join(f"{name} {seconds:.0f}" for name, seconds in took.items())
     run_time = f"{'a quick' if quick else 'a full'} run of {sum(took.values()):.0f} s ({parts})"
     return compose(findings, conditions=[*description(), *watch.lines(), run_time]), findings

@@ -6,22 +6,34 @@ import datetime
 import importlib.metadata
 import os
 import platform
+import statistics
 import time
 from pathlib import Path
 
 PACKAGES = ("mujoco", "eclipse-zenoh", "numpy", "msgpack", "opencv-python-headless", "lupa")
 
 
+LOOK_AT_SPEED = 0.1
+"""Seconds that a look at a core's speed takes."""
+
+
 class Watch:
     """Begins when it is made: the load then, and what the machine's processors do until it is asked."""
 
     def __init__(self) -> None:
+        self._speeds = [_speed()]
         self._load = os.getloadavg()
         self._began = time.monotonic()
         self._busy, self._stolen, self._own = *_processors(), _own_seconds()
 
+    def look(self) -> None:
+        """To be called now and then: a core of a shared machine may be half as fast for minutes."""
+        self._speeds.append(_speed())
+
     def lines(self) -> list[str]:
         """What is to be said in the end."""
+        self.look()
+        median, least, most = (f"{pick(self._speeds):.0f}" for pick in (statistics.median, min, max))
         span = time.monotonic() - self._began
         busy, stolen = (
             now - then for now, then in zip(_processors(), (self._busy, self._stolen), strict=True)
@@ -31,6 +43,8 @@ class Watch:
             f"load average at the beginning {_loads(self._load)}, in the end {_loads(os.getloadavg())}",
             f"cores in use by everything else meanwhile, the system's own work for this one included: {others:.2f}; "
             f"taken away by the hypervisor: {stolen / span:.2f}",
+            f"a core counted to {median} million in a second meanwhile, at least {least}, at most {most}: on a slower "
+            "machine, or at a slower time, figures are larger",
         ]
 
 
@@ -43,6 +57,15 @@ def description() -> list[str]:
         f"{_memory_gb():.0f} GB of memory; {system}",
         f"Python {platform.python_version()}, {versions}",
     ]
+
+
+def _speed() -> float:
+    """How far a core counts now, in Python, in millions a second."""
+    count, until = 0, time.perf_counter() + LOOK_AT_SPEED
+    while time.perf_counter() < until:
+        for _ in range(1000):
+            count += 1
+    return count / LOOK_AT_SPEED / 1e6
 
 
 def _version(package: str) -> str:

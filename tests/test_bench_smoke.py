@@ -113,7 +113,15 @@ def test_the_report_begins_with_the_aims_and_marks_broken_ones() -> None:
 
 def test_the_report_says_on_what_and_beside_what_load_it_was_made() -> None:
     told = "\n".join([*description(), *Watch().lines()])
-    for word in ("cores", "GB of memory", "mujoco", "eclipse-zenoh", "at the beginning", "hypervisor"):
+    for word in (
+        "cores",
+        "GB of memory",
+        "mujoco",
+        "eclipse-zenoh",
+        "at the beginning",
+        "hypervisor",
+        "million in a second",
+    ):
         assert word in told
 
 
