@@ -41,8 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     options = parser.parse_args(argv)
-    command = partial(import_module(COMMANDS[options.command][1]).main, options.arguments)
     try:
+        command = partial(import_module(COMMANDS[options.command][1]).main, options.arguments)
         if options.command == "run":  # there stdout is the script's
             return command()
         print_what_can_be()

@@ -91,6 +91,7 @@ class Dispatch:
         return Answer(STATUS_OK, _values(command, result))
 
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
+        """The answer to a call that failed; the log, the counters and the client's errors are told why."""
         if isinstance(error, CommandError) and error.silent:
             self.metrics.failed(name, "")
             return Answer(STATUS_REMOTE_ERROR, [])
