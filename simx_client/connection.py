@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from .attempts import Attempts
@@ -33,7 +34,10 @@ logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
-_PING = Shape(BY_NAME["simxGetIntegerParameter"])
+_ECHO = Shape(replace(BY_NAME["simxGetIntegerParameter"], results=()), Operation.CANCEL)
+"""Asks for nothing but an answer, by ending no stream. It goes by the key of the version, which the original asks for:
+0 stands for either."""
+
 _STEPPED_MODE = BY_NAME["simxSynchronous"]
 
 
@@ -133,7 +137,7 @@ class Connection:
         try:
             if is_free and not self._closed and self._check_link():
                 self._pauses = 0
-                self.blocking(_PING, [c.sim_intparam_program_version], flush_timeout)
+                self.ping(flush_timeout)
         finally:
             self._closed = True
             self._connection_id = -1
@@ -239,6 +243,10 @@ class Connection:
                 self._lock.release()
             # Without the lock: the first connection may be being made in the background.
             time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
+
+    def ping(self, timeout: float | None = None) -> int:
+        """Wait until everything sent before has been executed; 0, or the flags of a time-out."""
+        return self.blocking(_ECHO, [c.sim_intparam_program_version], timeout)
 
     def _ask(self, shape: Shape, values: list[Any], deadline: float) -> Any:
         self._modes.ask(shape, values)

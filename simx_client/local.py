@@ -120,7 +120,7 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
     if connection is None:
         return 0, 0
     began = time.perf_counter()
-    code = connection.blocking(_VERSION, [c.sim_intparam_program_version])[0]
+    code = connection.ping()
     milliseconds = round((time.perf_counter() - began) * 1000)
     return code & ~c.simx_return_remote_error_flag, milliseconds
 
@@ -231,7 +231,6 @@ def simxQuery(
 
 
 _START = Shape(BY_NAME["simxStart"])
-_VERSION = Shape(BY_NAME["simxGetIntegerParameter"])
 _CLEAR_STRING = Shape(BY_NAME["simxClearStringSignal"])
 _TAKE_STRING = Shape(BY_NAME["simxGetAndClearStringSignal"])
 _SET_STRING = Shape(BY_NAME["simxSetStringSignal"])

@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from .protocol import constants as c
-from .protocol.messages import Call, Delivery, Operation, Reply
+from .protocol.messages import NOT_AWAITED_MS, Call, Delivery, Operation, Reply, of_fields
 from .shape import Key, Shape
 
 MODE_MASK = ~0xFFFF
@@ -81,14 +81,14 @@ class Modes:
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
         behind the others if it carries a value, in its old place if it is a question."""
-        call_id, command = self.new_call_id(), shape.command
+        call_id, command, outbox = self.new_call_id(), shape.command, self._outbox
         slot: Any = call_id if command.keeps_every_call else key
-        if slot in self._outbox:
-            unsent = self._outbox.pop(slot) if shape.is_set else self._outbox[slot]
+        if slot in outbox:
+            unsent = outbox.pop(slot) if shape.is_set else outbox[slot]
             self._asked.pop(unsent.call_id, None)
             if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
-                self._outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
-        self._outbox[slot] = Call(call_id, operation, delay_ms, command.name, arguments)
+                outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
+        outbox[slot] = of_fields(Call, (call_id, operation, delay_ms, command.name, arguments))
         self._asked[call_id] = (key, shape)
         return call_id
 
@@ -118,7 +118,7 @@ class Modes:
         """Blocking mode, first half: queue the call and remember which reply to wait for."""
         self._awaited_key = key = shape.key(arguments)
         self._end_stream(key)
-        self._awaited = self._queue(shape, key, Operation.EXECUTE, arguments)
+        self._awaited = self._queue(shape, key, shape.operation, arguments)
         self._answer = None
 
     def answer(self, shape: Shape) -> Any:
@@ -158,7 +158,7 @@ class Modes:
         else:
             self._end_stream(key)
             if not (shape.command.large and self._is_on_the_way(key)):
-                self._queue(shape, key, Operation.EXECUTE, arguments)
+                self._queue(shape, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
         return result
 
     def _is_on_the_way(self, key: Key) -> bool:
@@ -188,31 +188,48 @@ class Modes:
     def absorb(self, delivery: Delivery) -> None:
         """Store what came back. Replies nobody asked for any more are dropped."""
         for reply in delivery.replies:
-            if reply.call_id == self._awaited:
-                self._answer = reply
-                self._asked.pop(reply.call_id, None)
-                continue
-            cancelled = self._cancels.pop(reply.call_id, None)
-            if cancelled is not None:
-                if cancelled not in self._streams:
-                    self.inbox.pop(cancelled, None)
-                continue
-            ended = self._ended.pop(reply.call_id, None)
-            if ended is not None:
-                self._asked.pop(ended, None)
-                continue
-            asked = self._asked.get(reply.call_id)
+            call_id = reply.call_id
+            asked = self._asked.get(call_id)
             if asked is None:
+                self._absorb_echo(call_id)
+                continue
+            if call_id == self._awaited:
+                self._answer = reply
+                del self._asked[call_id]
                 continue
             key, shape = asked
+            if shape.gives_nothing and reply.values and not reply.status:
+                self._absorb_done(reply)
+                continue
             stream = self._streams.get(key)
-            is_over = stream is None or stream.call_id != reply.call_id
-            if is_over and reply.call_id in self._ended.values():
-                if not reply.status and not reply.values[0]:
+            if stream is None or stream.call_id != call_id:  # it is the last of this id
+                if call_id not in self._ended.values():
+                    del self._asked[call_id]
+                elif not reply.status and not reply.values[0]:
                     continue  # an ended stream still hands over what it took, but it took nothing
-            elif is_over:
-                del self._asked[reply.call_id]
-            self._store(shape, key, reply)
+            if shape.only_newest:
+                self.inbox[key] = reply
+            else:
+                self._store(shape, key, reply)
+
+    def _absorb_done(self, reply: Reply) -> None:
+        """One answer to several calls, with ids one behind the other."""
+        count, done = reply.values[0], reply._replace(values=[])
+        for call_id in range(reply.call_id, reply.call_id + count if type(count) is int else 0):
+            asked = self._asked.pop(call_id, None)
+            if asked is None:
+                return
+            self.inbox[asked[0]] = done
+
+    def _absorb_echo(self, call_id: int) -> None:
+        """The answer to the end of a stream, or one that nobody waits for any more."""
+        cancelled = self._cancels.pop(call_id, None)
+        if cancelled is None:
+            ended = self._ended.pop(call_id, None)
+            if ended is not None:
+                self._asked.pop(ended, None)
+        elif cancelled not in self._streams:
+            self.inbox.pop(cancelled, None)
 
     def _store(self, shape: Shape, key: Key, reply: Reply) -> None:
         if shape.command.takes_what_it_reads and not reply.status:

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 from .protocol.commands import Command
 from .protocol.kinds import DEPTHS, Kind, apply, to_int32
+from .protocol.messages import Operation
 from .values import DepthBuffer, VisionImage
 
 Key = tuple[Any, ...]
@@ -19,16 +20,33 @@ Key = tuple[Any, ...]
 class Shape:
     """The client's view of one command."""
 
-    __slots__ = ("_arguments", "_coercions", "_fresh", "_identifying", "_results", "command", "is_set")
+    __slots__ = (
+        "_arguments",
+        "_coercions",
+        "_fresh",
+        "_identifying",
+        "_results",
+        "command",
+        "gives_nothing",
+        "is_set",
+        "only_newest",
+        "operation",
+    )
 
-    def __init__(self, command: Command) -> None:
+    def __init__(self, command: Command, operation: Operation = Operation.EXECUTE) -> None:
         self.command = command
+        self.operation = operation
+        """What the server is to do with it in blocking mode."""
+
         self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
         self._coercions = tuple(argument.kind.coerce for argument in command.arguments)
         self._identifying = _picked(command.key_positions)
         self._results = tuple(result.kind for result in command.results)
         self._fresh = tuple(result.kind.fresh for result in command.results)
         self.is_set = len(command.arguments) > len(command.key)
+        self.gives_nothing = not command.results
+        self.only_newest = not (command.takes_what_it_reads or command.stream_ends_with_hit)
+        """A reply takes the place of the one before, and nothing else follows from it."""
 
     def coerce(self, arguments: tuple[Any, ...]) -> list[Any]:
         """Arguments as they travel.

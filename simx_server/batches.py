@@ -14,11 +14,12 @@ from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
-from .dispatch import Answer, Dispatch, Run
+from .dispatch import DONE, Answer, Dispatch, Run
 from .inbox import Inbox
 from .limits import LimitReached
 from .outbox import Outbox
 from .publishing import Publisher
+from .replies import Replies
 from .sessions import ClientSession, Interrupted
 
 if TYPE_CHECKING:
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_OPERATIONS = len(Operation)
-_CANCEL, _STREAM = int(Operation.CANCEL), int(Operation.STREAM)
+_EXECUTE, _STREAM, _CANCEL = map(int, Operation)
 
 MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
@@ -98,48 +98,57 @@ class Batches:
         before, self.executing = self.executing, session.client
         run = self._dispatch.run(session)
         try:
-            self._execute_in_order(session, run, calls, replies)
+            self._execute_in_order(session, run, calls, Replies(replies))
         finally:
             run.end()
             self.executing = before
 
     def _execute_in_order(
-        self, session: ClientSession, run: Run, calls: list[Call], replies: list[Reply]
+        self, session: ClientSession, run: Run, calls: list[Call], replies: Replies
     ) -> None:
         for position, call in enumerate(calls, 1):
-            if call.operation == _CANCEL:
-                stream_id = call.arguments[0] if call.arguments else 0
-                session.streams.cancel(stream_id if type(stream_id) is int else 0)
-                if call.call_id:
-                    replies.append(Reply(call.call_id, STATUS_OK, self._publisher.time_ms(), []))
+            call_id, operation, delay_ms, name, arguments = call
+            if operation != _EXECUTE and operation != _STREAM:
+                self._end_stream(session, call, replies)
                 continue
-            if not 0 <= call.operation < _OPERATIONS:
-                text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
-                replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text]))
-                continue
-            answer = run.execute(call.command, call.arguments)
+            answer = run.execute(name, arguments)
             time_ms = self._publisher.time_ms()
-            if call.operation == _STREAM:
+            if delay_ms and answer is DONE and operation == _EXECUTE:
+                replies.done(call_id, time_ms)
+                continue
+            if operation == _STREAM:
                 self._publisher.arm(session, call, answer)
-            if isinstance(answer, Future):
-                before: list[Reply] = []
-                if call.command == TRIGGER:
-                    # Whoever steps waits for the pass: all answers come in one message after it.
-                    before, replies = replies, []
-                later = partial(self._deliver_later, session, before, call.call_id, time_ms)
-                if call.command == TRIGGER and position < len(calls):
-                    # What follows is executed after the pass, or when the client's next batch comes before that.
-                    session.interrupted = Interrupted(before, calls[position:])
-                    later = partial(self._go_on_later, session, session.interrupted, call.call_id, time_ms)
-                elif call.command == TRIGGER:
-                    session.before_trigger = before
-                answer.add_done_callback(later)
-                if session.interrupted is not None:
-                    return
-            else:
-                replies.append(Reply(call.call_id, answer.status, time_ms, answer.values))
-        if replies:
-            self._outbox.put(session, replies)
+            if not isinstance(answer, Future):
+                status, values = answer
+                replies.add(call_id, status, time_ms, values)
+                continue
+            before: list[Reply] = []
+            if name == TRIGGER:
+                # Whoever steps waits for the pass: all answers come in one message after it.
+                before, replies = replies.made, Replies([])
+            later = partial(self._deliver_later, session, before, call_id, time_ms)
+            if name == TRIGGER and position < len(calls):
+                # What follows is executed after the pass, or when the client's next batch comes before that.
+                session.interrupted = Interrupted(before, calls[position:])
+                later = partial(self._go_on_later, session, session.interrupted, call_id, time_ms)
+            elif name == TRIGGER:
+                session.before_trigger = before
+            answer.add_done_callback(later)
+            if session.interrupted is not None:
+                return
+        if replies.made:
+            self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+
+    def _end_stream(self, session: ClientSession, call: Call, replies: Replies) -> None:
+        """Do what is not the execution of a command."""
+        if call.operation != _CANCEL:
+            text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
+            replies.add(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text])
+            return
+        stream_id = call.arguments[0] if call.arguments else 0
+        session.streams.cancel(stream_id if type(stream_id) is int else 0)
+        if call.call_id:
+            replies.add(call.call_id, STATUS_OK, self._publisher.time_ms(), [])
 
     def _go_on_later(
         self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]

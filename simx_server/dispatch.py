@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
@@ -29,7 +29,8 @@ class Answer(NamedTuple):
     values: list[Any]
 
 
-_DONE = Answer(STATUS_OK, [])
+DONE = Answer(STATUS_OK, [])
+"""Of what gives nothing."""
 
 
 class Dispatch:
@@ -85,7 +86,7 @@ class Dispatch:
     def answer(self, client: ClientSession, command: Command, result: Any) -> Answer | Future[Answer]:
         """What a handler gave, as an answer."""
         if result is None and not command.results:
-            return _DONE
+            return DONE
         if isinstance(result, Future):
             return self._later(client, command, result)
         return Answer(STATUS_OK, _values(command, result))
@@ -128,29 +129,31 @@ class Dispatch:
 class Run:
     """Calls of one client, one behind the other. What is the same for calls of one command is done once for them."""
 
-    __slots__ = ("_client", "_dispatch", "_handler", "_name", "_tally")
+    __slots__ = ("_carry_out", "_client", "_command", "_dispatch", "_name", "_tally")
 
     def __init__(self, dispatch: Dispatch, client: ClientSession) -> None:
         self._dispatch, self._client = dispatch, client
         self._name: str | None = None
         """What the last call named, if it could be executed."""
 
-        self._handler: Handler
+        self._command: Command
+        self._carry_out: Callable[..., Any]
         self._tally = Tally(dispatch.metrics)
 
     def execute(self, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
         """Execute a call; a Future when its result comes later. Never raises."""
-        dispatch, client = self._dispatch, self._client
         try:
             if name != self._name:
                 self._turn_to(name)
             self._tally.count += 1
-            handler = self._handler
-            result = handler(dispatch.simulation, client, _checked(handler.command, arguments))
+            command = self._command
+            result = self._carry_out(*_checked(command, arguments))
         except Exception as error:
             known = ANSWERED.get(name)  # aliases are counted together
-            return dispatch.failure(client, name if known is None else known.name, error)
-        return dispatch.answer(client, handler.command, result)
+            return self._dispatch.failure(self._client, name if known is None else known.name, error)
+        if result is None and not command.results:
+            return DONE
+        return self._dispatch.answer(self._client, command, result)
 
     def _turn_to(self, name: str) -> None:
         """Find what is the same for all calls of this name. Raises CommandError."""
@@ -162,18 +165,19 @@ class Run:
             raise
         self._tally.turn_to(command.name)
         try:
-            self._handler = self._dispatch.handler(self._client, command)
+            handler = self._dispatch.handler(self._client, command)
         except CommandError:
             self._client.called[command.name] += 1
             self._tally.count += 1
             self._tally.end()
             raise
-        self._name = name
+        self._name, self._command = name, command
+        self._carry_out = handler.bound(self._dispatch.simulation, self._client)
 
     def end(self) -> None:
         """Count what was executed."""
         if self._name is not None:
-            self._client.called[self._handler.command.name] += self._tally.count
+            self._client.called[self._command.name] += self._tally.count
             self._tally.end()
             self._name = None
 

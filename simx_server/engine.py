@@ -24,7 +24,7 @@ from .dispatch import Dispatch
 from .handlers.registry import Handler
 from .inbox import Arrival, Event, Inbox, Read, interfere
 from .metrics import Metrics
-from .outbox import Outbox
+from .outbox import LINGER, Outbox
 from .publishing import Publisher
 from .sessions import ClientSession, Link
 from .simulation import Simulation, SimulationState
@@ -66,7 +66,7 @@ class Engine:
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox()
-        self._outbox = Outbox(self._inbox, self._publisher.message)
+        self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
         self._is_serving = False
         """Within `serve_others`."""
@@ -128,15 +128,20 @@ class Engine:
             while event is not None:
                 self._handle(event)
                 self.simulation.settle()
-                event = self._inbox.wait(0) if self._outbox.is_keeping else None
+                event = self._inbox.wait(self._linger()) if self._outbox.is_keeping else None
+            self._outbox.send()
             return
         for event in self._inbox.at_hand():
             self._handle(event)
             self.simulation.settle()  # after each, however many came together
         self.simulation.settle()
+        self._outbox.send()
         if self._seconds_until_pass() <= 0:
-            self._outbox.send()
             self._pass()
+
+    def _linger(self) -> float:
+        """Seconds that answers may stay now."""
+        return max(0.0, min(LINGER, self._seconds_until_pass()))
 
     def serve_others(self) -> None:
         """For a script that runs long: deal with what does not interfere with it."""
@@ -174,13 +179,14 @@ class Engine:
             if isinstance(event, Arrival):
                 self._batches.execute(event.client, event.payload)
             else:
+                self._outbox.send()
                 event()
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
         if self._is_serving:
             self._outbox.send()
         else:
-            self._outbox.send_unless_more_comes()
+            self._outbox.send_what_is_awaited()
 
     def _end(self) -> None:
         self._is_ending = self.simulation.is_ending = True

@@ -43,9 +43,6 @@ class Inbox:
         self._held: deque[Event | Arrival] = deque()
         """What had to wait for a script's end; it comes before all that is in the queue."""
 
-        self._looked_at: list[Event | Arrival] = []
-        """What was taken from the queue to look at it, one at most; it is still the first of the queue."""
-
         self._held_of: Counter[str] = Counter()
         """Batches among them, by client."""
 
@@ -53,7 +50,7 @@ class Inbox:
         """Batches that were thrown away, by client; whoever tells of them clears it."""
 
     def __len__(self) -> int:
-        return len(self._held) + len(self._looked_at) + self._queue.qsize()
+        return len(self._held) + self._queue.qsize()
 
     def read_by(self, kind: type, read: Read) -> None:
         """Things of this kind may be `put` as they came, and are read when it is their turn."""
@@ -77,22 +74,8 @@ class Inbox:
                 del self._held_of[event.client]
         return event
 
-    def is_next_of(self, client: str) -> bool:
-        """Whether something is here, and the first of it is a batch of this client."""
-        if self._held:
-            first = self._held[0]
-        else:
-            if not self._looked_at:
-                if self._queue.empty():
-                    return False
-                self._looked_at.append(self._read(self._queue.get_nowait()))
-            first = self._looked_at[0]
-        return isinstance(first, Arrival) and first.client == client
-
     def _queued(self) -> Iterator[Event | Arrival]:
         """All that nobody has dealt with or held so far; what comes meanwhile is left."""
-        if self._looked_at:
-            yield self._looked_at.pop()
         for _ in range(self._queue.qsize()):
             yield self._read(self._queue.get_nowait())
 
@@ -110,8 +93,6 @@ class Inbox:
         """The next one, as soon as there is one; None when the time is over."""
         if self._held:
             return self._first_held()
-        if self._looked_at:
-            return self._looked_at.pop()
         try:
             return self._read(self._queue.get(timeout=seconds))
         except queue.Empty:
@@ -122,8 +103,6 @@ class Inbox:
         for _ in range(len(self)):
             if self._held:
                 yield self._first_held()
-            elif self._looked_at:
-                yield self._looked_at.pop()
             elif not self._queue.empty():
                 yield self._read(self._queue.get_nowait())
 

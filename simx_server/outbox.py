@@ -1,7 +1,7 @@
 """Answers on their way out: those to batches of one client that came close behind one another leave in one message.
 
-A message costs both processes more than a few calls do. So answers that carry nothing, as those to sets, wait for
-those to the client's next batch, if that one is here already and can be answered at once.
+A message costs both processes more than a few calls do, and most scripts ask for something right after they have set
+something. So answers that nobody waits for, as those to sets, stay for a moment, to leave with the next ones.
 """
 
 from __future__ import annotations
@@ -12,10 +12,13 @@ from collections.abc import Callable, Iterable
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Call, Reply
 
-from .inbox import Inbox
 from .sessions import ClientSession
 
 logger = logging.getLogger(__name__)
+
+LINGER = 100e-6
+"""Seconds that answers stay, where nothing else is to be done. What a client sends right behind another message comes
+that much later at most, on its own host."""
 
 MOST_KEPT = 100
 """Replies that wait for more, and batches they wait for; a client may send faster than it is answered."""
@@ -24,43 +27,44 @@ MOST_KEPT = 100
 class Outbox:
     """Replies to one client at a time. Physics thread only."""
 
-    def __init__(self, inbox: Inbox, pack: Callable[[ClientSession, list[Reply]], bytes]) -> None:
+    def __init__(self, pack: Callable[[ClientSession, list[Reply]], bytes]) -> None:
         """Keep nothing yet.
 
         Args:
             pack: puts replies into a message.
         """
-        self._inbox = inbox
         self._pack = pack
         self._session: ClientSession | None = None
         self._replies: list[Reply] = []
+        self._is_awaited = False
+        """Somebody waits for one of the replies."""
+
         self._batches = 0
         """That were dealt with since there is something to send."""
 
-    def put(self, session: ClientSession, replies: list[Reply]) -> None:
-        """Have replies sent with the next ``send``, behind all that were put before."""
+    def put(self, session: ClientSession, replies: list[Reply], *, is_awaited: bool = True) -> None:
+        """Have replies sent with the next ``send``, behind all that were put before.
+
+        Args:
+            is_awaited: they must not stay for others.
+        """
         if session is not self._session:
             self.send()
             self._session = session
         self._replies += replies
+        self._is_awaited |= is_awaited
 
     @property
     def is_keeping(self) -> bool:
-        """Whether replies wait for those to the next batch, which is here."""
+        """Whether there are replies that stay for the next ones."""
         return self._session is not None
 
-    def send_unless_more_comes(self) -> None:
-        """To be called when a batch was dealt with: send, if the next one is not of the same client."""
-        session = self._session
-        if session is None:
+    def send_what_is_awaited(self) -> None:
+        """To be called when a batch was dealt with: send, unless all there is may stay."""
+        if self._session is None:
             return
         self._batches += 1  # not each of them is answered
-        is_full = len(self._replies) >= MOST_KEPT or self._batches >= MOST_KEPT
-        if (
-            is_full
-            or any(reply.values for reply in self._replies)
-            or not self._inbox.is_next_of(session.client)
-        ):
+        if self._is_awaited or len(self._replies) >= MOST_KEPT or self._batches >= MOST_KEPT:
             self.send()
 
     def send_before(self, calls: Iterable[Call]) -> None:
@@ -71,13 +75,14 @@ class Outbox:
     def send(self) -> None:
         """Send what is kept. Never raises: what no message can hold is one client's trouble, not the engine's."""
         session, self._session = self._session, None
+        if session is None:
+            return
         replies, self._replies = self._replies, []
-        self._batches = 0
-        if session is not None and replies:
-            try:
-                session.link.deliver(self._pack(session, replies))
-            except Exception:
-                logger.exception("%d answers to client %s cannot be sent", len(replies), session.name)
+        self._is_awaited, self._batches = False, 0
+        try:
+            session.link.deliver(self._pack(session, replies))
+        except Exception:
+            logger.exception("%d answers to client %s cannot be sent", len(replies), session.name)
 
 
 def _may_take_long(call: Call) -> bool:

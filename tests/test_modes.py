@@ -5,6 +5,10 @@ from mode_world import GET, SET, cid, world
 
 import simx_client as v
 from simx_client.clients import CLIENTS
+from simx_client.modes import Modes
+from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.messages import Delivery, Reply
+from simx_client.shape import Shape
 
 __all__ = ["cid", "world"]
 
@@ -41,6 +45,40 @@ def test_a_oneshot_set_answers_1_first_and_then_the_earlier_status(world, cid):
     assert SET(cid, 3, 1.0, v.simx_opmode_oneshot) == 1
     world.settle()
     assert SET(cid, 3, 2.0, v.simx_opmode_oneshot) == 0
+
+
+class Sets:
+    """Oneshot sets of so many joints, without any server; the first has the id 1."""
+
+    def __init__(self, count):
+        self.modes, self._shape, self._joints = Modes(), Shape(BY_NAME["simxSetJointPosition"]), range(count)
+        self._call(v.simx_opmode_oneshot)
+
+    def _call(self, mode):
+        return [self.modes.call(self._shape, [joint, 0.0], mode) for joint in self._joints]
+
+    def codes_after(self, *replies):
+        self.modes.absorb(Delivery(1, 0, 0, 1, 0, list(replies)))
+        return self._call(v.simx_opmode_buffer)
+
+
+def test_one_answer_may_be_that_to_several_sets():
+    sets = Sets(4)
+    assert sets.codes_after(Reply(1, 0, 150, [3])) == [0, 0, 0, 1]
+    assert sets.modes.last_command_time_ms == 150
+    assert sets.codes_after(Reply(4, 8, 150, ["why"])) == [0, 0, 0, 8]
+    assert not sets.modes._asked
+
+
+def test_a_server_that_answers_each_set_by_itself_is_understood():
+    sets = Sets(3)
+    assert sets.codes_after(*[Reply(call_id, 0, 150, []) for call_id in (1, 2, 3)]) == [0, 0, 0]
+    assert not sets.modes._asked
+
+
+@pytest.mark.parametrize(("count", "code"), [(2**40, 0), (0, 1), (-1, 1)])
+def test_an_answer_to_more_or_fewer_sets_than_were_sent_does_no_harm(count, code):
+    assert Sets(2).codes_after(Reply(1, 0, 150, [count])) == [code, code]
 
 
 def test_the_first_streaming_call_has_no_value_and_buffer_then_has_the_newest(world, cid):

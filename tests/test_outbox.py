@@ -6,7 +6,7 @@ import pytest
 from plain_world import World
 
 from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.messages import Batch, Call, Operation
+from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation
 from simx_server import outbox
 
 
@@ -18,7 +18,7 @@ class Listener:
 
     def deliver(self, payload: bytes) -> None:
         delivery = decode_delivery(payload)
-        self.heard.append((delivery.message_id, [reply.call_id for reply in delivery.replies]))
+        self.heard.append((delivery.message_id, answered(delivery)))
 
     def publish(self, payload: bytes) -> None:
         self.heard.append((-1, []))
@@ -26,6 +26,15 @@ class Listener:
     def publish_picture(self, stream_id: int, payload: bytes) -> None: ...
 
     def close(self) -> None: ...
+
+
+def answered(delivery: Delivery) -> list[int]:
+    """The calls that replies are about: each one, or as many as it says."""
+    ids: list[int] = []
+    for reply in delivery.replies:
+        count = reply.values[0] if reply.values and type(reply.values[0]) is int else 1
+        ids += range(reply.call_id, reply.call_id + count)
+    return ids
 
 
 @pytest.fixture
@@ -42,7 +51,10 @@ def _join(world: World, client: str) -> Listener:
 
 
 def _send(world: World, client: str, message_id: int, *calls: tuple[int, str, list]) -> None:
-    batch = [Call(call_id, Operation.EXECUTE, 0, name, arguments) for call_id, name, arguments in calls]
+    batch = [
+        Call(call_id, Operation.EXECUTE, NOT_AWAITED_MS if "Set" in name else 0, name, arguments)
+        for call_id, name, arguments in calls
+    ]
     world.engine.submit(client, encode(Batch(message_id, 0, batch)))
 
 
@@ -61,6 +73,89 @@ def test_batches_of_one_client_that_wait_together_are_answered_in_one_message_as
     _send(world, "one", 3, _read(4))
     world.settle()
     assert link.heard == [(3, [1, 2, 3, 4])]
+
+
+def test_answers_that_nobody_waits_for_leave_though_nothing_else_comes(world):
+    link = _join(world, "one")
+    _send(world, "one", 1, _set(1))
+    world.engine.turn(max_wait=1.0)
+    assert link.heard == [(1, [1])]
+
+
+@pytest.mark.parametrize(
+    "awaited",
+    [
+        Call(2, Operation.EXECUTE, 0, "simxSetJointTargetPosition", [1, 0.5]),
+        Call(2, Operation.EXECUTE, NOT_AWAITED_MS, "simxGetJointPosition", [1]),
+        Call(2, Operation.EXECUTE, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1]),
+        Call(2, Operation.STREAM, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1, 0.5]),
+        Call(2, Operation.CANCEL, NOT_AWAITED_MS, "", [0]),
+    ],
+    ids=("a set in blocking mode", "a read", "a refusal", "a stream", "the end of a stream"),
+)
+def test_an_answer_that_somebody_waits_for_leaves_at_once_with_all_before_it(world, awaited, monkeypatch):
+    link = _join(world, "one")
+    monkeypatch.setattr(world.engine, "_linger", lambda: pytest.fail("it was kept"))
+    first = Call(1, Operation.EXECUTE, NOT_AWAITED_MS, "simxSetJointTargetPosition", [1, 0.5])
+    world.engine.submit("one", encode(Batch(1, 0, [first, awaited])))
+    world.engine.turn(max_wait=1.0)
+    assert link.heard == [(1, [1, 2])]
+
+
+def test_answers_do_not_stay_for_longer_than_until_the_next_pass():
+    world = World(speed=1.0)
+    assert world.engine._linger() == outbox.LINGER
+    world.simulation.start()
+    assert world.engine._linger() <= outbox.LINGER
+    world.simulation.time_step = 1e-9
+    assert world.engine._linger() == 0.0
+    world.close()
+
+
+def _replies(world: World, *calls: Call) -> list[tuple[int, int, list]]:
+    """Call id, status and values of each reply."""
+    link, found = _join(world, "one"), []
+    link.deliver = lambda payload: found.extend(decode_delivery(payload).replies)
+    world.engine.submit("one", encode(Batch(1, 0, list(calls))))
+    world.settle()
+    return [(reply.call_id, reply.status, reply.values) for reply in found]
+
+
+def _oneshot(call_id: int, name: str = "simxSetJointTargetPosition", *arguments: object) -> Call:
+    return Call(call_id, Operation.EXECUTE, NOT_AWAITED_MS, name, list(arguments or (1, 0.5)))
+
+
+def test_sets_that_nobody_waits_for_are_answered_by_their_number(world):
+    assert _replies(world, *map(_oneshot, range(5, 9))) == [(5, 0, [4])]
+
+
+def test_what_lies_between_them_is_answered_in_its_place(world):
+    blocking = _oneshot(6)._replace(delay_ms=0)
+    read = _oneshot(9, "simxGetJointPosition", 1)
+    refused = _oneshot(12, "simxSetJointTargetPosition", -1)
+    calls = [
+        _oneshot(4),
+        _oneshot(5),
+        blocking,
+        _oneshot(7),
+        _oneshot(8),
+        read,
+        _oneshot(10),
+        refused,
+        _oneshot(14),
+    ]
+    replies = _replies(world, *calls)
+    assert [each[:2] for each in replies] == [(4, 0), (6, 0), (7, 0), (9, 0), (10, 0), (12, 8), (14, 0)]
+    assert [each[2] for each in replies if each[0] not in (9, 12)] == [[2], [], [2], [1], [1]]
+
+
+def test_those_of_another_instant_are_counted_apart(world):
+    """A reply has one time."""
+    world.simulation.start()
+    world.settle()
+    calls = [_oneshot(1), _oneshot(2, "simxStopSimulation"), _oneshot(3)]
+    calls[1] = calls[1]._replace(arguments=[])
+    assert [(call_id, values) for call_id, _, values in _replies(world, *calls)] == [(1, [1]), (2, [2])]
 
 
 def test_what_was_read_does_not_wait_for_however_little_comes_after_it(world):
@@ -133,8 +228,7 @@ def test_a_client_that_sends_without_end_is_answered_now_and_then(world, monkeyp
     for number in range(1, 11):
         _send(world, "one", number, _set(2 * number), _set(2 * number + 1))
     world.settle()
-    assert [len(ids) for _, ids in link.heard] == [4, 4, 4, 4, 4]
-    assert [message_id for message_id, _ in link.heard] == [2, 4, 6, 8, 10]
+    assert link.heard == [(4, list(range(2, 10))), (8, list(range(10, 18))), (10, list(range(18, 22)))]
 
 
 def test_answers_leave_before_the_streams_of_the_next_pass(world):

@@ -439,7 +439,7 @@ def test_clients_of_the_page_stand_apart(stage: Stage) -> None:
 def test_metrics_tell_what_each_client_calls(stage: Stage) -> None:
     other = stage.world.client()
     for _ in range(3):
-        v.simxGetPingTime(stage.client)
+        v.simxGetIntegerParameter(stage.client, v.sim_intparam_program_version, BLOCKING)
     assert v.simxGetObjectHandle(other, "hinge", BLOCKING)[0] == 0
     assert v.simxGetObjectHandle(other, "nobody", BLOCKING)[0] == 8
     mine, others = (each.get("commands", {}) for each in stage.survey()["metrics"]["clients"])

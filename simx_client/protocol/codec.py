@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import msgpack
 
-from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome
+from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, of_fields
 
 MAX_MESSAGE = 256 << 20
 """Largest message in bytes that is decoded."""
@@ -176,9 +176,6 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
 }
 """What each message is made of, in field order; one comparison checks them all, as every call passes here."""
 
-_as = cast(Callable[[type[Any], list[Any]], Any], tuple.__new__)  # pyright: ignore[reportUnknownMemberType]
-"""Makes a named tuple of a list; ``_make`` does the same by two calls in Python."""
-
 _BATCH, _CALL, _DELIVERY, _REPLY = (_FIELD_TYPES[kind] for kind in (Batch, Call, Delivery, Reply))
 
 
@@ -201,7 +198,7 @@ def _each(kind: type[Any], types: tuple[type, ...], items: list[Any]) -> list[An
     for item in items:
         if item.__class__ is not list or tuple(map(type, item)) != types:
             raise _wrong(kind, item)
-        found.append(_as(kind, item))
+        found.append(of_fields(kind, item))
     return found
 
 
@@ -211,7 +208,7 @@ def decode_batch(payload: bytes) -> Batch:
     if tuple(map(type, value)) != _BATCH:
         raise _wrong(Batch, value)
     value[2] = _each(Call, _CALL, value[2])
-    return _as(Batch, value)
+    return of_fields(Batch, value)
 
 
 def decode_callers(payload: bytes, most: int) -> tuple[int, int, list[int]]:
@@ -247,7 +244,7 @@ def decode_delivery(payload: bytes) -> Delivery:
     if tuple(map(type, value)) != _DELIVERY:
         raise _wrong(Delivery, value)
     value[5] = _each(Reply, _REPLY, value[5])
-    return _as(Delivery, value)
+    return of_fields(Delivery, value)
 
 
 def decode_greeting(payload: bytes) -> Greeting:

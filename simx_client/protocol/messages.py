@@ -7,8 +7,14 @@ when the stream was replaced can never be taken for a new one.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
+
+_Message = TypeVar("_Message")
+
+of_fields = cast(Callable[[type[_Message], Sequence[Any]], _Message], tuple.__new__)
+"""Makes a message of its fields, in half the time that the class itself takes; each call is made so at both ends."""
 
 PROTOCOL_VERSION = 1
 """The newest that is spoken here. Counts up when an older peer could misread a message; see docs/protocol.md."""
@@ -60,11 +66,16 @@ class Operation(IntEnum):
     """End the stream whose id is the only argument (0 for none); answered with an empty reply."""
 
 
+NOT_AWAITED_MS = 1
+"""The delay of a call whose answer nobody waits for."""
+
+
 class Call(NamedTuple):
     call_id: int
     operation: int
     delay_ms: int
-    """Least wall time between two executions of a stream."""
+    """Least wall time between two executions of a stream. Of what is executed once, how long its answer may wait for
+    others to leave with: 0 when somebody waits for it."""
 
     command: str
     arguments: list[Any]
@@ -89,6 +100,8 @@ class Reply(NamedTuple):
     """Simulation time at execution, 0 while stopped."""
 
     values: list[Any]
+    """The command's results. Of one without, that nobody waits for: to how many such calls, with ids from this one on,
+    this is the reply."""
 
 
 class Delivery(NamedTuple):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -37,6 +38,10 @@ class Handler:
         if self.with_client:
             return self.function(sim, client, *arguments)
         return self.function(sim, *arguments)
+
+    def bound(self, sim: Simulation, client: Any) -> Callable[..., Any]:
+        """What takes checked arguments alone, for many calls."""
+        return partial(self.function, sim, client) if self.with_client else partial(self.function, sim)
 
 
 def handler(name: str, *, with_client: bool = False) -> Callable[[_F], _F]:
