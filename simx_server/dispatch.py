@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.kinds import apply
-from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, of_fields
 
 from .errors import CommandError, shortened
 from .handlers.registry import Handler
@@ -51,19 +51,12 @@ class Dispatch:
         """Execute a command with what `check` gave: a stream asks the same after each pass. Never raises."""
         began = time.perf_counter()
         try:
-            return self.look(client, self.handler(client, command), checked)
-        except CommandError as error:
+            handler = self.handler(client, command)
+            return self.answer(client, command, handler(self.simulation, client, checked))
+        except Exception as error:
             return self.failure(client, command.name, error)
         finally:
             self.metrics.executed(command.name, time.perf_counter() - began)
-
-    def look(self, client: ClientSession, handler: Handler, checked: list[Any]) -> Answer | Future[Answer]:
-        """As `carry_out`; whoever asks counts it."""
-        try:
-            result = handler(self.simulation, client, checked)
-        except Exception as error:
-            return self.failure(client, handler.command.name, error)
-        return self.answer(client, handler.command, result)
 
     def handler(self, client: ClientSession, command: Command) -> Handler:
         """What carries it out for this client. Raises CommandError."""
@@ -89,7 +82,7 @@ class Dispatch:
             return DONE
         if isinstance(result, Future):
             return self._later(client, command, result)
-        return Answer(STATUS_OK, _values(command, result))
+        return of_fields(Answer, (STATUS_OK, _values(command, result)))
 
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         """The answer to a call that failed; the log, the counters and the client's errors are told why."""
@@ -148,12 +141,12 @@ class Run:
             self._tally.count += 1
             command = self._command
             result = self._carry_out(*_checked(command, arguments))
+            if result is None and not command.results:
+                return DONE
+            return self._dispatch.answer(self._client, command, result)
         except Exception as error:
             known = ANSWERED.get(name)  # aliases are counted together
             return self._dispatch.failure(self._client, name if known is None else known.name, error)
-        if result is None and not command.results:
-            return DONE
-        return self._dispatch.answer(self._client, command, result)
 
     def _turn_to(self, name: str) -> None:
         """Find what is the same for all calls of this name. Raises CommandError."""

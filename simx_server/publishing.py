@@ -96,9 +96,13 @@ class Publisher:
             stream.last = pack_answer(answer.status, self.time_ms(), answer.values)
             question = stream.question()
             if question is not None and not stream.delay:
-                reader = handler if command.only_reads else None
-                stream.shared = self._shared.get(question) or Shared(question, reader)
-                self._shared[question] = stream.shared
+                stream.shared = self._shared.get(question)
+                if stream.shared is None:
+                    read = None
+                    if command.only_reads and not handler.with_client:
+                        read = partial(handler.bound(self._simulation, None), *arguments)
+                    stream.shared = Shared(question, command, arguments, read, stream.last)
+                    self._shared[question] = stream.shared
         session.streams.arm(stream)
 
     def publish(self, sessions: Iterable[ClientSession], *, after_pass: bool) -> None:
@@ -116,10 +120,8 @@ class Publisher:
     def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
         now, time_ms = time.monotonic(), self.time_ms()
         streams = session.streams
-        newest: list[bytes] = []
-        """Heads and answers by turns."""
+        newest = self._shared_parts(session, answers, time_ms)
         taken: list[Reply] = []
-        self._take_shared(session, answers, time_ms, newest)
         for stream in list(streams.single.values()):
             command = stream.command
             if stream.is_due(now, every_picture=every_picture):
@@ -151,38 +153,55 @@ class Publisher:
             streams.last_sent, streams.next_repeat = values, now + REPEAT
             session.link.publish(encode_delivery(self._delivery(session, []), values, len(newest) // 2))
 
-    def _take_shared(
-        self, session: ClientSession, answers: PassAnswers, time_ms: int, newest: list[bytes]
-    ) -> None:
-        """Add the answers that streams share, and find those that no other client's streams have asked for yet."""
-        late: list[Stream] = []
+    def _shared_parts(self, session: ClientSession, answers: PassAnswers, time_ms: int) -> list[bytes]:
+        """Heads and answers, by turns, of this client's streams that share theirs."""
+        round = self._round
+        late = self._answer(
+            session, answers, time_ms, [each for each in session.streams.shares() if each.round != round]
+        )
+        for share in late:
+            session.streams.separate(share)
+        return session.streams.parts()
+
+    def _answer(
+        self, session: ClientSession, answers: PassAnswers, time_ms: int, shares: list[Shared]
+    ) -> list[Shared]:
+        """Answer what no other client's streams have asked for yet in this round.
+
+        Returns:
+            What will be answered later.
+        """
+        late: list[Shared] = []
         pack = answer_packer(STATUS_OK, time_ms)
-        tally, counted = Tally(self._metrics), None
-        for stream in list(session.streams.shared.values()):  # who is served meanwhile may end or arm some
-            shared = stream.shared
-            assert shared is not None
-            if shared.round != self._round:
-                if shared.reader is None:
-                    tally.end()
-                    counted = None
-                    answer = self._dispatch.carry_out(session, stream.command, stream.arguments)
-                else:
-                    if stream.command is not counted:
-                        counted = stream.command
-                        tally.turn_to(counted.name)
-                    tally.count += 1
-                    answer = self._dispatch.look(session, shared.reader, stream.arguments)
-                if isinstance(answer, Future):
-                    answers.put(shared.question, answer)
-                    late.append(stream)
-                    continue
-                status, values = answer
-                shared.round = self._round
-                shared.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
-            newest += (stream.head, shared.packed)
+        tally, counted, is_one_value = Tally(self._metrics), None, False
+        for share in shares:
+            command = share.command
+            if share.read is None:
+                tally.end()
+                counted = None
+                answer = self._dispatch.carry_out(session, command, share.arguments)
+            else:
+                if command is not counted:
+                    counted, is_one_value = command, len(command.results) == 1
+                    tally.turn_to(command.name)
+                tally.count += 1
+                try:
+                    result = share.read()
+                    if is_one_value and not isinstance(result, Future):
+                        share.packed, share.round = pack([result]), self._round
+                        continue
+                    answer = self._dispatch.answer(session, command, result)
+                except Exception as error:
+                    answer = self._dispatch.failure(session, command.name, error)
+            if isinstance(answer, Future):
+                answers.put(share.question, answer)
+                late.append(share)
+                continue
+            status, values = answer
+            share.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
+            share.round = self._round
         tally.end()
-        for stream in late:
-            session.streams.separate(stream)
+        return late
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

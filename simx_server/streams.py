@@ -9,13 +9,12 @@ rendered.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.commands import Command
-
-from .handlers.registry import Handler
 
 if TYPE_CHECKING:
     from .dispatch import Answer
@@ -29,13 +28,16 @@ class Shared:
     """A question that any number of streams ask after each pass, and its answer."""
 
     question: Question
-    reader: Handler | None
-    """What answers it, if it only reads."""
+    command: Command
+    arguments: list[Any]
+    read: Callable[[], Any] | None
+    """What answers it, if it only reads, and gives all the same."""
+
+    packed: bytes
+    """The newest answer."""
 
     round: int = -1
     """When it was answered last."""
-
-    packed: bytes = b""
 
 
 @dataclass(eq=False)
@@ -91,6 +93,23 @@ class Streams:
 
     last_sent: bytes | None = None
     next_repeat: float = 0.0
+    _shares: list[Shared] | None = None
+    """What the streams of `shared` share, in their order; None when they are others now."""
+
+    _parts: list[bytes] = field(default_factory=list)
+    """Their heads and newest answers, by turns."""
+
+    def shares(self) -> list[Shared]:
+        """What these streams share with others', in the order they were armed."""
+        if self._shares is None:
+            self._shares = [stream.shared for stream in self.shared.values() if stream.shared is not None]
+            self._parts = [part for stream in self.shared.values() for part in (stream.head, b"")]
+        return self._shares
+
+    def parts(self) -> list[bytes]:
+        """The newest shared answers as they travel, each behind its stream's head."""
+        self._parts[1::2] = [share.packed for share in self.shares()]
+        return self._parts
 
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""
@@ -98,12 +117,15 @@ class Streams:
         self.cancel(stream.stream_id)
         self.by_id[stream.stream_id] = stream
         (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
+        self._shares = None
 
-    def separate(self, stream: Stream) -> None:
-        """Its answers turn out to be such as come later."""
-        stream.shared = None
-        del self.shared[stream.stream_id]
-        self.single[stream.stream_id] = stream
+    def separate(self, share: Shared) -> None:
+        """These answers turn out to be such as come later."""
+        for stream in [each for each in self.shared.values() if each.shared is share]:
+            stream.shared = None
+            del self.shared[stream.stream_id]
+            self.single[stream.stream_id] = stream
+        self._shares = None
 
     def pictures_on_the_way(self) -> list[Future[Any]]:
         """Those asked for and not rendered yet."""
@@ -114,11 +136,13 @@ class Streams:
         """End a stream; unknown ids are harmless."""
         for streams in (self.by_id, self.shared, self.single):
             streams.pop(stream_id, None)
+        self._shares = None
 
     def clear(self) -> None:
         """End all."""
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
+        self._shares = None
 
 
 class PassAnswers:

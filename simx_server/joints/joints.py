@@ -303,6 +303,6 @@ def _is_cyclic(binding: Binding, state: JointState) -> bool:
 
 def _wrapped(angle: float) -> float:
     """The angle in -pi..pi; what diverged physics made infinite stays so."""
-    if not math.isfinite(angle):
+    if -math.pi <= angle <= math.pi or not math.isfinite(angle):
         return angle
-    return angle if -math.pi <= angle <= math.pi else math.remainder(angle, 2 * math.pi)
+    return math.remainder(angle, 2 * math.pi)

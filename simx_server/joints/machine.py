@@ -211,8 +211,8 @@ class Machine:
     def _raw_position(self, binding: Binding) -> float:
         if binding.element == "tendon":
             self._sim.refresh()
-            return float(self._sim.data.ten_length[binding.id])
-        return float(self._sim.data.qpos[binding.qpos])
+            return self._sim.data.ten_length.item(binding.id)
+        return self._sim.data.qpos.item(binding.qpos)
 
     def _apply(self, handle: int, *, rebuild: bool = True) -> None:
         """Act on changed settings."""
