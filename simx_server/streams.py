@@ -109,7 +109,7 @@ class Streams:
     def parts(self) -> list[bytes]:
         """The newest shared answers as they travel, each behind its stream's head."""
         self._parts[1::2] = [share.packed for share in self.shares()]
-        return self._parts
+        return self._parts.copy()
 
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""

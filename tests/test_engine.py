@@ -197,22 +197,43 @@ def test_equal_pictures_of_several_clients_are_asked_for_once_a_pass(world):
         assert v.simxGetVisionSensorImage(cid, 3, 0, v.simx_opmode_buffer) == (0, [1, 1], [1, 2, 3])
 
 
-def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, monkeypatch, caplog):
+def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, caplog):
     cid = world.client()
     for joint in (1, 2, 3):
         v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
     world.settle()
     (session,) = world.engine.sessions.values()
-    look = world.engine._dispatch.look
 
-    def ending_another(*arguments):
-        session.streams.cancel(max(session.streams.by_id))
-        return look(*arguments)
+    class EndingAnother(dict):
+        def get(self, handle, default):
+            session.streams.cancel(max(session.streams.by_id))
+            return super().get(handle, default)
 
-    monkeypatch.setattr(world.engine._dispatch, "look", ending_another)
+    world.simulation.joints = EndingAnother({1: 1.5})
     world.simulation.start()
     world.settle()
-    assert "failed and are ended" not in caplog.text
+    assert not session.streams.by_id
+    assert not caplog.text
+
+
+def test_a_stream_that_another_client_arms_meanwhile_is_sent_with_its_first_answer(world):
+    one, two = world.client(), world.client()
+    v.simxGetJointPosition(one, 1, v.simx_opmode_streaming)
+    world.settle()
+
+    class ArmingAnother(dict):
+        def get(self, handle, default):
+            if handle == 1:
+                v.simxGetJointPosition(two, 2, v.simx_opmode_streaming)
+                for event in world.engine._inbox.at_hand():
+                    world.engine._handle(event)
+            return super().get(handle, default)
+
+    world.simulation.joints = ArmingAnother({1: 1.5, 2: 2.5})
+    world.simulation.start()
+    world.settle()
+    assert v.simxGetJointPosition(one, 1, v.simx_opmode_buffer) == (0, 1.5)
+    assert v.simxGetJointPosition(two, 2, v.simx_opmode_buffer) == (0, 2.5)
 
 
 def test_streamed_sets_of_two_clients_are_both_executed(world):
@@ -305,12 +326,29 @@ def test_failing_streams_fill_no_log_however_many_they_are(world, caplog):
     assert caplog.text.count("simxCallScriptFunction of loopback failed") == 1
 
 
-def test_a_stream_that_cannot_be_sent_ends_alone(world, caplog):
+def test_a_streamed_value_that_cannot_be_sent_is_an_error_and_all_others_arrive(world, caplog):
+    cid = world.client()
+    for joint in (1, 2):
+        v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
+    world.settle()
+    world.simulation.joints.update({1: object(), 2: 2.0})
+    world.simulation.start()
+    world.settle()
+    world.settle()
+    assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer)[0] == v.simx_return_remote_error_flag
+    assert v.simxGetJointPosition(cid, 2, v.simx_opmode_buffer) == (0, 2.0)
+    assert "cannot send a object" in v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1][0]
+    assert caplog.text.count("Traceback") == 1
+
+
+def test_streams_that_cannot_be_sent_end_alone(world, caplog, monkeypatch):
     one, two = world.client(), world.client()
     for cid in (one, two):
         v.simxGetJointPosition(cid, cid, v.simx_opmode_streaming)
     world.settle()
-    world.simulation.joints[one], world.simulation.joints[two] = object(), 2.0
+    first = next(iter(world.engine.sessions.values()))
+    monkeypatch.setattr(first.link, "publish", lambda payload: 1 / 0)
+    world.simulation.joints[two] = 2.0
     world.simulation.start()
     world.settle()
     world.settle()

@@ -7,14 +7,19 @@ when the stream was replaced can never be taken for a new one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 _Message = TypeVar("_Message")
 
-of_fields = cast(Callable[[type[_Message], Sequence[Any]], _Message], tuple.__new__)
-"""Makes a message of its fields, in half the time that the class itself takes; each call is made so at both ends."""
+
+class _OfFields(Protocol):
+    def __call__(self, kind: type[_Message], fields: Sequence[Any], /) -> _Message: ...
+
+
+of_fields = cast(_OfFields, tuple.__new__)  # pyright: ignore[reportUnknownMemberType]
+"""Makes a named tuple, in half the time that its class takes: each call passes here several times."""
 
 PROTOCOL_VERSION = 1
 """The newest that is spoken here. Counts up when an older peer could misread a message; see docs/protocol.md."""
