@@ -1,8 +1,9 @@
 """The least that could carry a call: a bare Zenoh query, bare Zenoh publications, a TCP socket.
 
-``python -m bench.baselines query|publications|tcp`` is the far end: it answers every request of n bytes with
+``python -m bench.baselines query|stepping|publications|tcp`` is the far end: it answers every request of n bytes with
 the m bytes it was asked for, prints a ready line, and leaves when its standard input ends. The Zenoh ends
-use the configuration and the runtime that simx uses.
+use the configuration and the runtime that simx uses. The one that steps is what a few lines of Zenoh and MuJoCo come
+to: before each answer it makes the physics steps of a pass of the tutorial's scene.
 
 A request starts with the wanted size of the answer, four bytes, little endian; the rest is padding.
 """
@@ -15,11 +16,12 @@ import struct
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 from simx_client.protocol import link
 
-QUERY, PUBLICATIONS, TCP = "query", "publications", "tcp"
+QUERY, STEPPING, PUBLICATIONS, TCP = "query", "stepping", "publications", "tcp"
 TIMEOUT_S = 5.0
 _KEY, _BACK = "simx-bench/there", "simx-bench/back"
 _SIZES = struct.Struct("<II")
@@ -59,7 +61,9 @@ def _far_session(zenoh: Any, port: int) -> Any:
     return zenoh.open(link.configure(zenoh.Config(), options))
 
 
-def _serve_queries(port: int, say_ready: Callable[[int], None]) -> None:
+def _serve_queries(
+    port: int, say_ready: Callable[[int], None], work: Callable[[], object] = lambda: None
+) -> None:
     zenoh = link.import_zenoh(link.SERVER_RUNTIME)
     session, answers = _far_session(zenoh, port), Answers()
     waiting: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -67,7 +71,15 @@ def _serve_queries(port: int, say_ready: Callable[[int], None]) -> None:
     say_ready(port)
     while True:
         with waiting.get() as query:
+            work()
             query.reply(_KEY, answers.to(query.payload.to_bytes()))
+
+
+def _serve_steps(port: int, say_ready: Callable[[int], None]) -> None:
+    from .physics import Physics
+
+    with ExitStack() as stack:
+        _serve_queries(port, say_ready, Physics(stack).step)
 
 
 def _serve_publications(port: int, say_ready: Callable[[int], None]) -> None:
@@ -104,7 +116,12 @@ def _serve_tcp(port: int, say_ready: Callable[[int], None]) -> None:
         connection.sendall(answers.to(buffer))
 
 
-_FAR_ENDS = {QUERY: _serve_queries, PUBLICATIONS: _serve_publications, TCP: _serve_tcp}
+_FAR_ENDS = {
+    QUERY: _serve_queries,
+    STEPPING: _serve_steps,
+    PUBLICATIONS: _serve_publications,
+    TCP: _serve_tcp,
+}
 
 
 # --- the near end: exchange(request) -> answer -----------------------------------------------------

@@ -1,0 +1,29 @@
+"""The physics of the tutorial's scene in this process: a pass of the server's simulation, and its bare steps."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import mujoco
+
+from simx_server.server import build_simulation
+from simx_server.settings import Settings
+
+
+class Physics:
+    """The scene as it is after the start."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        """Load it; gone when the stack is closed."""
+        self.simulation = build_simulation(Settings(), stack)
+        self.simulation.start()
+        stack.callback(self.simulation.stop)
+        self._model = self.simulation.model
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_copyData(self._data, self._model, self.simulation.data)
+        self._substeps = self.simulation.substeps
+
+    def step(self) -> None:
+        """The physics steps of one pass, and nothing else."""
+        for _ in range(self._substeps):
+            mujoco.mj_step(self._model, self._data)
