@@ -56,8 +56,8 @@ def measure(effort: Effort) -> Findings:
         for what in (TRIGGER, LOOP, STEPS)
     ]
     found.notes = [
-        "The bare query that steps is the most that can be had with Zenoh: no names, no values, none of the scene's sensors "
-        "and scripts. Who has slept while another computed is woken later than in a row of short calls."
+        "The bare query that steps is the most that can be had with Zenoh: without names and values, and without the "
+        "scene's sensors and scripts. Who has slept while another computed is woken later than in a row of short calls."
     ]
     return found
 
