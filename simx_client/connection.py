@@ -34,9 +34,10 @@ logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
-_ECHO = Shape(replace(BY_NAME["simxGetIntegerParameter"], results=()), Operation.CANCEL)
-"""Asks for nothing but an answer, by ending no stream. It goes by the key of the version, which the original asks for:
-0 stands for either."""
+_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], results=()), Operation.CANCEL)
+"""Asks for nothing but an answer, by ending no stream."""
+
+_NO_STREAM = 0
 
 _STEPPED_MODE = BY_NAME["simxSynchronous"]
 
@@ -246,7 +247,7 @@ class Connection:
 
     def ping(self, timeout: float | None = None) -> int:
         """Wait until everything sent before has been executed; 0, or the flags of a time-out."""
-        return self.blocking(_ECHO, [c.sim_intparam_program_version], timeout)
+        return self.blocking(_ECHO, [_NO_STREAM], timeout)
 
     def _ask(self, shape: Shape, values: list[Any], deadline: float) -> Any:
         self._modes.ask(shape, values)

@@ -191,7 +191,7 @@ class Modes:
             call_id = reply.call_id
             asked = self._asked.get(call_id)
             if asked is None:
-                self._absorb_echo(call_id)
+                self._absorb_end(call_id)
                 continue
             if call_id == self._awaited:
                 self._answer = reply
@@ -213,16 +213,20 @@ class Modes:
                 self._store(shape, key, reply)
 
     def _absorb_done(self, reply: Reply) -> None:
-        """One answer to several calls, with ids one behind the other."""
+        """One answer to several calls, with ids one behind the other, up to one that it cannot be the answer to."""
         count, done = reply.values[0], reply._replace(values=[])
         for call_id in range(reply.call_id, reply.call_id + count if type(count) is int else 0):
-            asked = self._asked.pop(call_id, None)
-            if asked is None:
+            asked = self._asked.get(call_id)
+            if asked is None or not asked[1].gives_nothing or call_id == self._awaited:
                 return
+            stream = self._streams.get(asked[0])
+            if stream is not None and stream.call_id == call_id:
+                return
+            del self._asked[call_id]
             self.inbox[asked[0]] = done
 
-    def _absorb_echo(self, call_id: int) -> None:
-        """The answer to the end of a stream, or one that nobody waits for any more."""
+    def _absorb_end(self, call_id: int) -> None:
+        """Of a stream, if it was ended by that call; other answers nobody waits for any more."""
         cancelled = self._cancels.pop(call_id, None)
         if cancelled is None:
             ended = self._ended.pop(call_id, None)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_EXECUTE, _STREAM, _CANCEL = map(int, Operation)
+_EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(Operation.CANCEL)
 
 MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
@@ -68,6 +68,7 @@ class Batches:
             session.errors.append(str(error))
             return
         while session.interrupted is not None:  # this batch may be what lets its pass come
+            self._outbox.send()
             self.execute_rest(session)
         if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
             session.before_trigger.clear()
@@ -109,7 +110,7 @@ class Batches:
         for position, call in enumerate(calls, 1):
             call_id, operation, delay_ms, name, arguments = call
             if operation != _EXECUTE and operation != _STREAM:
-                self._end_stream(session, call, replies)
+                self._do_without_command(session, call, replies)
                 continue
             answer = run.execute(name, arguments)
             time_ms = self._publisher.time_ms()
@@ -139,8 +140,8 @@ class Batches:
         if replies.made:
             self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
 
-    def _end_stream(self, session: ClientSession, call: Call, replies: Replies) -> None:
-        """Do what is not the execution of a command."""
+    def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
+        """End a stream; refuse what is no operation."""
         if call.operation != _CANCEL:
             text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
             replies.add(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text])

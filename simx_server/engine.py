@@ -124,24 +124,25 @@ class Engine:
         self._tell_dropped()
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
-            event = self._inbox.wait(wait)
-            while event is not None:
+            event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
+            if event is None:
+                self._outbox.send()
+            else:
                 self._handle(event)
-                self.simulation.settle()
-                event = self._inbox.wait(self._linger()) if self._outbox.is_keeping else None
-            self._outbox.send()
+                self._settle()
             return
         for event in self._inbox.at_hand():
             self._handle(event)
-            self.simulation.settle()  # after each, however many came together
-        self.simulation.settle()
+            self._settle()  # after each, however many came together
         self._outbox.send()
+        self._settle()
         if self._seconds_until_pass() <= 0:
             self._pass()
 
-    def _linger(self) -> float:
-        """Seconds that answers may stay now."""
-        return max(0.0, min(LINGER, self._seconds_until_pass()))
+    def _settle(self) -> None:
+        if not self.simulation.is_settled:
+            self._outbox.send()
+            self.simulation.settle()
 
     def serve_others(self) -> None:
         """For a script that runs long: deal with what does not interfere with it."""
@@ -204,9 +205,8 @@ class Engine:
     def is_waiting_for_trigger(self) -> bool:
         """Whether a running simulation stands still until stepped clients trigger (parameter 45)."""
         if self.simulation.state is SimulationState.RUNNING:
-            for (
-                session
-            ) in self.sessions.values():  # quicker than `any`, and asked several times for each call
+            # Quicker than `any`, and asked several times for each batch.
+            for session in self.sessions.values():
                 if session.is_waiting:
                     return True
         return False

@@ -17,8 +17,8 @@ from .sessions import ClientSession
 logger = logging.getLogger(__name__)
 
 LINGER = 100e-6
-"""Seconds that answers stay, where nothing else is to be done. What a client sends right behind another message comes
-that much later at most, on its own host."""
+"""Seconds that answers wait for a next batch, where nothing else is to be done. What a client of this host sends right
+behind another message comes within that time."""
 
 MOST_KEPT = 100
 """Replies that wait for more, and batches they wait for; a client may send faster than it is answered."""

@@ -14,6 +14,7 @@ from functools import partial
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
+from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 
 from .clock import Pacer
@@ -93,7 +94,7 @@ class Publisher:
         if isinstance(answer, Future):
             stream.pending = answer
         else:
-            stream.last = pack_answer(answer.status, self.time_ms(), answer.values)
+            stream.last = self._packed(session, command, answer, self.time_ms())
             question = stream.question()
             if question is not None and not stream.delay:
                 stream.shared = self._shared.get(question)
@@ -144,7 +145,7 @@ class Publisher:
                     streams.cancel(stream.stream_id)
                     taken.append(Reply(stream.stream_id, answer.status, time_ms, answer.values))
                     continue
-                stream.last = pack_answer(answer.status, time_ms, answer.values)
+                stream.last = self._packed(session, command, answer, time_ms)
             if stream.last is not None and not command.takes_what_it_reads:
                 newest += (stream.head, stream.last)
         if taken:
@@ -155,18 +156,16 @@ class Publisher:
 
     def _shared_parts(self, session: ClientSession, answers: PassAnswers, time_ms: int) -> list[bytes]:
         """Heads and answers, by turns, of this client's streams that share theirs."""
-        round = self._round
-        late = self._answer(
-            session, answers, time_ms, [each for each in session.streams.shares() if each.round != round]
-        )
-        for share in late:
-            session.streams.separate(share)
-        return session.streams.parts()
+        streams, this = session.streams, self._round
+        due = [share for share in streams.shares() if share.round != this]
+        for share in self._answer(session, answers, time_ms, due):
+            streams.separate(share)
+        return streams.parts()
 
     def _answer(
         self, session: ClientSession, answers: PassAnswers, time_ms: int, shares: list[Shared]
     ) -> list[Shared]:
-        """Answer what no other client's streams have asked for yet in this round.
+        """Answer what no stream of another client has asked for yet in this round.
 
         Returns:
             What will be answered later.
@@ -175,6 +174,8 @@ class Publisher:
         pack = answer_packer(STATUS_OK, time_ms)
         tally, counted, is_one_value = Tally(self._metrics), None, False
         for share in shares:
+            if share.round == self._round:
+                continue  # another stream of this client asks the same
             command = share.command
             if share.read is None:
                 tally.end()
@@ -197,11 +198,17 @@ class Publisher:
                 answers.put(share.question, answer)
                 late.append(share)
                 continue
-            status, values = answer
-            share.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
-            share.round = self._round
+            share.packed, share.round = self._packed(session, command, answer, time_ms), self._round
         tally.end()
         return late
+
+    def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
+        """An answer as it travels. What cannot be packed is an error of its stream alone."""
+        try:
+            return pack_answer(answer.status, time_ms, answer.values)
+        except Exception as error:
+            status, values = self._dispatch.failure(session, command.name, error)
+            return pack_answer(status, time_ms, values)
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

@@ -22,7 +22,7 @@ class Replies:
         self._count = [0]
         """The values of the last reply that ``done`` made."""
 
-        self._next_id = -1
+        self._next_id: int | None = None
         """Of a call that it may count as well, at this time."""
 
         self._time_ms = 0

@@ -303,6 +303,11 @@ class Simulation(Hooks):
             self.is_stopping = True
             self.soon(self.stop)
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing is to be done soon."""
+        return not self._soon
+
     def settle(self) -> None:
         """Do what was to be done soon; to be called when neither a pass nor a command is under way."""
         while self._soon:

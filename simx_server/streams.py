@@ -102,8 +102,11 @@ class Streams:
     def shares(self) -> list[Shared]:
         """What these streams share with others', in the order they were armed."""
         if self._shares is None:
-            self._shares = [stream.shared for stream in self.shared.values() if stream.shared is not None]
-            self._parts = [part for stream in self.shared.values() for part in (stream.head, b"")]
+            both = [
+                (stream.head, stream.shared) for stream in self.shared.values() if stream.shared is not None
+            ]
+            self._shares = [share for _, share in both]
+            self._parts = [part for head, _ in both for part in (head, b"")]
         return self._shares
 
     def parts(self) -> list[bytes]:

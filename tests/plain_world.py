@@ -57,8 +57,8 @@ class PlainSimulation:
         for listener in self.on_stop:
             listener()
 
-    def settle(self) -> None:
-        """No script here asks for anything."""
+    is_settled = True
+    """No script here asks for anything."""
 
     def advance(self) -> None:
         self.passes += 1

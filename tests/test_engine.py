@@ -3,13 +3,15 @@
 import math
 
 import pytest
-from plain_world import World
+from plain_world import HANDLERS, World
 
 import simx_client as v
 from simx_client.patience import MAX_UNANSWERED
 from simx_client.protocol.codec import decode_delivery, encode
+from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.clock import Pacer
+from simx_server.handlers.registry import Handler
 from simx_server.simulation import SimulationState
 
 
@@ -339,6 +341,43 @@ def test_a_streamed_value_that_cannot_be_sent_is_an_error_and_all_others_arrive(
     assert v.simxGetJointPosition(cid, 2, v.simx_opmode_buffer) == (0, 2.0)
     assert "cannot send a object" in v.simxGetLastErrors(cid, v.simx_opmode_blocking)[1][0]
     assert caplog.text.count("Traceback") == 1
+
+
+@pytest.mark.parametrize("mode", [v.simx_opmode_streaming, v.simx_opmode_streaming + 1])
+def test_so_it_is_with_several_results_or_a_delay(world, mode, monkeypatch):
+    cid = world.client()
+    v.simxCallScriptFunction(cid, "where", 1, "what", [], [], [], b"", mode)
+    v.simxGetJointPosition(cid, 2, v.simx_opmode_streaming)
+    world.settle()
+    odd = Handler(BY_NAME["simxCallScriptFunction"], lambda *_: (object(), [], [], b""), False)
+    monkeypatch.setitem(HANDLERS, "simxCallScriptFunction", odd)
+    (session,) = world.engine.sessions.values()
+    for stream in session.streams.by_id.values():
+        stream.next_due = 0.0
+    world.simulation.joints[2] = 2.0
+    world.simulation.start()
+    world.settle()
+    assert v.simxCallScriptFunction(cid, "where", 1, "what", [], [], [], b"", v.simx_opmode_buffer)[0] == 8
+    assert v.simxGetJointPosition(cid, 2, v.simx_opmode_buffer) == (0, 2.0)
+
+
+def test_what_a_client_asks_for_twice_is_computed_once(world):
+    """As others may than simx_client, which has one stream of a key."""
+    cid = world.client()
+    calls = [Call(1000 + number, Operation.STREAM, 0, "simxGetJointPosition", [1]) for number in range(3)]
+    world.engine.submit(world.transports[cid].client, encode(Batch(1, 0, calls)))
+    world.settle()
+    asked = []
+
+    class Counted(dict):
+        def get(self, handle, default):
+            asked.append(handle)
+            return 1.0
+
+    world.simulation.joints = Counted()
+    world.simulation.start()
+    world.settle()
+    assert asked == [1]
 
 
 def test_streams_that_cannot_be_sent_end_alone(world, caplog, monkeypatch):

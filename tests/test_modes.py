@@ -76,6 +76,39 @@ def test_a_server_that_answers_each_set_by_itself_is_understood():
     assert not sets.modes._asked
 
 
+@pytest.mark.parametrize(
+    "follow",
+    [
+        lambda modes: modes.call(Shape(BY_NAME["simxGetJointPosition"]), [1], v.simx_opmode_oneshot),
+        lambda modes: modes.call(
+            Shape(BY_NAME["simxSetJointTargetPosition"]), [1, 0.0], v.simx_opmode_streaming
+        ),
+        lambda modes: modes.ask(Shape(BY_NAME["simxStartSimulation"]), []),
+    ],
+    ids=("a read", "a stream", "a call that is waited for"),
+)
+def test_an_answer_to_several_sets_is_none_to_what_lies_among_them(follow):
+    """Whatever a server counts."""
+    sets = Sets(1)
+    follow(sets.modes)
+    assert sets.codes_after(Reply(1, 0, 150, [2])) == [0]
+    assert list(sets.modes._asked) == [2]
+    assert not sets.modes.is_answered
+    sets.modes.lose(arms_again=True)
+
+
+def test_a_ping_ends_no_stream_whatever_its_number(world, cid):
+    GET(cid, 1, v.simx_opmode_streaming)
+    (session,) = world.engine.sessions.values()
+    world.settle()
+    assert list(session.streams.by_id) == [1]
+    v.simxGetPingTime(cid)
+    world.simulation.joints[1] = 4.0
+    v.simxStartSimulation(cid, v.simx_opmode_blocking)
+    world.settle()
+    assert GET(cid, 1, v.simx_opmode_buffer) == (0, 4.0)
+
+
 @pytest.mark.parametrize(("count", "code"), [(2**40, 0), (0, 1), (-1, 1)])
 def test_an_answer_to_more_or_fewer_sets_than_were_sent_does_no_harm(count, code):
     assert Sets(2).codes_after(Reply(1, 0, 150, [count])) == [code, code]

@@ -119,10 +119,22 @@ def test_ping_returns_when_everything_sent_before_has_been_executed(cid: int, si
 
 
 @of("simxGetPingTime")
-def test_ping_shares_its_key_with_the_version_parameter(cid: int, simx: Any) -> None:
+def test_ping_takes_nothing_away_that_a_script_has_asked_for(cid: int, simx: Any) -> None:
+    """The original's was a blocking read of the version, so a script's own read of that had no value afterwards."""
     v.simxGetIntegerParameter(cid, v.sim_intparam_program_version, ONESHOT)
     simx(cid)
-    assert v.simxGetIntegerParameter(cid, v.sim_intparam_program_version, BUFFER) == (1, 0)
+    assert v.simxGetIntegerParameter(cid, v.sim_intparam_program_version, BUFFER) == (0, 30602)
+
+
+@of("simxGetPingTime")
+def test_an_answer_to_a_ping_that_comes_too_late_is_nobodys(cid: int, simx: Any) -> None:
+    v.simxPauseCommunication(cid, True)
+    assert simx(cid)[0] == v.simx_return_timeout_flag | NOVALUE
+    v.simxPauseCommunication(cid, False)
+    for mode in (BUFFER, ONESHOT, STREAMING, BUFFER):
+        code, version = v.simxGetIntegerParameter(cid, v.sim_intparam_program_version, mode)
+        assert (code, version) in ((v.simx_return_novalue_flag, 0), (0, 30602))
+    assert simx(cid)[0] == OK
 
 
 @of("simxGetLastCmdTime")
