@@ -21,6 +21,7 @@ from simx_client.protocol import keys
 from simx_server.limits import VALID as VALID_LIMIT
 from simx_server.limits import Limits, limit_text
 from simx_server.log_format import FORMATS as LOG_FORMATS
+from simx_server.setting_conflicts import refuse_conflicts
 from simx_server.setting_rules import (
     Setting,
     SettingError,
@@ -351,70 +352,8 @@ class Settings:
             else:
                 values[name] = setting.read(given, origin)
         settings = cls(**values, origins=MappingProxyType(origins))
-        settings._refuse_repeated_ports()
-        settings._refuse_impossible_count()
-        settings._refuse_impossible_recording()
-        settings._refuse_impossible_pictures()
+        refuse_conflicts(settings)
         return settings
-
-    def _refuse_repeated_ports(self) -> None:
-        chosen = [port for port in self.ports if port]
-        repeated = sorted({port for port in chosen if chosen.count(port) > 1})
-        if repeated:
-            raise SettingError(
-                f"{self.origins['ports']}: {repeated[0]} is given twice; "
-                "valid: each port once, 0 as often as you like"
-            )
-
-    def _refuse_impossible_count(self) -> None:
-        if self.count is None:
-            return
-        if self.listen:
-            raise SettingError(
-                f"{self.origins['listen']}: with --count all servers would listen on the same endpoint; "
-                "valid: --connect to a router that others reach, or no --count"
-            )
-        if self.view:
-            raise SettingError(
-                f"{self.origins['view']}: with --count all servers would want the same page; "
-                "valid: one of both, and for one of many: python -m simx_server.viewer 127.0.0.1:PORT"
-            )
-        if max(self.member(self.count - 1).ports) > 65535:
-            raise SettingError(
-                f"{self.origins['count']}: the ports of {self.count} servers go beyond 65535; "
-                "valid: fewer, lower ports, or --port 0 for free ones"
-            )
-
-    def _refuse_impossible_recording(self) -> None:
-        if self.record and self.count is not None:
-            raise SettingError(
-                f"{self.origins['record']}: with --count all servers would write the same file; "
-                "valid: one of both"
-            )
-        if self.replay and (self.record or self.scene or self.count is not None):
-            raise SettingError(
-                f"{self.origins['replay']}: a recording brings its scene, and a replay is not recorded; "
-                "valid: no SCENE, --record or --count beside it"
-            )
-
-    def _refuse_impossible_pictures(self) -> None:
-        """A snapshot is no server, and a film is one server's."""
-        others = {"snapshot": ("video", "state_log", "record"), "video": (), "state_log": ()}
-        for name, more in others.items():
-            if getattr(self, name) is None:
-                continue
-            for other in (*more, "count"):
-                if getattr(self, other) is not None:
-                    raise SettingError(
-                        f"{self.origins[name]}: does not go together with {SETTINGS[other].flag}; valid: one of both"
-                    )
-        if self.snapshot or self.video or self.state_log:
-            return
-        for name in ("camera", "size", "fps"):
-            if self.origins.get(name, "").startswith("flag"):
-                raise SettingError(
-                    f"{self.origins[name]}: nothing is pictured; valid: with --snapshot, --video or --state-log"
-                )
 
     def member(self, number: int) -> Settings:
         """The settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,3 +129,45 @@ def test_every_field_is_declared_once_with_a_variable_of_its_own() -> None:
 def test_settings_cannot_be_changed_afterwards() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         Settings().speed = 2.0  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ({"replay": "R", "speed": "2"}, "flag --speed: has no meaning beside --replay; valid: one of both"),
+        ({"replay": "R", "view": "0"}, "flag --view: has no meaning beside --replay; valid: one of both"),
+        ({"replay": "R", "time_step": "0.01"}, "flag --time-step: has no meaning beside --replay"),
+        ({"replay": "R", "duration": "3"}, "flag --duration: has no meaning beside --replay"),
+        ({"snapshot": "S", "ports": ["0"]}, "flag --port: has no meaning beside --snapshot"),
+        ({"snapshot": "S", "start": True}, "flag --start: has no meaning beside --snapshot"),
+    ],
+)
+def test_what_only_a_server_has_is_refused_where_nobody_is_served(
+    flags: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    recording = tmp_path / "run.simxlog"
+    recording.touch()
+    files = {"R": str(recording), "S": str(tmp_path / "picture.png")}
+    given = {
+        name: files.get(value, value) if isinstance(value, str) else value for name, value in flags.items()
+    }
+    with pytest.raises(SettingError, match=re.escape(said)):
+        Settings.gather(given, {})
+
+
+def test_a_variable_may_say_what_a_run_without_a_server_does_not_need(tmp_path: Path) -> None:
+    picture = str(tmp_path / "picture.png")
+    assert Settings.gather({"snapshot": picture, "duration": "3"}, {"SIMX_SPEED": "2"}).speed == 2.0
+
+
+def test_a_replay_may_be_pictured_at_a_moment_and_may_allow_code(tmp_path: Path) -> None:
+    recording = tmp_path / "run.simxlog"
+    recording.touch()
+    flags = {
+        "replay": str(recording),
+        "snapshot": str(tmp_path / "picture.png"),
+        "duration": "3",
+        "allow_code": True,
+        "log_level": "debug",
+    }
+    assert Settings.gather(flags, {}).duration == 3.0

@@ -17,10 +17,11 @@ import mujoco
 
 from .. import __version__
 from ..errors import CommandError
+from ..setting_conflicts import DECISIVE
 from ..settings import SettingError, Settings
 from ..simulation import Simulation
 from .log_file import LogError, LogReader
-from .recorder import OUTSIDE, RECORDED_SETTINGS
+from .recorder import OUTSIDE
 from .records import Kind, Record
 
 logger = logging.getLogger(__name__)
@@ -73,7 +74,7 @@ class Opened:
         except (KeyError, TypeError):
             raise LogError("the recording's header is not complete") from None
         workspace.mkdir(parents=True, exist_ok=True)
-        flags = {name: self.header[name] for name in RECORDED_SETTINGS if self.header.get(name) is not None}
+        flags = {name: self.header[name] for name in DECISIVE if self.header.get(name) is not None}
         if flags.get("allow_code") and not chosen.allow_code:
             raise LogError(
                 "clients had their own code run in scripts in this recording; add --allow-code if you trust it"

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 from .. import __version__
+from ..setting_conflicts import DECISIVE
 from . import state
 from .log_file import LogWriter
 from .records import Kind
@@ -32,9 +33,6 @@ DIGEST_EVERY = 20
 
 MOST_COPIED = 256 << 20
 """Bytes of files that a recording holds; of others it has the path and the digest."""
-
-RECORDED_SETTINGS = ("time_step", "arguments", "command_server", "allow_code", "limit")
-"""Those that decide what a simulation does."""
 
 OUTSIDE = -1
 """The point of what was done while no script ran."""
@@ -71,7 +69,7 @@ class Recorder:
             "began": self.began,
             "scene": str(scene.resolve()),
             "workspace": str(simulation.workspace),
-            **{name: _as_flag(getattr(self._settings, name)) for name in RECORDED_SETTINGS},
+            **{name: _as_flag(getattr(self._settings, name)) for name in DECISIVE},
         }
         self._log.put(Kind.HEADER, header)
         simulation.on_file.append(self._read)
