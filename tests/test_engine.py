@@ -1,6 +1,7 @@
 """The physics thread's loop: passes, stepped mode, who leaves, what streams cost."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from plain_world import HANDLERS, World
@@ -218,15 +219,18 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     assert not caplog.text
 
 
-def test_a_stream_that_another_client_arms_meanwhile_is_sent_with_its_first_answer(world):
-    one, two = world.client(), world.client()
-    v.simxGetJointPosition(one, 1, v.simx_opmode_streaming)
+def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(world):
+    cid, told = world.client(), []
+    v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
+    link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
+    world.engine.join("other", "other", 0, link)
+    arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
     class ArmingAnother(dict):
         def get(self, handle, default):
-            if handle == 1:
-                v.simxGetJointPosition(two, 2, v.simx_opmode_streaming)
+            if handle == 1 and arming:
+                world.engine.submit("other", encode(Batch(1, 0, [arming.pop()])))
                 for event in world.engine._inbox.at_hand():
                     world.engine._handle(event)
             return super().get(handle, default)
@@ -234,8 +238,8 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_with_its_first_answ
     world.simulation.joints = ArmingAnother({1: 1.5, 2: 2.5})
     world.simulation.start()
     world.settle()
-    assert v.simxGetJointPosition(one, 1, v.simx_opmode_buffer) == (0, 1.5)
-    assert v.simxGetJointPosition(two, 2, v.simx_opmode_buffer) == (0, 2.5)
+    assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer) == (0, 1.5)
+    assert [(reply.call_id, reply.values) for reply in decode_delivery(told[0]).replies] == [(7, [2.5])]
 
 
 def test_streamed_sets_of_two_clients_are_both_executed(world):
