@@ -109,18 +109,15 @@ def _refuse_impossible_pictures(settings: Settings) -> None:
 def _refuse_what_nobody_is_served(settings: Settings) -> None:
     """A replay and a snapshot leave when they are done, and the one has its settings from the recording."""
     if settings.replay:
-        beside, meaningless = "--replay", (*_OF_SERVERS, *DECISIVE, "workspace")
-        meaningless = tuple(
-            name for name in meaningless if name != "allow_code"
-        )  # a recording may ask for it
-        if not settings.snapshot:
-            meaningless += ("duration",)
+        beside, meaningless = "--replay", (*_OF_SERVERS, *DECISIVE, "workspace", "duration")
+        needed = {"allow_code"}  # a recording may ask for it
+        needed |= {"duration"} if settings.snapshot else set()
     elif settings.snapshot:
-        beside, meaningless = "--snapshot", _OF_SERVERS
+        beside, meaningless, needed = "--snapshot", _OF_SERVERS, set[str]()
     else:
         return
     for name in meaningless:
-        if settings.origins.get(name, "").startswith("flag"):
+        if name not in needed and settings.origins.get(name, "").startswith("flag"):
             raise SettingError(
                 f"{settings.origins[name]}: has no meaning beside {beside}; valid: one of both"
             )

@@ -137,9 +137,10 @@ class Streams:
 
     def cancel(self, stream_id: int) -> None:
         """End a stream; unknown ids are harmless."""
-        for streams in (self.by_id, self.shared, self.single):
-            streams.pop(stream_id, None)
-        self._shares = None
+        if self.by_id.pop(stream_id, None) is not None:
+            self.shared.pop(stream_id, None)
+            self.single.pop(stream_id, None)
+            self._shares = None
 
     def clear(self) -> None:
         """End all."""
