@@ -26,7 +26,7 @@ from .patience import (
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
-from .protocol.messages import Batch, Call, Delivery, Operation, Reply
+from .protocol.messages import Batch, Call, Delivery, Operation, Pace, Reply
 from .shape import Shape
 from .transport import Transport
 
@@ -52,6 +52,7 @@ class Connection:
         where: str,
         timeout: float = DEFAULT_TIMEOUT,
         may_reconnect: bool = True,
+        pace: Pace = Pace.FREE,
     ) -> None:
         """Prepare a connection; ``connect`` makes it.
 
@@ -60,6 +61,7 @@ class Connection:
             where: the address for messages.
             timeout: of blocking calls, seconds.
             may_reconnect: greet a server again that went away and came back.
+            pace: of the blocking legacy functions.
         """
         self.where = where
         self.timeout = timeout
@@ -72,6 +74,7 @@ class Connection:
 
         self._open_transport = open_transport
         self._may_reconnect = may_reconnect
+        self._pace = pace
         self._may_connect = True
         """There may be a connection later, if there is none."""
 
@@ -203,7 +206,7 @@ class Connection:
         if mode & MODE_MASK == c.simx_opmode_blocking:
             if shape.command.never_blocking and mode == c.simx_opmode_blocking:
                 return shape.failure(c.simx_return_illegal_opmode_flag)
-            return self.blocking(shape, values)
+            return self.blocking(shape, values, pace=self._pace)
         with self._lock:
             if not self._check_link() or self._pauses:
                 return self._modes.call(shape, values, mode)
@@ -225,7 +228,9 @@ class Connection:
             if self._check_link() and not self._pauses:
                 self._flush()
 
-    def blocking(self, shape: Shape, values: list[Any], timeout: float | None = None) -> Any:
+    def blocking(
+        self, shape: Shape, values: list[Any], timeout: float | None = None, pace: Pace = Pace.FREE
+    ) -> Any:
         """Send and wait for the reply. Also waits, within the time-out, for a connection that may come."""
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
         while True:
@@ -239,7 +244,7 @@ class Connection:
                     or not self._may_connect
                     or time.monotonic() >= deadline
                 ):
-                    return self._ask(shape, values, deadline)
+                    return self._ask(shape, values, deadline, pace)
             finally:
                 self._lock.release()
             # Without the lock: the first connection may be being made in the background.
@@ -249,8 +254,12 @@ class Connection:
         """Wait until everything sent before has been executed; 0, or the flags of a time-out."""
         return self.blocking(_ECHO, [_NO_STREAM], timeout)
 
-    def _ask(self, shape: Shape, values: list[Any], deadline: float) -> Any:
-        self._modes.ask(shape, values)
+    def paced_ping(self) -> int:
+        """As ``ping``, at the pace of blocking calls."""
+        return self.blocking(_ECHO, [_NO_STREAM], pace=self._pace)
+
+    def _ask(self, shape: Shape, values: list[Any], deadline: float, pace: Pace) -> Any:
+        self._modes.ask(shape, values, pace)
         if self._pauses:
             logger.warning(
                 "%s was called in blocking mode while communication is paused, so no reply can come; "
@@ -260,7 +269,7 @@ class Connection:
         elif self._connection_id != -1:
             self._flush(deadline)
             shape.prepare()
-            is_soon = shape.command.answers_soon
+            is_soon = shape.command.answers_soon and pace is not Pace.EVERY
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
                 self._hold.switch(bool(values[0]))

@@ -20,6 +20,7 @@ from .connection import (
 from .errors import ConnectionFailed
 from .files import simxTransferFile as simxTransferFile
 from .message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
+from .pace import chosen_pace
 from .patience import DEFAULT_TIMEOUT
 from .places import find_place
 from .protocol import constants as c
@@ -70,7 +71,7 @@ def simxStart(
         )
         return -1
     try:
-        place = find_place(address, port)
+        place, pace = find_place(address, port), chosen_pace()
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
@@ -81,6 +82,7 @@ def simxStart(
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
+        pace=pace,
     )
     client_id = CLIENTS.add(connection)
     if client_id == -1:
@@ -120,7 +122,7 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
     if connection is None:
         return 0, 0
     began = time.perf_counter()
-    code = connection.ping()
+    code = connection.paced_ping()
     milliseconds = round((time.perf_counter() - began) * 1000)
     return code & ~c.simx_return_remote_error_flag, milliseconds
 

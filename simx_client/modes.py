@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from .protocol import constants as c
-from .protocol.messages import NOT_AWAITED_MS, Call, Delivery, Operation, Reply, of_fields
+from .protocol.messages import NOT_AWAITED_MS, Call, Delivery, Operation, Pace, Reply, of_fields
 from .shape import Key, Shape
 
 MODE_MASK = ~0xFFFF
@@ -114,11 +114,11 @@ class Modes:
                 cancel_id, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
             )
 
-    def ask(self, shape: Shape, arguments: list[Any]) -> None:
+    def ask(self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE) -> None:
         """Blocking mode, first half: queue the call and remember which reply to wait for."""
         self._awaited_key = key = shape.key(arguments)
         self._end_stream(key)
-        self._awaited = self._queue(shape, key, shape.operation, arguments)
+        self._awaited = self._queue(shape, key, shape.operation, arguments, pace)
         self._answer = None
 
     def answer(self, shape: Shape) -> Any:

@@ -28,6 +28,7 @@ from simx_client.launch.python2.convert import Converted, decode
 from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
 from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
+from simx_client.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 
 PROGRAM = "simx-run"
@@ -64,6 +65,12 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--server-args", metavar="ARGS", default="", help='more for it: "--speed max"')
     parser.add_argument(
         "--server-timeout", metavar="S", type=float, default=60.0, help="wait so long until it is ready (60)"
+    )
+    parser.add_argument(
+        "--pace",
+        choices=tuple(PACES),
+        help="blocking calls while the simulation runs; free: executed at once; repeat: a call that repeats one of the "
+        f"same simulation step waits for the next step; every: each waits, as in V-REP ({OLD_SCRIPTS})",
     )
     parser.add_argument("--no-path-translation", action="store_true", help="leave backslashes in paths")
     parser.add_argument("--no-numpy-aliases", action="store_true", help="leave NumPy as it is")
@@ -104,6 +111,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILURE
     if converted:
         _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
+    if options.pace:
+        os.environ[VARIABLE] = options.pace
+    os.environ.setdefault(VARIABLE, OLD_SCRIPTS)
     _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
     if options.server:
         try:

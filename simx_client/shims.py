@@ -13,10 +13,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from simx_client.command_parser import program
+from simx_client.pace import OLD_SCRIPTS, VARIABLE
 from simx_client.protocol.exit_codes import DONE, FAILURE
 
 SURFACE = '''\
 """Stand-in for V-REP's {name}: the same functions and constants, on simx. Needs: pip install simx-vrep."""
+
+from os import environ as _environ
+
+_environ.setdefault("{variable}", "{pace}")  # the pace of blocking calls; docs/porting.md
 
 from simx_client import *  # noqa: F403
 '''
@@ -35,7 +40,10 @@ def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
 
     Nothing is written if one would replace another file: FileExistsError names them, unless `force`.
     """
-    texts = {folder / name: text.format(name=name) for name, text in FILES.items()}
+    texts = {
+        folder / name: text.format(name=name, variable=VARIABLE, pace=OLD_SCRIPTS)
+        for name, text in FILES.items()
+    }
     others = [path for path, text in texts.items() if path.exists() and path.read_bytes() != text.encode()]
     if others and not force:
         raise FileExistsError(

@@ -1,6 +1,7 @@
 """What a batch of calls leads to: each call is executed in its order, and answered now or when its result is there.
 
-A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch.
+A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch. So does a paced
+call (`pacing`), which waits itself as well.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ class Batches:
         self.executing = ""
         """The client whose batch is being executed."""
 
+        self._waiting_for_step: dict[str, Interrupted] = {}
+        """What paced calls keep waiting, by client."""
+
     def execute(self, client: str, payload: bytes) -> None:
         """Do what a batch says, and have it answered."""
         session = self._engine.sessions.get(client)
@@ -79,10 +83,26 @@ class Batches:
         self._execute(session, batch.calls, [])
 
     def execute_rest(self, session: ClientSession) -> None:
-        """What follows a trigger, of the batch that is interrupted."""
-        batch, session.interrupted = session.interrupted, None  # until there is another trigger in the rest
+        """What waits for a pass, of the batch that is interrupted."""
+        batch, session.interrupted = (
+            session.interrupted,
+            None,
+        )  # until there is another reason to wait in the rest
         assert batch is not None
-        self._execute(session, batch.rest, batch.replies)
+        self._waiting_for_step.pop(session.client, None)
+        self._execute(session, batch.rest, batch.replies, has_waited=not batch.waits_for_trigger)
+
+    @property
+    def are_waiting_for_step(self) -> bool:
+        """Whether paced calls wait for a pass."""
+        return bool(self._waiting_for_step)
+
+    def end_waiting_for_step(self) -> None:
+        """A pass was made, or none will be for a while: paced calls go on, in the order of their clients' waiting."""
+        for client, batch in self._waiting_for_step.items():
+            if session := self._engine.sessions.get(client):
+                self._engine.post(partial(self._go_on, session, batch, None))
+        self._waiting_for_step.clear()
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
         """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
@@ -94,27 +114,37 @@ class Batches:
         replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
         self._outbox.put(session, replies)
 
-    def _execute(self, session: ClientSession, calls: list[Call], replies: list[Reply]) -> None:
-        """Execute calls of a batch; `replies` are those to calls before these."""
+    def _execute(
+        self, session: ClientSession, calls: list[Call], replies: list[Reply], *, has_waited: bool = False
+    ) -> None:
+        """Execute calls of a batch; `replies` are those to calls before these.
+
+        Args:
+            has_waited: the first of the calls was paced, and the pass it waited for was made.
+        """
         before, self.executing = self.executing, session.client
         run = self._dispatch.run(session)
         try:
-            self._execute_in_order(session, run, calls, Replies(replies))
+            self._execute_in_order(session, run, calls, Replies(replies), has_waited)
         finally:
             run.end()
             self.executing = before
 
     def _execute_in_order(
-        self, session: ClientSession, run: Run, calls: list[Call], replies: Replies
+        self, session: ClientSession, run: Run, calls: list[Call], replies: Replies, has_waited: bool
     ) -> None:
         for position, call in enumerate(calls, 1):
             call_id, operation, delay_ms, name, arguments = call
+            if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
+                waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
+                session.interrupted = self._waiting_for_step[session.client] = waiting
+                return
             if operation != _EXECUTE and operation != _STREAM:
                 self._do_without_command(session, call, replies)
                 continue
             answer = run.execute(name, arguments)
             time_ms = self._publisher.time_ms()
-            if delay_ms and answer is DONE and operation == _EXECUTE:
+            if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
                 replies.done(call_id, time_ms)
                 continue
             if operation == _STREAM:
@@ -140,6 +170,12 @@ class Batches:
         if replies.made:
             self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
 
+    def _is_early(self, session: ClientSession, call: Call) -> bool:
+        """Whether a paced call is to wait for a pass; it is noted as made."""
+        if call.operation == _STREAM or not self._engine.is_running_freely:
+            return False
+        return session.paced.must_wait(call)
+
     def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
         """End a stream; refuse what is no operation."""
         if call.operation != _CANCEL:
@@ -158,15 +194,21 @@ class Batches:
         status, values = done.result()
         self._engine.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
 
-    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply) -> None:
+    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
+        """What waits for a pass is to be executed now, unless it was already.
+
+        Args:
+            reply: to the trigger in front of it, if it is one that it waits for.
+        """
         if self._engine.is_serving:
             self._inbox.hold(partial(self._go_on, session, batch, reply))
         elif session.interrupted is batch and self._engine.sessions.get(session.client) is session:
             if self._engine.recorder is not None:
                 self._engine.recorder.went_on(session.client)
-            batch.replies.append(reply)
+            if reply is not None:
+                batch.replies.append(reply)
             self.execute_rest(session)
-        else:
+        elif reply is not None:
             session.link.deliver(self._publisher.message(session, [reply]))
 
     def _deliver_later(

@@ -67,9 +67,10 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxStart",
     ),
     Difference(
-        "Blocking calls are answered between passes.",
-        "They cost a round trip, not a simulation step.",
-        _SURPRISES + "test_05_blocking_calls_are_answered_between_passes",
+        "Blocking calls are answered between simulation steps.",
+        "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, a blocking call "
+        "that repeats one of the same step waits for the next step. `SIMX_PACE` changes this: `free`, `repeat`, `every`.",
+        "tests/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
     ),
     Difference(
         "Several clients on one port.",

@@ -122,6 +122,8 @@ class Engine:
         """
         self._inbox.shed(self.simulation.limits.waiting)
         self._tell_dropped()
+        if self._batches.are_waiting_for_step and not self.is_running_freely:
+            self._batches.end_waiting_for_step()
         wait = min(max_wait, self._seconds_until_pass())
         if wait > 0:
             event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
@@ -220,15 +222,19 @@ class Engine:
     def _is_stepped(self) -> bool:
         return any(session.is_stepping for session in self.sessions.values())
 
+    @property
+    def is_running_freely(self) -> bool:
+        """Whether passes come by themselves: nobody steps the simulation, and it is not paused or stopped."""
+        return self.simulation.state is SimulationState.RUNNING and not self._is_stepped()
+
     def _seconds_until_pass(self) -> float:
-        is_advancing = self._is_advancing()
-        if is_advancing and not self._is_stepped():
+        if self.is_running_freely:
             if not self._is_paced:
                 self._is_paced = True
                 self._pacer.restart()  # after a stop, a pause or stepped mode there is no time to make up
             return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
         self._is_paced = False
-        if is_advancing:
+        if self._is_advancing():
             return self._seconds_held(True)
         if self._idle_is_wanted() or any(session.streams.by_id for session in self.sessions.values()):
             return max(0.0, self._next_idle_pass - time.monotonic())
@@ -259,6 +265,8 @@ class Engine:
             for session in self.sessions.values():
                 # What is read after a trigger is of the new state, streamed pictures too.
                 session.release_triggers(after=session.streams.pictures_on_the_way())
+                session.paced.step_made()
+            self._batches.end_waiting_for_step()
         else:
             if self._idle_is_wanted():
                 self._handle(self.simulation.idle)

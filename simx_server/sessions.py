@@ -14,6 +14,7 @@ from simx_client.protocol.keys import VIEWER
 from simx_client.protocol.messages import Call, Reply
 
 from .errors import CommandError
+from .pacing import PacedCalls
 from .streams import Streams
 
 logger = logging.getLogger(__name__)
@@ -45,12 +46,13 @@ class Link(Protocol):
 
 @dataclass(eq=False)
 class Interrupted:
-    """A batch of which what follows a trigger waits for the pass."""
+    """A batch of which the rest waits for a pass: what follows a trigger, or a paced call and what follows that."""
 
     replies: list[Reply]
-    """To the calls in front of the trigger."""
+    """To the calls before."""
 
     rest: list[Call]
+    waits_for_trigger: bool = True
 
 
 @dataclass
@@ -74,7 +76,9 @@ class ClientSession:
     message_id: int = 0
     client_time: int = 0
     interrupted: Interrupted | None = None
-    """The batch in whose middle a triggered pass is waited for."""
+    """The batch in whose middle a pass is waited for."""
+
+    paced: PacedCalls = field(default_factory=PacedCalls)
 
     before_trigger: list[Reply] = field(default_factory=list)
     """To the calls in front of the last trigger, which come with its answer, or before those to the next batch."""

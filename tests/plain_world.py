@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import Future
 from types import SimpleNamespace
 
@@ -134,16 +135,15 @@ HANDLERS = {
 class World:
     """An engine over a plain simulation, and clients in the same thread."""
 
-    def __init__(self, speed: float = float("inf"), **engine_options) -> None:
+    def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed), **engine_options)
+        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed, now), **engine_options)
         self.transports: dict[int, LoopbackTransport] = {}
 
-    def client(self, *, port: int = 0, timeout: float = 5.0, may_reconnect: bool = True) -> int:
+    def client(self, *, port: int = 0, **options) -> int:
+        """The options are those of `Connection`."""
         transport = LoopbackTransport(self.engine, port=port)
-        connection = Connection(
-            lambda: transport, where=transport.client, timeout=timeout, may_reconnect=may_reconnect
-        )
+        connection = Connection(lambda: transport, where=transport.client, **options)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         self.transports[client_id] = transport

@@ -10,6 +10,7 @@ from pathlib import Path
 import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
+from simx_client.protocol.messages import Pace
 from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.gateways.loopback import LoopbackTransport
@@ -32,9 +33,9 @@ class RealWorld:
         self.simulation.parameters.pace = pacer
         self.simulation.parameters.is_waiting_for_trigger = lambda: self.engine.is_waiting_for_trigger
 
-    def client(self) -> int:
+    def client(self, pace: Pace = Pace.FREE) -> int:
         transport = LoopbackTransport(self.engine)
-        connection = Connection(lambda: transport, where=transport.client)
+        connection = Connection(lambda: transport, where=transport.client, pace=pace)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         return client_id

@@ -145,7 +145,7 @@ def test_client_lists_its_commands(tmp_path: Path) -> None:
     assert python(tmp_path, "-m", "simx_client", "walk").returncode == 2
 
 
-def test_nothing_of_the_launcher_is_left_in_a_childs_environment(tmp_path: Path) -> None:
+def test_a_childs_environment_has_the_pace_and_nothing_else_of_the_launcher(tmp_path: Path) -> None:
     text = "import os\nprint(sorted(name for name in os.environ if 'SIMX' in name))"
-    assert output_of(tmp_path, text) == "[]"
+    assert output_of(tmp_path, text) == "['SIMX_PACE']"
     assert "SIMX" not in "".join(os.environ)

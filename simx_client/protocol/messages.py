@@ -75,12 +75,25 @@ NOT_AWAITED_MS = 1
 """The delay of a call whose answer nobody waits for."""
 
 
+class Pace(IntEnum):
+    """When the server executes a blocking call while a simulation runs that nobody steps: the call's delay."""
+
+    FREE = 0
+    """At once."""
+
+    REPEAT = -1
+    """At once, unless the client made a paced call of this key since the last simulation step: then after the next."""
+
+    EVERY = -2
+    """After the next simulation step."""
+
+
 class Call(NamedTuple):
     call_id: int
     operation: int
     delay_ms: int
     """Least wall time between two executions of a stream. Of what is executed once, how long its answer may wait for
-    others to leave with: 0 when somebody waits for it."""
+    others to leave with: 0 when somebody waits for it; below 0 a `Pace`."""
 
     command: str
     arguments: list[Any]
