@@ -55,9 +55,7 @@ PRINTED = {
     "try:\n    exec 'x = = 1'\nexcept SyntaxError:\n    print 'no code'": "no code",
     "def f(a, (b, c)): return a, b, c\nprint f(1, (2, 3)), (lambda (a, b): a / b)((7, 2))": "(1, 2, 3) 3",
     "if True:\n        a = 1\n\tb = '''\n\tkept'''\n        print a, len(b)": "1 6",
-    "import Tkinter, Queue, ConfigParser, cPickle, StringIO\nprint Tkinter.__name__, Queue.__name__": (
-        "tkinter queue"
-    ),
+    "import Queue, ConfigParser, cPickle, StringIO\nprint Queue.__name__": "queue",
 }
 
 
@@ -65,6 +63,15 @@ PRINTED = {
 def test_it_prints_what_python_2_printed(source: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(to_python3(source, "script.py").code, {"__name__": "__main__"})
     assert capsys.readouterr().out.strip() == PRINTED[source]
+
+
+def test_tkinter_has_its_name_of_python_2(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip(
+        "tkinter", reason="Python's tkinter is missing; on Debian: apt-get install python3-tk"
+    )
+    source = "import Tkinter\nprint Tkinter.__name__"
+    exec(to_python3(source, "script.py").code, {"__name__": "__main__"})
+    assert capsys.readouterr().out == "tkinter\n"
 
 
 STYLE_OF_2013 = """\

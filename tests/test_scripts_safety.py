@@ -13,11 +13,16 @@ from real_world import RealWorld, handle_of
 import simx_client as vrep
 from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
+from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
+from simx_client.protocol.messages import Batch, Call
 from simx_server.gateways.loopback import LoopbackTransport
 
 pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
+
+PATIENCE = 60.0
+"""Seconds that a client waits: a script may run for a second of the processor's time, which a busy machine stretches."""
 
 SCENE = """
 <mujoco>
@@ -47,7 +52,7 @@ class ThreadedWorld(RealWorld):
 
     def client(self, port: int = PORTS[0]) -> int:
         transport = LoopbackTransport(self.engine, port=port, turns=False)
-        connection = Connection(lambda: transport, where=transport.client)
+        connection = Connection(lambda: transport, where=transport.client, timeout=PATIENCE)
         client_id = CLIENTS.add(connection)
         connection.connect(1.0)
         return client_id
@@ -114,23 +119,37 @@ MISBEHAVIOUR = {
 
 @pytest.mark.parametrize("body", MISBEHAVIOUR.values(), ids=MISBEHAVIOUR)
 def test_others_are_answered_while_a_script_runs_on(worlds: list[RealWorld], folder: Path, body: str) -> None:
-    """The caller of the script waits; another client gets ten answers a second and more."""
+    """The caller of the script waits; another client gets ten answers a second and more.
+
+    The seconds are the processor's, as those of the script's limit are: on a busy machine both take longer.
+    """
     limit = 0.4
     world = begin(worlds, folder, f"function hang() {body} end\n{ANSWER}", limit)
     caller, other = world.client(), world.client()
     assert vrep.simxStartSimulation(caller, BLOCKING) == 0
-    hinge = handle_of(other, "hinge")
-    outcome: list[int] = []
-    hanging = threading.Thread(target=lambda: outcome.append(call(caller, "hang")[0]))
-    hanging.start()
-    count = 0
-    while hanging.is_alive():
-        assert vrep.simxGetJointPosition(other, hinge, BLOCKING)[0] == 0
-        count += 1
-    hanging.join()
-    assert outcome == [8]
-    assert count >= limit / 0.1
+    asking = Asking(world, handle_of(other, "hinge"))
+    assert call(caller, "hang")[0] == 8
+    assert asking.answered >= limit / 0.1
     assert call(other, "answer")[:2] == (0, [7])
+
+
+class Asking:
+    """A client that always has a question for the server when a script lets others be served."""
+
+    def __init__(self, world: ThreadedWorld, joint: int) -> None:
+        self._engine = world.engine
+        self._link = LoopbackTransport(world.engine, turns=False)
+        self._link.greet(1.0)
+        self._question = encode(Batch(0, 0, [Call(1, 0, 0, "simxGetJointPosition", [joint])]))
+        self.answered = 0
+        world.simulation.serve_others = self._serve
+
+    def _serve(self) -> None:
+        self._engine.submit(self._link.client, self._question)
+        self._engine.serve_others()
+        while (answer := self._link.receive(0)) is not None:
+            assert decode_delivery(answer).replies[0].status == 0
+            self.answered += 1
 
 
 def call(client: int, function: str) -> tuple[int, list[int], list[float], list[str], bytearray]:
