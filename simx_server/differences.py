@@ -1,6 +1,6 @@
 """Where this server and its client differ from the original on purpose: numbered, each held by a test.
 
-The one place they are written: README shows the first ones, docs/coverage.md all. A number is never given again;
+The one place they are written: README shows those of `IN_README`, docs/coverage.md all. A number is never given again;
 new differences go to the end. The handlers' docstrings say `Differs:` where one of them is made.
 """
 
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-IN_README = 14
-"""So many of them, those a script notices first, stand in the README too."""
+IN_README = (1, 2, 3, 5, 7, 9, 10)
+"""Numbers of those that the README has too: scripts notice them first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +68,9 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "Blocking calls are answered between simulation steps.",
-        "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, a blocking call "
-        "that repeats one of the same step waits for the next step. `SIMX_PACE` changes this: `free`, `repeat`, `every`.",
+        "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, a blocking "
+        "call that repeats one of the same step waits for the next step. `SIMX_PACE` changes this: `free`, `repeat`, "
+        "`every`.",
         "tests/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
     ),
     Difference(
@@ -473,6 +474,11 @@ def numbers_of(names: Iterable[str]) -> list[int]:
     return [n for n, each in enumerate(DIFFERENCES, 1) if wanted & set(each.commands.split())]
 
 
-def as_list(count: int | None = None) -> str:
-    """The first ones, or all, as a numbered list in Markdown."""
-    return "\n".join(f"{n}. {each.sentence}" for n, each in enumerate(DIFFERENCES[:count], 1))
+def as_list() -> str:
+    """Return all of them as a numbered list in Markdown."""
+    return "\n".join(f"{n}. {each.sentence}" for n, each in enumerate(DIFFERENCES, 1))
+
+
+def for_readme() -> str:
+    """Return those of the README as a list in Markdown, each with its number."""
+    return "\n".join(f"- ({n}) {DIFFERENCES[n - 1].sentence}" for n in IN_README)

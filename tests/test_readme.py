@@ -1,4 +1,4 @@
-"""The README promises only what is there: flags, make targets, files of the map, variables."""
+"""README and CONTRIBUTING promise only what is there: flags, variables, make targets, files, a program's output."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
+from launching import simx_run
 
 from simx_client.checking.command import make_parser as make_check_parser
+from simx_client.pace import VARIABLE as PACE
 from simx_client.redirect import VARIABLE as REDIRECT
 from simx_client.run import make_parser as make_run_parser
 from simx_server.cli import make_parser as make_server_parser
@@ -30,7 +32,7 @@ def test_every_flag_in_the_readme_exists(readme: str) -> None:
 
 def test_every_variable_in_the_readme_exists(readme: str) -> None:
     named = set(re.findall(r"SIMX_[A-Z_]+", readme))
-    assert named <= {setting.variable for setting in SETTINGS.values()} | {REDIRECT}
+    assert named <= {setting.variable for setting in SETTINGS.values()} | {REDIRECT, PACE}
 
 
 def test_every_make_target_in_the_readme_exists(readme: str) -> None:
@@ -40,8 +42,9 @@ def test_every_make_target_in_the_readme_exists(readme: str) -> None:
             assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-def test_every_place_on_the_map_exists(readme: str) -> None:
-    table = readme.partition("## Map of the house")[2].partition("\n## ")[0]
+def test_every_place_in_the_layout_of_the_code_exists() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.partition("## Layout of the code")[2].partition("\n## ")[0]
     rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
     assert rows
     for row in rows:
@@ -51,8 +54,14 @@ def test_every_place_on_the_map_exists(readme: str) -> None:
             assert place.exists(), place
 
 
-def test_differences_are_numbered_without_a_gap(readme: str) -> None:
-    section = readme.partition("## Differences from the original")[2].partition("\n## ")[0]
-    numbers = [int(number) for number in re.findall(r"^(\d+)\. \*\*", section, re.MULTILINE)]
-    assert numbers == list(range(1, len(numbers) + 1))
-    assert numbers
+def test_the_program_of_the_readme_prints_what_it_shows(readme: str, tmp_path: Path) -> None:
+    program = re.search(r"^```python hello.py\n(.*?)^```$", readme, re.MULTILINE | re.DOTALL)
+    shown = re.search(r"^```text simx-run (.*?) hello.py\n(.*?)^```$", readme, re.MULTILINE | re.DOTALL)
+    assert program
+    assert shown
+    finished = simx_run(tmp_path, program[1], flags=tuple(shown[1].split()))
+    assert (finished.returncode, finished.stdout) == (0, shown[2]), finished.stderr
+
+
+def test_the_readme_has_at_most_1200_words(readme: str) -> None:
+    assert len(readme.split()) <= 1200
