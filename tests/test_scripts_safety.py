@@ -22,7 +22,7 @@ pytest.importorskip("lupa")
 BLOCKING = vrep.simx_opmode_blocking
 
 PATIENCE = 60.0
-"""Seconds that a client waits: a script may run for a second of the processor's time, which a busy machine stretches."""
+"""Seconds that a client waits: a busy machine stretches the second of processor time that a script has."""
 
 SCENE = """
 <mujoco>
