@@ -53,3 +53,13 @@ def only(value: _V, reason: str) -> Parameter[_V]:
             raise CommandError(f"it stays {value}: {reason}")
 
     return Parameter(lambda: value, put)
+
+
+def kept(value: _V) -> Parameter[_V]:
+    """A parameter that has no meaning here: it reads as it was set last, at first `value`."""
+    values = [value]
+
+    def put(wanted: _V) -> None:
+        values[0] = wanted
+
+    return Parameter(lambda: values[0], put)

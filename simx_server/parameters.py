@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Protocol
 from simx_client.protocol import constants as c
 
 from .errors import CommandError
-from .parameter_table import Parameter, Table, only
+from .parameter_table import Parameter, Table, kept, only
 
 if TYPE_CHECKING:
     from .simulation import Simulation
@@ -87,6 +87,23 @@ _ON = {
 }
 """Switches that are on for good, by the reason."""
 
+_KEPT = {
+    c.sim_intparam_infotext_style: 0,
+    c.sim_intparam_settings: 0,
+    c.sim_intparam_work_thread_count: 1,
+    c.sim_intparam_work_thread_calc_time_ms: 0,
+    c.sim_intparam_idle_fps: 8,
+    c.sim_intparam_prox_sensor_select_down: 0,
+    c.sim_intparam_prox_sensor_select_up: 0,
+    c.sim_intparam_dynamic_warning_disabled_mask: 0,
+    c.sim_intparam_simulation_warning_disabled_mask: 0,
+}
+"""Settings of V-REP's window, its drawing threads and its warnings, with their start values. Programs set them; here
+they read as set and change nothing."""
+
+_PAGES = 8
+"""Of V-REP's window; 0 is the first."""
+
 _PLATFORMS = {"win32": 0, "darwin": 1}
 """0 Windows, 1 macOS, else 2."""
 
@@ -105,6 +122,7 @@ class Parameters:
         self._sim = sim
         self._random = random.Random(0)  # the same numbers in every run of the server
         self._speed_index = 0
+        self._page = 0
         self.error_report_mode = c.sim_api_errormessage_report
         """Integer parameter 0, bits: errors reach simxGetLastErrors (1), the status bar (2); the log in any case."""
         self.arguments: tuple[str, ...] = ()
@@ -165,6 +183,7 @@ class Parameters:
             ),
             c.sim_intparam_program_version: Parameter(lambda: PROGRAM_VERSION),
             c.sim_intparam_instance_count: Parameter(lambda: 1),
+            c.sim_intparam_current_page: Parameter(lambda: self._page, self._set_page),
             c.sim_intparam_dynamic_step_divider: Parameter(lambda: self._sim.substeps),
             c.sim_intparam_dynamic_engine: only(MUJOCO_ENGINE, "the dynamics engine here is MuJoCo"),
             c.sim_intparam_visible_layers: Parameter(
@@ -182,6 +201,7 @@ class Parameters:
             c.sim_intparam_scene_index: Parameter(lambda: 0),
             c.sim_intparam_speedmodifier: Parameter(lambda: self._speed_index, self._set_speed_index),
             _SIM_INTPARAM_PROGRAM_FULL_VERSION: Parameter(lambda: PROGRAM_VERSION * 100),
+            **{number: kept(value) for number, value in _KEPT.items()},
         }
 
     def _floats(self) -> dict[int, Parameter[float]]:
@@ -203,7 +223,9 @@ class Parameters:
             _SIM_STRINGPARAM_SCENE_NAME: Parameter(lambda: self._sim.scene.name),
             _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR: Parameter(lambda: str(self._sim.workspace)),
             **{
-                c.sim_stringparam_app_arg1 + index: Parameter(partial(self._argument, index))
+                c.sim_stringparam_app_arg1 + index: Parameter(
+                    partial(self._argument, index), partial(self._set_argument, index)
+                )
                 for index in range(MAX_ARGUMENTS)
             },
         }
@@ -263,6 +285,17 @@ class Parameters:
     def _argument(self, index: int) -> str:
         """'' for those that were not given, as in V-REP."""
         return self.arguments[index] if index < len(self.arguments) else ""
+
+    def _set_argument(self, index: int, text: str) -> None:
+        given = [*self.arguments, *[""] * (index + 1 - len(self.arguments))]
+        given[index] = text
+        self.arguments = tuple(given)
+
+    def _set_page(self, page: int) -> None:
+        """The page of V-REP's window, which shows a scene's views; nothing here depends on it."""
+        if not 0 <= page < _PAGES:
+            raise CommandError(f"the pages are 0 to {_PAGES - 1}, not {page}")
+        self._page = page
 
     def _set_visible_layers(self, layers: int) -> None:
         self._sim.object_settings.visible_layers = layers & 0xFFFF

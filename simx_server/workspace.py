@@ -24,7 +24,8 @@ _LONGEST_PART, _LONGEST_PATH = 255, 4095
 def check_name(name: str) -> str:
     """A file name or path as text that means the same on every system: `\\` becomes `/`.
 
-    Raises CommandError for an empty one, NUL, drive letters, and what is too long for a file system.
+    Raises CommandError for an empty one, NUL, drive letters, what names a folder, and what is too long for a file
+    system.
     """
     if len(os.fsencode(name)) > _LONGEST_PATH or any(
         len(os.fsencode(part)) > _LONGEST_PART for part in name.replace("\\", "/").split("/")
@@ -39,7 +40,18 @@ def check_name(name: str) -> str:
             f"{name[:80]!r} names a drive or a share, which the server does not open; "
             "give a path within its workspace"
         )
-    return name.replace("\\", "/")
+    name = name.replace("\\", "/")
+    if name.rpartition("/")[2] in ("", ".", ".."):
+        raise CommandError(f"{name[:80]!r} names a folder; give a file's path within the server's workspace")
+    return name
+
+
+def check_plain_name(name: str) -> str:
+    """A file's name alone, as text that means the same on every system. Raises CommandError as `check_name`, and for a
+    path."""
+    if "/" in check_name(name):
+        raise CommandError(f"{name[:80]!r} is a path; give the file's name alone")
+    return name
 
 
 def path_within(folder: Path, name: str) -> Path:

@@ -301,11 +301,11 @@ def test_server_keeps_few_lent_files_and_needs_each_one_sent(client, world):
 
 def test_lent_file_under_a_hostile_name_is_refused(client, there):
     connection = files.CLIENTS.get(client)
-    for name in ("C:\\x.xml", "", "a\0b"):
-        assert connection.blocking(files._LEND, ["path", name, b"<mujoco/>"]) == REMOTE_ERROR
-    assert connection.blocking(files._LEND, ["path", "../../x.xml", CUBE.encode()]) == 0
-    shape = files.Shape(BY_NAME["simxLoadModel"])
-    assert connection.blocking(shape, ["path", 1])[0] == 0
+    paths = ("../../x.xml", "a/x.xml", "/x.xml", "a\\x.xml", "..\\x.xml")
+    for name in ("C:\\x.xml", "", "a\0b", "/", "..", "x.xml/", "x" * 300 + ".xml", *paths):
+        assert connection.blocking(files._LEND, ["path", name, CUBE.encode()]) == REMOTE_ERROR, name
+        assert connection.blocking(files.Shape(BY_NAME["simxLoadScene"]), ["path", 1]) == REMOTE_ERROR
+    assert "'a/x.xml' is a path; give the file's name alone" in error_of(client)
     assert left_over(there) == []
     assert left_over(there.parent) == ["server"]
 
@@ -316,6 +316,21 @@ def test_lent_file_under_a_hostile_name_is_refused(client, there):
 def test_server_side_paths_outside_are_refused(client, here, path):
     assert v.simxLoadScene(client, path, 0, BLOCKING) == REMOTE_ERROR
     assert error_of(client)
+
+
+@pytest.mark.parametrize("path", ["/", "//", ".", "..", "models/", "\\", "a/..", "x.xml/", "", " "])
+def test_what_names_no_file_is_said_before_anything_is_loaded(client, world, path):
+    before = len(world.simulation.scene.objects)
+    assert v.simxLoadScene(client, path, 0, BLOCKING) == REMOTE_ERROR
+    assert v.simxLoadModel(client, path, 0, BLOCKING) == (REMOTE_ERROR, 0)
+    assert v.simxTransferFile(client, str(world.simulation.scene.path), path, 5000, BLOCKING) == REMOTE_ERROR
+    text = error_of(client)
+    assert text.count("names a folder; give a file's path") + text.count("is no file name") == 3
+    for options in (0, 1):
+        assert v.simxLoadUI(client, path, options, BLOCKING)[0] != 0
+    assert v.simxLoadScene(client, path, 1, BLOCKING) != 0
+    assert v.simxLoadModel(client, path, 1, BLOCKING)[0] != 0
+    assert len(world.simulation.scene.objects) == before
 
 
 @pytest.mark.parametrize(

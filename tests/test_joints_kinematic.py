@@ -7,6 +7,7 @@ import math
 import pytest
 from handler_calls import World
 from scenes_for_tests import run, simulation_of, slider
+from scripted_world import scripted
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
@@ -72,6 +73,20 @@ def test_hybrid_joint_is_driven_to_where_it_is_set() -> None:
     for _ in range(10):
         sim.advance()
     assert sim.joints.position(rail(sim)) == pytest.approx(0.08, abs=1e-3)
+
+
+def test_hybrid_joint_takes_a_target_position_from_clients_and_scripts() -> None:
+    joint = """<body name="cart"><joint name="rail" type="slide" axis="1 0 0"/><geom size="0.1" mass="1"/></body>"""
+    note = '<text name="simx:joint:rail" data="mode=ik hybrid=on upper_velocity=1"/>'
+    source = "function sysCall_init() h = sim.getObjectHandle('rail') sim.setJointTargetPosition(h, 0.04) end"
+    world = scripted({"lua:cart": source}, joint, note)
+    rail = world.handle("rail")
+    world.run(20)
+    assert world.call("simxGetJointPosition", rail) == pytest.approx(0.04, abs=1e-3)
+    world.call("simxSetJointTargetPosition", rail, -0.02)
+    for _ in range(20):
+        world.sim.advance()
+    assert world.call("simxGetJointPosition", rail) == pytest.approx(-0.02, abs=1e-3)
 
 
 def test_spherical_joint_is_free_in_force_mode_and_stays_in_any_other() -> None:

@@ -121,7 +121,9 @@ def test_threaded_body_is_one_thread() -> None:
         "round 0.0",
         "round 0.05",
         "round 0.1",
-        "Lua runtime error: base.lua:6: enough",
+        "Lua runtime error: base.lua:6: enough\nstack traceback:\n\t[C]: in function 'error'\n"
+        "\tbase.lua:6: in function 'threadFunction'\n\t[C]: in function 'xpcall'\n"
+        "\tbase.lua:13: in function 'sysCall_threadmain'",
     ]
     world.sim.stop()
     assert said(world) == ["clean-up"]

@@ -162,7 +162,7 @@ def test_main_script_calls_the_child_scripts_when_it_wants() -> None:
         "custom beforeSimulation",
         "main init",
         "child init",
-        "before\t0.0",
+        "before, 0.0",
         "child actuation",
         "after",
         "custom actuation",
@@ -268,7 +268,7 @@ def test_joint_callback_controls_the_motor_before_each_physics_step() -> None:
     world.call("simxSetJointTargetPosition", hinge, 1.0)
     for _ in range(10):
         world.sim.advance()
-    assert said(world) == [f"first\t1\t{world.sim.substeps}\ttrue"]
+    assert said(world) == [f"first, 1, {world.sim.substeps}, true"]
     assert call(world, "count", on="hinge")[0] == [10 * world.sim.substeps]
     # x' = 2 (1 - x): 1 - exp(-1) after half a second
     assert world.call("simxGetJointPosition", hinge) == pytest.approx(0.632, abs=0.02)

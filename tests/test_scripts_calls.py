@@ -187,7 +187,7 @@ def test_script_lives_from_start_to_stop(tmp_path: Path) -> None:
         assert world.call("simxGetFloatSignal", "actuated") == pytest.approx(0.1)
         assert world.call("simxGetFloatSignal", "step") == 0.05
         world.call("simxStopSimulation")
-        assert world.sim.status_bar.messages[-1] == "cleaned up after\t3"
+        assert world.sim.status_bar.messages[-1] == "cleaned up after, 3"
         assert world.call("simxGetObjectPosition", world.handle("RG2"), -1) == [0, 0, 0]
         with pytest.raises(CommandError):
             world.call("simxGetStringSignal", "mine")

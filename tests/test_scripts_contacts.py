@@ -103,7 +103,7 @@ def test_the_scene_is_not_edited_while_physics_is_under_way(
     worlds.append(world)
     count = len(world.sim.scene.objects)
     world.run(12)
-    lines = {line.split("\t")[0]: line for line in said(world)}
+    lines = {line.split(", ")[0]: line for line in said(world)}
     for name in ("create", "remove", "parent", "load"):
         assert "false" in lines[name], lines
         assert f"within {call_back}, while physics is under way" in lines[name]
@@ -202,10 +202,10 @@ def test_each_physics_step_is_told_before_and_after(worlds: list[World]) -> None
     world.sim.time_step = 0.004
     world.run(1)
     assert said(world) == [
-        "1\t2\tfalse\tfalse",
-        "1\t2\ttrue\ttrue",
-        "2\t2\tfalse\ttrue",
-        "2\t2\ttrue\ttrue",
+        "1, 2, false, false",
+        "1, 2, true, true",
+        "2, 2, false, true",
+        "2, 2, true, true",
         "0.002",
     ]
     world.sim.stop()

@@ -62,7 +62,7 @@ def test_wait_ends_with_the_pass_that_reaches_its_time() -> None:
     world.run(7)
     lines = said(world)
     assert lines[:3] == ["late by 0.00 0.15", "late by 0.03 0.25", "at once 0.25"]
-    assert lines[3].startswith("false\tbase.lua:8: sim.wait: a time to wait is a number not below 0")
+    assert lines[3].startswith("false, base.lua:8: sim.wait: a time to wait is a number not below 0")
 
 
 def test_signals_drive_a_thread() -> None:
@@ -110,13 +110,21 @@ def test_calls_of_sim_give_way_by_themselves_unless_that_is_switched_off() -> No
     assert said(world) == []
     world.call("simxSetIntegerSignal", "quiet", 1)
     world.sim.advance()
-    assert said(world) == ["0\tfalse\t0.15"]
+    assert said(world) == ["0, false, 0.15"]
     world.sim.advance()
     assert world.sim.is_running
 
 
-def test_computing_thread_that_never_calls_sim_is_stopped_by_its_limit() -> None:
-    world = scripted({"lua:base": "function sysCall_thread() while true do end end", "lua:plain": "x = 1"})
+@pytest.mark.parametrize(
+    "body",
+    [
+        "sim.setThreadAutomaticSwitch(false) while true do end",
+        "table.sort({2, 1}, function() while true do end end)",
+    ],
+    ids=["switched off", "where Lua cannot yield"],
+)
+def test_endless_thread_that_cannot_give_way_is_stopped_by_its_limit(body: str) -> None:
+    world = scripted({"lua:base": f"function sysCall_thread() {body} end", "lua:plain": "x = 1"})
     world.sim.scripts.time_limit = 0.1
     world.run(2)
     assert "took too long" in said(world)[-1]
@@ -146,7 +154,7 @@ def test_coroutines_of_a_script_may_wait_too() -> None:
     )
     world.run(7)
     lines = said(world)
-    assert lines[0].startswith("false\tbase.lua:9: sim.wait: waits, so it works only in a thread")
+    assert lines[0].startswith("false, base.lua:9: sim.wait: waits, so it works only in a thread")
     assert lines[1:] == ["work 1 0.00", "work 2 0.05", "done 0.20"]
 
 
@@ -220,7 +228,7 @@ def test_functions_of_a_waiting_script_can_be_called() -> None:
         call(world, "hold")
     call(world, "give", [5], [], [], b"")
     world.sim.advance()
-    assert said(world) == ["given\t5"]
+    assert said(world) == ["given, 5"]
 
 
 def test_threads_of_customization_scripts_go_on_while_stopped() -> None:
@@ -253,4 +261,4 @@ def test_settings_of_threads_that_mean_nothing_here_are_accepted() -> None:
         }
     )
     world.run(2)
-    assert said(world) == ["0\t0\ttrue", "0\t1"]
+    assert said(world) == ["0, 0, true", "0, 1"]

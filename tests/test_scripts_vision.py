@@ -136,7 +136,7 @@ def test_the_call_back_is_told_about_its_sensor() -> None:
         function sysCall_sensing() print('sensing') end"""
     )
     world.run(1)
-    assert said(world) == ["true\t8\t4\ttrue\ttrue\ttrue", "sensing"]
+    assert said(world) == ["true, 8, 4, true, true, true", "sensing"]
 
 
 def test_packets_follow_the_statistics_until_the_next_pass_and_end_with_the_run() -> None:
@@ -153,7 +153,7 @@ def test_packets_follow_the_statistics_until_the_next_pass_and_end_with_the_run(
     for n in (1, 2, 3):
         detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
         assert (detects, [len(packet) for packet in packets], packets[1]) == (n == 2, [15, 2, 0], [n, 7])
-        assert said(world)[-1].startswith("1\t" if n == 2 else "0\t")
+        assert said(world)[-1].startswith("1, " if n == 2 else "0, ")
         world.sim.advance()
     world.sim.stop()
     with pytest.raises(Exception, match="has not been handled yet"):
@@ -171,7 +171,7 @@ def test_a_sensor_handled_explicitly_is_judged_when_it_is_handled() -> None:
     world.run(1)
     assert said(world) == []
     world.sim.advance()
-    assert [line[:6] for line in said(world)] == ["judged", "1\ttabl"]
+    assert [line[:6] for line in said(world)] == ["judged", "1, {0."]
 
 
 def test_an_image_that_is_set_is_judged_too() -> None:
@@ -212,7 +212,7 @@ def test_a_detection_triggers_and_the_script_may_take_it_back() -> None:
         other="function sysCall_trigger(inData) print('never') end",
     )
     world.run(1)
-    assert said(world) == ["2\t15\t5.0"]
+    assert said(world) == ["2, 15, 5.0"]
     detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
     assert (detects, packets[1]) == (False, [5])
 
@@ -227,7 +227,7 @@ def test_a_proximity_sensor_tells_its_script_what_it_detects(tmp_path: Path) -> 
       end"/></custom></mujoco>"""
     world = World(scene)
     world.run(1)
-    name, distance, normal = said(world)[0].split()
+    name, distance, normal = said(world)[0].split(", ")
     assert (name, float(distance), float(normal)) == ("wall", pytest.approx(0.4), pytest.approx(-1))
 
 

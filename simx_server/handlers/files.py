@@ -59,11 +59,11 @@ def erase_file(sim: Simulation, name: str) -> None:
 
 @handler("lendFile", with_client=True)
 def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data: bytes) -> None:
-    """What a loading function sends ahead when the file is on the client's side."""
+    """What a loading function sends ahead when the file is on the client's side; its name has no folders."""
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     files = client.lent_files
     files.pop(path, None)
-    files[path] = workspace.check_name(name), data
+    files[path] = workspace.check_plain_name(name), data
     most = sim.limits.file  # of them together, so that the newest always has room
     while len(files) > _MOST_LENT or sum(len(lent) for _, lent in files.values()) > most:
         del files[next(iter(files))]

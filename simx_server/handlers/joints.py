@@ -48,7 +48,7 @@ def set_joint_target_velocity(sim: Simulation, joint: int, velocity: float) -> N
 
 @handler("simxSetJointTargetPosition")
 def set_joint_target_position(sim: Simulation, joint: int, position: float) -> None:
-    """Code 8 outside force mode.
+    """Code 8 outside force mode and hybrid operation.
 
     Differs: a joint without annotation is switched to position control, and its motor on.
     """

@@ -68,14 +68,15 @@ class Joints(Machine):
     def set_target_position(self, handle: int, value: float) -> None:
         """Where the position controller drives the joint; a joint without annotation is switched to it (and on).
 
-        Raises CommandError when the joint is not in force mode.
+        In hybrid operation the motor goes there until a position is set, as inverse kinematics does in each
+        simulation step. Raises CommandError when the joint is neither in force mode nor in hybrid operation.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target position")
-        if state.mode != JointMode.FORCE:
+        if state.mode != JointMode.FORCE and not state.hybrid:
             raise CommandError(
                 f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; "
-                "set its position, or annotate it with mode=force"
+                "set its position, or annotate it with mode=force or hybrid=yes"
             )
         self._retarget(binding, state, _wrapped(value) if _is_cyclic(binding, state) else value)
         if not state.annotated and not (state.motor and state.control_loop):

@@ -15,7 +15,9 @@ each further resumption of the coroutine that called; exceptions of it are those
 such a call is refused with `NOT_IN_A_THREAD` before the generator is advanced. Beside this, a call of the API made in
 a thread, that is over `Switching.seconds` after the thread's resumption, counted in calls and not by a clock so that
 runs can be repeated bit for bit, gives way by itself (waits for
-the next resumption, then returns its results), unless `Switching.level` is above 0.
+the next resumption, then returns its results), unless `Switching.level` is above 0. So does a loop of the thread, also
+one without calls, after so many turns since the resumption; where Lua cannot yield (in a function that a function in C
+calls, as ``table.sort`` does) the loop goes on.
 
 **Others are served.** While a call into a script runs longer than `PATIENCE`, the interpreter calls `Api.serve_others`
 every few milliseconds, from the physics thread and from a place where the script holds no lock. Time spent there does
@@ -72,6 +74,10 @@ class Function(Protocol):
         ...
 
 
+_LAST_SECONDS = 0.02
+"""For the turns of loops in a thread's last resumption, where one that waits for something would wait in vain."""
+
+
 @dataclass(slots=True)
 class Switching:
     """When the thread of a script gives way by itself. The API's functions change it, the interpreter obeys."""
@@ -82,6 +88,9 @@ class Switching:
     seconds: float = 0.002
     """Time after a resumption at whose end the next call of the API gives way; V-REP's default."""
 
+    is_last: bool = False
+    """The run ends and the thread is resumed for the last time: what it does after its loop is not to be cut short."""
+
     calls: int = 0
     """Of the API by the thread, since its resumption."""
 
@@ -91,7 +100,11 @@ class Switching:
     def gives_way(self, call_time: float) -> bool:
         """Whether a call by the thread does so; to be asked once for each. `call_time`: seconds that one counts for."""
         self.calls += 1
-        return not self.level and self.calls * call_time > self.seconds
+        return not self.level and not self.is_last and self.calls * call_time > self.seconds
+
+    def is_tired(self, seconds: float) -> bool:
+        """Whether a thread gives way within a loop. `seconds`: what its turns since the resumption count for."""
+        return not self.level and seconds > (_LAST_SECONDS if self.is_last else self.seconds)
 
 
 class Api(Protocol):

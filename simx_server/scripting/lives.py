@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..scene.properties import SCRIPTS_INACTIVE
+from ..status_bar import as_log_line
 from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Interpreter, ScriptError
 from .lua import LuaInterpreter
@@ -67,6 +68,7 @@ class Lives:
     def begin(self, script: Script) -> None:
         script.problem = ""
         script.switching.level = 0
+        script.switching.is_last = False
         try:
             source = script.code(self._sim)
             side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
@@ -135,7 +137,7 @@ class Lives:
         """Stop one script until the next start."""
         self.drop(script)
         script.problem = problem
-        logger.error("the %s is stopped: %s", self.describe(script), problem)
+        logger.error("the %s is stopped: %s", self.describe(script), as_log_line(problem))
         self._tell(f"{self.describe(script)} is stopped: {problem}")
         self._changed()
 

@@ -29,7 +29,10 @@ from .interpreter import (
     no_such_plugin,
     refusal,
 )
+from .lua_debug import DEBUG
 from .lua_library import LIBRARY
+from .lua_text import TEXT
+from .lua_turns import with_turns
 from .lua_watch import WATCH
 from .sandbox import GUARD
 
@@ -49,6 +52,10 @@ def load_lupa() -> Any:
         raise ScriptError(INSTALL) from problem
 
 
+_PARTS = {"watch": WATCH, "text": TEXT, "debug": DEBUG, "library": LIBRARY}
+"""Of the sandbox, each a chunk of its own."""
+
+
 class LuaFunction:
     """A function that a script handed out; see `interpreter.Function`."""
 
@@ -62,6 +69,10 @@ class LuaFunction:
 
 _CALL_TIME = 10e-6
 """Seconds that a call of the API counts for towards `Switching.seconds`; it takes 6 to 10 microseconds."""
+
+
+_TURN_TIME = 0.2e-6
+"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes half of that."""
 
 
 class LuaInterpreter:
@@ -102,10 +113,11 @@ class LuaInterpreter:
             self._proceed,
             self._print,
             self._module,
+            with_turns,
+            self._is_tired,
             MAX_DEPTH,
             self._to_lua(known),
-            WATCH,
-            LIBRARY,
+            self._to_lua(_PARTS),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
         self._face = dict(face.items())
@@ -177,6 +189,9 @@ class LuaInterpreter:
             if self._api.is_ending and time.monotonic() > self._end_by:
                 return True
         return time.thread_time() > self._deadline + self._api.switching.spent
+
+    def _is_tired(self, turns: int) -> bool:
+        return self._api.switching.is_tired(turns * _TURN_TIME)
 
     def _print(self, text: bytes) -> None:
         self._api.output(_text(text))

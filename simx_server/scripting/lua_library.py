@@ -9,9 +9,8 @@ from .lua_patterns import PATTERNS
 
 LIBRARY = (
     rb"""
-local world, where, look = ...
-local error, type, load, pairs, pcall, select, tostring, tonumber =
-    error, type, load, pairs, pcall, select, tostring, tonumber
+local world, where, look, compile = ...
+local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs, pcall, select, tostring, tonumber
 local sort, concat, rep, unpack, move, insert, remove, match, metatable =
     table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
     debug.getmetatable
@@ -51,12 +50,29 @@ world.os = { clock = os.clock, date = os.date, difftime = os.difftime, time = os
 local function no_files(_, name) error(where() .. "io." .. tostring(name) .. ": scripts have no files", 0) end
 world.io = setmetatable({}, { __index = no_files, __metatable = false })
 
+-- The text that a function gives in pieces, until it gives none.
+local function gather(reader)
+    local pieces, size = {}, 0
+    repeat
+        local piece = reader()
+        if piece ~= nil and type(piece) ~= "string" then error(where() .. "reader function must return a string", 0) end
+        pieces[#pieces + 1] = piece
+        size = size + #(piece or "")
+    until piece == nil or piece == "" or size > LONG_CHUNK
+    return concat(pieces)
+end
+
 function world.load(chunk, name, _, environment)
-    if type(chunk) == "string" and #chunk > LONG_CHUNK then
-        return nil, "a chunk of more than " .. LONG_CHUNK .. " bytes cannot be loaded"
+    if type(chunk) == "function" then
+        local ok, text = pcall(gather, chunk)
+        if not ok then return nil, text end
+        chunk, name = text, name == nil and "=(load)" or name
+    elseif type(chunk) ~= "string" then
+        error(where() .. "bad argument #1 to 'load' (function expected, got " .. type(chunk) .. ")", 0)
     end
+    if #chunk > LONG_CHUNK then return nil, "a chunk of more than " .. LONG_CHUNK .. " bytes cannot be loaded" end
     look()
-    return load(chunk, name, "t", environment == nil and world or environment)
+    return compile(chunk, name == nil and chunk or name, environment == nil and world or environment)
 end
 world.loadstring = world.load
 

@@ -104,7 +104,7 @@ class Phases:
     def _stop(self) -> None:
         simulated = self._simulated()
         for script in simulated:
-            script.switching.level += 1  # what a thread does after its loop is not to be cut short
+            script.switching.is_last = True
             self._lives.resume(script)
         for script in simulated:
             self._lives.call(script, "sysCall_cleanup")

@@ -7,6 +7,7 @@ each is over before the one below it goes on. So ``sysCall_thread`` needs no thr
 
 from __future__ import annotations
 
+import ast
 import builtins
 import faulthandler
 import importlib.abc
@@ -22,6 +23,11 @@ from typing import Any, NoReturn
 import python_confine
 import python_guard
 from python_link import Link, Output
+
+TURNS = 1000
+"""Turns of the thread's loops after which the server is asked whether the thread gives way."""
+
+_TURN = "__simx_turn__"
 
 
 class ApiError(RuntimeError):
@@ -72,12 +78,15 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         self._output = Output(link)
         self._told: set[str] = set()
         self._sources: dict[str, bytes] = {}
+        self._is_in_thread = False
+        self._turns_left = TURNS
         module = types.ModuleType("__main__")
         self._globals = module.__dict__
         sys.modules["__main__"] = module
         sys.stdout = sys.stderr = self._output
         self._globals.update(__file__=name, self=types.SimpleNamespace())
         builtins.__dict__["require"] = importlib.import_module
+        builtins.__dict__[_TURN] = self._turn
         for key, known in namespaces.items():
             sys.modules[key] = self._globals[key] = Namespace(key, known, self._invoke)
         sys.meta_path.append(self)
@@ -97,6 +106,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
 
     def _obey(self, message: list[Any]) -> None:
         kind, *arguments = message
+        outer, self._is_in_thread = self._is_in_thread, kind == "thread"
         try:
             results = getattr(self, f"_do_{kind}")(*arguments)
             self._output.finish()
@@ -109,10 +119,24 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
             self._told = set()  # results that cannot leave were to bring the names
             self._output.finish()
             self._link.send("failed", text, self._new_names())
+        finally:
+            self._is_in_thread = outer
+
+    def _turn(self) -> None:
+        """Called in each turn of each loop of the script."""
+        self._turns_left -= 1
+        if self._turns_left <= 0:
+            self._turns_left = TURNS
+            if self._is_in_thread:
+                self._link.send("turns", TURNS)
+                self.serve()
 
     def _do_run(self, source: bytes) -> list[Any]:
-        exec(compile(source, self._name, "exec"), self._globals)
+        exec(_compile(source, self._name), self._globals)
         return []
+
+    def _do_thread(self, name: str) -> list[Any]:
+        return self._do_call(name, [])
 
     def _do_has(self, name: str) -> list[Any]:
         return [callable(self._find(name))]
@@ -166,7 +190,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
     def get_code(self, fullname: str) -> types.CodeType:
         file = f"{fullname}.py"
         self._files.add(file)
-        return compile(self._sources[fullname], file, "exec")
+        return _compile(self._sources[fullname], file)
 
     def _describe(self, problem: BaseException) -> str:
         """``file:line: what``; the line is the innermost of the script's own."""
@@ -188,6 +212,18 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         except Exception:  # of a class of the script's own
             text = ""
         return f"{place}: {type(problem).__name__}{text and ': ' + text}"
+
+
+def _compile(source: bytes, file: str) -> types.CodeType:
+    """The code of a script, in which each turn of a loop is counted, so that a loop without calls of ``sim`` can give
+    way, after the same number of turns in each run. No line moves."""
+    tree = ast.parse(source, file)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.While, ast.For, ast.AsyncFor)):
+            name = ast.copy_location(ast.Name(_TURN, ast.Load()), node)
+            call = ast.copy_location(ast.Call(name, [], []), node)
+            node.body.insert(0, ast.copy_location(ast.Expr(call), node))
+    return compile(tree, file, "exec")
 
 
 def _results(value: Any) -> list[Any]:

@@ -64,6 +64,10 @@ _CALL_TIME = 40e-6
 """Seconds that a call of the API counts for towards `Switching.seconds`; it takes 20 to 40 microseconds."""
 
 
+_TURN_TIME = 0.5e-6
+"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes a quarter of that."""
+
+
 class PythonInterpreter:
     """The parent's side of one running script."""
 
@@ -84,6 +88,8 @@ class PythonInterpreter:
         self._held: list[Any] | Waiting | None = None
         """What the waiting thread will be answered: its results, or what is not over yet."""
         self._held_call = ""
+        self._turns = 0
+        """Of the thread's loops, since its resumption."""
         self._process = PythonProcess(
             name, Packer(self._number_of), Unpacker(self._function_of), api.serve_others, time_limit
         )
@@ -136,9 +142,10 @@ class PythonInterpreter:
         """Let the thread go on until it waits; True while it is still alive."""
         if self._depth:
             raise ScriptError(f"{self.name}: its thread cannot go on while another function of it runs")
+        self._turns = 0
         if self._thread:
             function, self._thread = self._thread, ""
-            self._ask("call", function, [], in_thread=True)
+            self._ask("thread", function, in_thread=True)
         elif self._held is not None:
             held, self._held = self._held, None
             answer = self._advance(self._held_call, held) if isinstance(held, Generator) else held
@@ -178,6 +185,12 @@ class PythonInterpreter:
                     if answer is None:
                         return []
                     self._process.send(*answer)
+                case "turns", [int(turns)]:
+                    self._turns += turns
+                    if self._in_thread and self._api.switching.is_tired(self._turns * _TURN_TIME):
+                        self._held = ["ok", []]
+                        return []
+                    self._process.send("ok", [])
                 case "ready", [list(missing)]:
                     if missing:
                         logger.warning(

@@ -1,11 +1,13 @@
 """The trusted Lua chunk that builds a script's world and guards every entry into it.
 
-With `lua_watch.py` it is the only Lua code that ever sees ``debug`` and Python objects; both stay upvalues, and without
-``debug`` a script cannot read upvalues. Why each guard is needed:
+It and its parts (`lua_watch.py`, `lua_text.py`, `lua_debug.py`, `lua_library.py`) are the only Lua code that ever sees
+Lua's ``debug`` and Python objects; both stay upvalues, which a script's own ``debug`` cannot read. Why each guard is
+needed:
 
 * a hook stops endless loops, see `lua_watch.py`; the way out (``enter``, ``report``) is spared, or the error would
   leave with the hook still set;
-* a message handler runs inside the hook, where no hook strikes: ``xpcall`` calls it after the unwinding;
+* a message handler runs inside the hook, where no hook strikes: ``xpcall`` calls it after the unwinding, see
+  `lua_debug.py`;
 * finalizers run with hooks off, so ``__gc`` is refused;
 * binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
 * tables are copied raw before Python reads them: reading must not run a script's metamethods;
@@ -14,23 +16,27 @@ With `lua_watch.py` it is the only Lua code that ever sees ``debug`` and Python 
 
 Threads: ``depth`` counts calls from Python that lie within each other, ``level`` the coroutines: 0 outside of any, 1 in
 one that was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine.
+A coroutine that gave way within a loop (`lua_turns.py`) yields ``SWITCH``, which only ``resume`` sees.
 What a function of the API answers is told by its first result: true, false (an error), ``switch`` (done, but let others
 go on first) or ``wait`` (ask again after the next resumption).
 """
 
 GUARD = rb"""
-local late, invoke, proceed, output, module, max_depth, known, watch, library = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, max_depth, known, texts = ...
 
 local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
 local error, pcall, type, select, tostring, load, next = error, pcall, type, select, tostring, load, next
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
-local pack, unpack, concat, gmatch, match, lower, mathtype =
-    table.pack, table.unpack, table.concat, string.gmatch, string.match, string.lower, math.type
+local pack, unpack, gmatch, match, lower, mathtype, rawequal =
+    table.pack, table.unpack, string.gmatch, string.match, string.lower, math.type, rawequal
+local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvaluejoin
 
-local depth, level, report = 0, 0, nil
+local depth, level, report, enter = 0, 0, nil, nil
 
-local watching = load(watch, "=sandbox", "t")(late)
+local function part(name) return load(texts[name], "=sandbox", "t") end
+
+local watching = part("watch")(late)
 local where, look = watching.where, watching.look
 
 -- A table as the border knows it: keys are text or whole numbers.
@@ -88,40 +94,58 @@ function world.setmetatable(object, meta)
     return setmetatable(object, meta)
 end
 
-function world.print(...)
-    local texts = pack(...)
-    for i = 1, texts.n do texts[i] = tostring(texts[i]) end
-    output(concat(texts, "\t"))
+local show = part("text")(world, output, max_depth)
+local own = {}
+local debugging = part("debug")(world, own, where, look, function(action) return action == enter end)
+local complain, is_main = debugging.complain, debugging.is_main
+
+-- Turns of loops, see lua_turns.py: after each SLICE of them Python is asked whether the thread gives way.
+local SLICE <const>, SWITCH = 1000, {}
+local turns_left, turns_done = SLICE, 0
+
+local function turn()
+    turns_left, turns_done = SLICE, turns_done + SLICE
+    if level > 0 and isyieldable() and is_tired(turns_done) then yield(SWITCH) end
 end
 
--- A memory error comes after few instructions and much time, so each error is followed by a look.
-local function handled(handle, ok, ...)
-    if ok then return true, ... end
-    look()
-    if handle then return false, handle(...) end
-    return false, ...
+local function counters() return turns_left, turn end
+
+-- A chunk of a script, its turns counted, with the counters that all its chunks share.
+local function compile(source, name, environment)
+    local chunk, problem = load(source, name, "t", environment)
+    local counted = chunk and with_turns(source)
+    local maker = counted and load(counted, name, "t", environment)
+    if not chunk then return nil, problem end
+    chunk = maker and maker() or chunk                              -- nothing to count, or too many upvalues for it
+    is_main(chunk)
+    for i = 1, 255 do
+        local upvalue = upvaluename(chunk, i)
+        if not upvalue then break end
+        local which = upvalue == "simx_left" and 1 or upvalue == "simx_turn" and 2
+        if which then join(chunk, i, counters, which) end
+    end
+    return chunk
 end
 
-function world.pcall(action, ...)
-    return handled(nil, pcall(action, ...))
-end
+-- A coroutine that gave way in a loop comes back at once where nothing can: within another coroutine that one gives way
+-- too, and where that cannot be (in a comparison of table.sort) it goes on.
+local resume
 
-function world.xpcall(action, handle, ...)
-    return handled(handle, pcall(action, ...))
-end
-
-world.debug = {}
-function world.debug.traceback(message) return message end
-
-local function left(...)
+local function left(thread, ok, ...)
     level = level - 1
-    return ...
+    if rawequal((...), SWITCH) then
+        if level == 0 then return ok end
+        if isyieldable() then yield(SWITCH) end
+        return resume(thread)
+    end
+    return ok, ...
 end
 
-local function resume(thread, ...)
+function resume(thread, ...)
+    if level == 0 then turns_left, turns_done = SLICE, 0 end
     level = level + 1
     watching.quicken(thread)
-    return left(coresume(thread, ...))
+    return left(thread, coresume(thread, ...))
 end
 
 local function through(ok, ...)
@@ -129,16 +153,34 @@ local function through(ok, ...)
     error((...), 0)
 end
 
-world.coroutine = {}
-for key, value in pairs(coroutine) do world.coroutine[key] = value end
-world.coroutine.create, world.coroutine.close = watching.create, watching.close
-world.coroutine.resume = resume
-function world.coroutine.wrap(body)
-    local thread = watching.create(body)
-    return function(...) return through(resume(thread, ...)) end
+-- As above, with the place of the call in front, as Lua's own has it.
+local function wrapped(ok, ...)
+    if ok then return ... end
+    local problem, caller = (...), getinfo(2, "Sl")
+    if type(problem) == "string" and caller.source ~= "=sandbox" and caller.currentline > 0 then
+        problem = caller.short_src .. ":" .. caller.currentline .. ": " .. problem
+    end
+    error(problem, 0)
 end
 
-load(library, "=sandbox", "t")(world, where, look)
+local function expect(kind, value, name)
+    if type(value) ~= kind then
+        complain(1, name, kind .. " expected, got " .. type(value))
+    end
+    return value
+end
+
+world.coroutine = {}
+for key, value in pairs(coroutine) do world.coroutine[key] = value end
+function world.coroutine.create(body) return watching.create(expect("function", body, "create")) end
+function world.coroutine.close(thread) return watching.close(expect("thread", thread, "close")) end
+function world.coroutine.resume(thread, ...) return resume(expect("thread", thread, "resume"), ...) end
+function world.coroutine.wrap(body)
+    local thread = watching.create(expect("function", body, "wrap"))
+    return function(...) return wrapped(resume(thread, ...)) end
+end
+
+part("library")(world, where, look, compile)
 
 local loaded = {}
 for space, names in pairs(known) do
@@ -181,34 +223,54 @@ function world.require(name)
     name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
     if loaded[name] == nil then
         local source = finish(module(name))
-        local chunk, problem = load(source, "@" .. name .. ".lua", "t", world)
+        local chunk, problem = compile(source, "@" .. name .. ".lua", world)
         if not chunk then error(problem, 0) end
-        local value = chunk(name)
+        local value = through(pcall(chunk, name))
         loaded[name] = value == nil and true or value
     end
     return loaded[name]
 end
 
+for name, value in next, world do
+    if type(value) == "table" and value ~= world then
+        own[name] = {}
+        for key, member in next, value do own[name][key] = member end
+    elseif type(value) == "function" then
+        own[name] = value
+    end
+end
+
 function report(ok, ...)
     depth = depth - 1
     if depth == 0 then watching.disarm() end
-    if ok then return true, ... end
-    local problem = ...
-    if type(problem) == "string" then return false, problem end
-    return false, "raised a " .. type(problem) .. " value"
+    return ok, ...
 end
 
-local function enter(action, ...)
+-- An error is text when it leaves.
+local function told(problem)
+    if type(problem) == "string" then return problem end
+    local ok, text = pcall(show, problem)
+    return "raised a " .. type(problem) .. " value" .. (ok and ": " .. text or "")
+end
+
+local function guarded(finally, ok, ...)
+    if not ok then return false, told((...)) end
+    if finally then return pcall(finally, ...) end
+    return true, ...
+end
+
+-- `action` is called by a function in C: a level of error() that means its caller names no place.
+function enter(finally, action, ...)
     if depth == 0 then
         level = 0
         watching.begin()
     end
     depth = depth + 1
     watching.arm()
-    return report(pcall(action, ...))
+    return report(guarded(finally, pcall(action, ...)))
 end
 
-watching.spare(enter, report, watching.arm, watching.disarm)
+watching.spare(enter, guarded, told, report, watching.arm, watching.disarm)
 
 local function find(name)
     local value = world
@@ -220,18 +282,16 @@ local function find(name)
     return nil
 end
 
-local function apply(action, ...)
-    return enter(function(...) return plain_all(action(...)) end, ...)
-end
+local function apply(action, ...) return enter(plain_all, action, ...) end
 
 local thread = nil
 
 local face = {}
 
 function face.run(source, name)
-    local chunk, problem = load(source, name, "t", world)
+    local chunk, problem = compile(source, name, world)
     if not chunk then return false, problem end
-    return enter(chunk)
+    return enter(nil, chunk)
 end
 
 function face.has(name) return find(name) ~= nil end
@@ -253,7 +313,7 @@ end
 
 function face.resume()
     if not thread or costatus(thread) ~= "suspended" then return true, false end
-    return enter(function()
+    return enter(nil, function()
         through(resume(thread))
         return costatus(thread) == "suspended"
     end)
