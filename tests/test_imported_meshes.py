@@ -15,6 +15,7 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
 from simx_server.command_server import COMMAND_SERVER, add_command_server
+from simx_server.scene.loose_meshes import settle_loose_meshes
 
 Array = NDArray[np.float64]
 
@@ -193,6 +194,25 @@ def test_dynamic_mesh_of_a_loaded_model_rests(table: Table, tmp_path: Path) -> N
     table.assert_still(["thing"])
     position, rotation = table.pose("thing")
     assert (points @ rotation.T + position)[:, 2].min() == pytest.approx(0.0, abs=LEAST_CONTACT)
+
+
+@pytest.mark.parametrize(
+    ("joint", "contact", "expected"),
+    [
+        ("<freejoint/>", "", 6),
+        ("<freejoint/>", 'condim="4"', 4),
+        ("<freejoint/>", 'friction="0.5 0.005 0.0001"', 3),
+        ('<joint type="hinge"/>', "", 3),  # a link of a mechanism, perhaps a wheel
+        ("", "", 3),
+    ],
+)
+def test_only_loose_meshes_with_default_contacts_are_settled(joint: str, contact: str, expected: int) -> None:
+    spec = mujoco.MjSpec.from_string(
+        '<mujoco><asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset><worldbody>'
+        f'<body>{joint}<geom name="g" type="mesh" mesh="m" {contact}/></body></worldbody></mujoco>'
+    )
+    settle_loose_meshes(spec)
+    assert spec.geom("g").condim == expected
 
 
 RESPONDABLE = vrep.sim_shapeintparam_respondable
