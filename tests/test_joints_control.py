@@ -31,11 +31,11 @@ def test_spring_and_damper_swings_as_the_textbook_says(actuator: str) -> None:
     assert sim.joints.position(rail(sim)) == pytest.approx(expected, abs=2e-3)
 
 
-def test_spring_carries_a_weight_where_hooke_says_and_the_force_is_positive_upwards() -> None:
+def test_spring_carries_a_weight_where_hooke_says_and_the_force_read_is_the_reverse() -> None:
     sim = slider(actuator=VELOCITY, note="control=spring K=100 C=30")
     run(sim, 60)
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.1, rel=1e-3)
-    assert sim.joints.force(rail(sim)) == pytest.approx(10, rel=1e-3)
+    assert sim.joints.force(rail(sim)) == pytest.approx(-10, rel=1e-3)
 
 
 def test_spring_constants_change_while_it_carries_and_come_back_at_stop() -> None:
@@ -54,7 +54,7 @@ def test_spring_does_not_exceed_the_maximum_force() -> None:
     sim = slider(actuator=VELOCITY, note="control=spring K=1000 C=0 max_force=3", gravity="0 0 0")
     sim.joints.set_target_position(rail(sim), 5)
     run(sim, 2)
-    assert sim.joints.force(rail(sim)) == pytest.approx(3)
+    assert sim.joints.force(rail(sim)) == pytest.approx(-3)
     assert sim.data.qvel[0] == pytest.approx(3 * 0.1)
 
 
@@ -98,9 +98,9 @@ def test_control_mode_is_one_number_for_motor_loop_and_spring() -> None:
         sim.joints.set_parameter(rail(sim), 2039, 1)
 
 
-@pytest.mark.parametrize(("direction", "expected"), [(1, 7), (-1, -7)])
-def test_force_has_the_sign_of_the_push_on_the_child(direction: int, expected: float) -> None:
-    """A motor that pushes its child towards greater positions measures a positive force; also about a hinge."""
+@pytest.mark.parametrize(("direction", "expected"), [(1, -7), (-1, 7)])
+def test_force_is_the_reverse_of_the_push_on_the_child(direction: int, expected: float) -> None:
+    """A motor that pushes its child towards greater positions reads a negative force; also about a hinge."""
     for kind in ("slide", "hinge"):
         sim = slider(
             actuator=VELOCITY, note="control=velocity max_force=7", kind=kind, gravity="0 0 0", offset=0.5
@@ -122,7 +122,7 @@ def test_torque_by_velocity_and_limit_may_change_every_pass() -> None:
         sim.advance()
         speed += direction * abs(force) * 0.05
         assert sim.data.qvel[0] == pytest.approx(speed, rel=1e-6, abs=1e-9)
-        assert sim.joints.force(rail(sim)) == pytest.approx(direction * abs(force))
+        assert sim.joints.force(rail(sim)) == pytest.approx(-direction * abs(force))
 
 
 def test_joint_velocity_is_the_difference_of_two_passes() -> None:

@@ -101,14 +101,14 @@ def test_huge_velocity_with_a_force_limit_is_a_force() -> None:
         sim.advance()
         expected += force * 0.05
         assert sim.data.qvel[0] == pytest.approx(expected, rel=1e-6)
-        assert sim.joints.force(rail(sim)) == pytest.approx(force)
+        assert sim.joints.force(rail(sim)) == pytest.approx(-force)
 
 
 def test_force_is_the_motors_mean_over_the_pass() -> None:
     sim = slider(actuator=VELOCITY, note="control=position upper_velocity=5")
     assert sim.joints.force(rail(sim)) == 0
     run(sim, 40)
-    assert sim.joints.force(rail(sim)) == pytest.approx(10, rel=1e-3)
+    assert sim.joints.force(rail(sim)) == pytest.approx(-10, rel=1e-3)
     sim.stop()
     assert sim.joints.force(rail(sim)) == 0
 

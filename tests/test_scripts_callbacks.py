@@ -281,11 +281,23 @@ def test_joint_callback_says_how_strong_the_motor_is() -> None:
     )
     world.run(10)
     hinge = world.handle("hinge")
-    assert world.call("simxGetJointForce", hinge) == pytest.approx(0.02, rel=1e-3)
+    assert world.call("simxGetJointForce", hinge) == pytest.approx(-0.02, rel=1e-3)
     weak = world.call("simxGetJointPosition", hinge)
     world.sim.stop()
     world.run(10)
     assert world.call("simxGetJointPosition", hinge) == weak
+
+
+def test_joint_callback_gets_the_force_that_a_client_reads() -> None:
+    source = """
+    function sysCall_jointCallback(inData) effort = inData.effort return {velocity = 100, force = 0.02} end
+    function last() return {}, {effort}, {}, '' end
+    """
+    world = scripted({"lua:hinge": source}, custom=JOINT)
+    world.run(10)
+    (effort,) = call(world, "last", on="hinge")[1]
+    assert effort == pytest.approx(-0.02, rel=1e-3)
+    assert effort == pytest.approx(world.call("simxGetJointForce", world.handle("hinge")), rel=1e-3)
 
 
 def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -> None:

@@ -71,7 +71,7 @@ def test_every_name_of_the_force_limit_sets_the_same(world: ScriptWorld, call: s
 def test_the_force_of_a_motor_that_accelerates_is_read(world: ScriptWorld) -> None:
     assert world.lua(HINGE + "return sim.getJointForce(j), sim.setJointTargetPosition(j, 1)") == [0, 1]
     world.passes(1)
-    assert world.value("sim.getJointForce(sim.getObjectHandle('hinge'))") > 0
+    assert world.value("sim.getJointForce(sim.getObjectHandle('hinge'))") < 0  # it pushes upwards
 
 
 def test_an_interval_is_a_minimum_and_a_range(world: ScriptWorld) -> None:

@@ -79,7 +79,7 @@ def test_gripper_strokes_between_the_positions_scripts_wait_for() -> None:
     robot.grip(0.05)
     robot.wait(1.5)
     assert 0.0536 < robot.opening < 0.0542
-    assert robot.sim.joints.force(robot.gripper) == pytest.approx(20)
+    assert robot.sim.joints.force(robot.gripper) == pytest.approx(-20)
     robot.grip(-0.05)
     robot.wait(2.5)
     assert -0.0477 < robot.opening < -0.047
@@ -104,7 +104,7 @@ def test_ball_is_grasped_lifted_held_and_released() -> None:
     robot.grip(-0.05)
     robot.wait(1.5)
     assert robot.opening == pytest.approx(0.0022, abs=5e-4)  # 50 mm - 47.2 mm, less what the pads give
-    assert sim.joints.force(robot.gripper) == pytest.approx(-20)
+    assert sim.joints.force(robot.gripper) == pytest.approx(20)
     robot.aim((78.0, -15.0, 110.7, -32.9, -90.0, -12.0))
     robot.wait(2)
     assert frames.get_position(sim, ball)[2] > 0.2

@@ -84,7 +84,7 @@ def pixel(cid, point):
 def test_the_three_things_have_the_colours_of_the_authors_picture(tutorial):
     _, cid, pictures = tutorial
     rgb = pictures["kinect_rgb"]
-    assert_colour(rgb, pixel(cid, (-0.625, 0.275, 0.2)), (186, 218, 0))  # top of the yellow cylinder
+    assert_colour(rgb, pixel(cid, (-0.644, 0.274, 0.2)), (186, 218, 0))  # top of the yellow cylinder
     assert_colour(rgb, pixel(cid, (-0.75, 0.105, 0.05)), (62, 172, 23))  # front of the green cube
     light, dark = (197, 195, 188), (180, 177, 169)
     assert_colour(rgb, pixel(cid, (-0.25, 0.25, 0.0)), light)

@@ -45,7 +45,10 @@ class Joint(SceneObject):
 
     @property
     def force(self) -> float:
-        """What the motor exerts, mean of the last pass; positive pushes towards greater positions. 0 while stopped."""
+        """Return the motor's force in N or torque in N m, mean over the last simulation step; 0 while stopped.
+
+        The sign is V-REP's, as in `simxGetJointForce`: negative while the motor pushes towards greater positions.
+        """
         return self._ask(lambda calls: calls.simxGetJointForce(self.handle))
 
     @property
@@ -121,7 +124,7 @@ class Joints(Sequence[Joint]):
 
     @property
     def forces(self) -> Array:
-        """What the motors exert, mean of the last pass."""
+        """Return the motors' forces in N or torques in N m, with the sign of `Joint.force`."""
         return self._read(lambda calls, joint: calls.simxGetJointForce(joint.handle))
 
     @property

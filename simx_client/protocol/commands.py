@@ -513,7 +513,7 @@ def _joints() -> Iterator[Command]:
         "simxGetJointForce",
         "",
         "force:float",
-        "N m or N along the joint's axis, mean of the last pass; 0 while stopped.",
+        "N m or N, mean of the last simulation step; negative while the motor pushes along +z; 0 while stopped.",
         0x100D,
         "sim.getJointForce",
         "simxJointGetForce",

@@ -57,9 +57,7 @@ def set_joint_target_position(sim: Simulation, joint: int, position: float) -> N
 
 @handler("simxGetJointForce")
 def get_joint_force(sim: Simulation, joint: int) -> float:
-    """N m or N of the motor along +z on the child: positive pushes towards greater positions; mean of the last pass.
-
-    0 while stopped, and when no motor or spring acts.
+    """The sign is V-REP's: the reverse of the force on the child along +z. 0 also when no motor or spring acts.
 
     Differs: in a scene without position controllers the first call of a run is answered with the last physics step's.
     """

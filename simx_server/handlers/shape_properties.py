@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import CommandError
 from ..scene.objects import ObjectKind, SceneObject
-from ..scene.respondable import collect_masks
+from ..scene.respondable import collect_masks, compile_hulls
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
@@ -34,14 +34,18 @@ def is_respondable(sim: Simulation, handle: int) -> bool:
 
 def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
     """Let a shape collide or not; on again, its geoms collide as the scene file says (all, if it says none do)."""
-    model, spec = sim.model, sim.scene.spec
     if respondable == is_respondable(sim, handle):
         return
-    geoms = _geoms(sim, handle)
-    originals = [spec.geom(model.geom(geom).name) for geom in geoms]
-    any_collides = any(original.contype or original.conaffinity for original in originals)
-    for geom, original in zip(geoms, originals, strict=True):
-        contype, conaffinity = (original.contype, original.conaffinity) if any_collides else (1, 1)
+    names = [sim.model.geom(geom).name for geom in _geoms(sim, handle)]
+    originals = [sim.scene.spec.geom(name) for name in names]
+    masks = [(original.contype, original.conaffinity) for original in originals]
+    if not any(any(mask) for mask in masks):
+        masks = [(1, 1)] * len(masks)
+        if respondable:
+            compile_hulls(sim, names)
+    model = sim.model
+    for name, (contype, conaffinity) in zip(names, masks, strict=True):
+        geom = model.geom(name).id
         model.geom_contype[geom] = contype if respondable else 0
         model.geom_conaffinity[geom] = conaffinity if respondable else 0
     collect_masks(model)

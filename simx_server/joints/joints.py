@@ -115,13 +115,14 @@ class Joints(Machine):
         write_force_limit(binding, state, self._sim.model)
 
     def force(self, handle: int) -> float:
-        """Motor force along the joint's +z on its child, mean over the last pass; 0 when stopped or not driven.
+        """Return the motor's force (N) or torque (N m), mean over the last simulation step, with V-REP's sign.
 
-        Positive means that the motor pushes the child towards greater positions, so a motor that carries a weight has
-        the sign opposite to the weight's pull. Of a spring and damper it is the force of both.
+        The sign is the reverse of the force that the motor applies to the child along the joint's +z: a motor that
+        pushes towards greater positions gives a negative number. A spring with damper gives the force of both. The
+        result is 0 when the simulation is stopped or no motor acts.
 
-        Averaging costs a stop after every physics step: in a scene without position controllers it begins with the
-        first call of a run, which itself is answered with the force of the last step.
+        Averaging costs a stop after every physics step: in a scene without position controllers it starts with the
+        first call of a run, which itself returns the force of the last physics step.
         """
         binding, state = self._single(handle)
         self._average_force = True
@@ -129,12 +130,7 @@ class Joints(Machine):
             return 0.0
         if rule_of(binding, state) in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
             return 0.0
-        value = float(self._stepper.mean_force[binding.out]) * binding.gear
-        model = self._sim.model
-        if binding.element == "joint" and model.jnt_actfrclimited[binding.id]:
-            low, high = model.jnt_actfrcrange[binding.id].tolist()
-            value = min(max(value, low), high)
-        return value
+        return binding.reported_force(self._sim.model, self._stepper.mean_force)
 
     def mode(self, handle: int) -> JointMode:
         """Of any joint, spherical ones too."""

@@ -54,7 +54,7 @@ class ScriptedJoints:
                     "currentPos": position,
                     "targetPos": state.target_position,
                     "errorValue": state.target_position - position,
-                    "effort": float(data.actuator_force[binding.out]) * binding.gear,
+                    "effort": binding.reported_force(self._model, data.actuator_force),
                     "dynStepSize": float(self._model.opt.timestep),
                     "targetVel": state.target_velocity,
                     "maxForce": state.max_force,

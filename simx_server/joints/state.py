@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import mujoco
+import numpy as np
 
 from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.objects import SceneObject
@@ -100,6 +101,21 @@ class Binding:
     def dof_count(self) -> int:
         """Degrees of freedom: 3 of a spherical joint, else 1."""
         return 3 if self.kind == "ball" else 1
+
+    def reported_force(self, model: mujoco.MjModel, actuator_forces: np.ndarray) -> float:
+        """Return the motor's force (N) or torque (N m) at the joint with V-REP's sign.
+
+        V-REP reports the reverse of what the motor applies to the child along the joint's +z.
+
+        Args:
+            model: The model that the binding belongs to; a force limit of the joint itself counts.
+            actuator_forces: Forces at the actuators, as `MjData.actuator_force`.
+        """
+        force = float(actuator_forces[self.out]) * self.gear
+        if self.element == "joint" and model.jnt_actfrclimited[self.id]:
+            low, high = model.jnt_actfrcrange[self.id].tolist()
+            force = min(max(force, low), high)
+        return 0.0 - force  # never -0.0
 
     @property
     def file_spring(self) -> tuple[float, float]:

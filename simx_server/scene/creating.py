@@ -18,6 +18,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.annotations import Annotation
 from simx_server.scene.grafting import Graft, graft
 from simx_server.scene.loader import prepare
+from simx_server.scene.loose_meshes import settle
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -120,9 +121,12 @@ def create_mesh(sim: Simulation, points: np.ndarray, faces: np.ndarray, stem: st
     if len(points) == 3:  # MuJoCo wants four, of which one may belong to no triangle
         points = np.vstack([points, points.mean(axis=0)])
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    return _add_shape(
-        sim, stem, lambda spec, geom: _use_mesh(spec, geom, points - centre, faces), body, tuple(centre)
-    )
+
+    def fill(spec: mujoco.MjSpec, geom: Any) -> None:
+        _use_mesh(spec, geom, points - centre, faces)
+        settle(geom)
+
+    return _add_shape(sim, stem, fill, body, tuple(centre))
 
 
 def create_height_field(sim: Simulation, heights: np.ndarray, width: float) -> int:

@@ -19,6 +19,7 @@ from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.annotations import MEASURED, SceneError
 from simx_server.scene.grafting import Graft, graft
 from simx_server.scene.loader import build, read_spec
+from simx_server.scene.loose_meshes import settle, settle_loose_meshes
 from simx_server.scene.objects import Scene
 from simx_server.scene.script_texts import SCRIPT_NOTES
 from simx_server.scene.transplant import gather_geoms
@@ -51,10 +52,12 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
             note[kind] = {**note[kind], **origin}
     base = objects[model.base]
     notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
+    spec = model.scene.spec.copy()
+    settle_loose_meshes(spec)
     handles = graft(
         sim,
         Graft(
-            spec=model.scene.spec.copy(),
+            spec=spec,
             names={(item.element, item.element_name): item.name for item in objects.values()},
             annotations=notes,
             welded=model.scene.welded_bodies,
@@ -118,5 +121,5 @@ def _mesh_spec(path: Path, name: str) -> mujoco.MjSpec:
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     body = spec.worldbody.add_body(name=name)
-    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    settle(body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name))
     return spec

@@ -6,7 +6,7 @@ stands at its top), else of the high bytes. The masks only take away: what the s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,9 @@ ALL_MASKS = 0xFFFF
 
 _LOCAL, _GLOBAL = 0x00FF, 0xFF00
 
+_FLAT = 1e-6
+"""Ratio of a mesh's thickness to its size below which it counts as flat."""
+
 _EXCLUSION = INTERNAL + "mask:"
 """Part of the names of what masks exclude; in what was copied something stands before it."""
 
@@ -38,6 +41,37 @@ def collect_masks(model: mujoco.MjModel) -> None:
     ):
         of_bodies[:] = 0
         np.bitwise_or.at(of_bodies, model.geom_bodyid, of_geoms)
+
+
+def compile_hulls(sim: Simulation, names: Sequence[str]) -> None:
+    """Compile the convex hulls of the meshes of these geoms, which are to collide, where there are none yet.
+
+    MuJoCo computes a hull only for meshes that collide in the file. Without one it finds a single point of contact
+    with a plane or another mesh, on which a body rocks, sinks in and creeps. Flat meshes have no hull.
+
+    Raises:
+        CommandError: MuJoCo cannot compute a hull, or physics is under way.
+    """
+    wanted = [name for name in names if _lacks_hull(sim.model, sim.model.geom(name).id)]
+    if not wanted:
+        return
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        for name in names:
+            geom = spec.geom(name)
+            geom.contype = geom.conaffinity = 1
+
+    edit(sim, surgery, set())
+
+
+def _lacks_hull(model: mujoco.MjModel, geom: int) -> bool:
+    mesh = int(model.geom_dataid[geom])
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH or model.mesh_graphadr[mesh] >= 0:
+        return False
+    first = int(model.mesh_vertadr[mesh])
+    points = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])].astype(float)
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[2] > _FLAT * spread[0])
 
 
 def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:

@@ -156,7 +156,7 @@ def test_the_force_is_0_while_stopped_and_the_motors_torque_in_a_run(
     v.simxSetJointForce(cid, shoulder, 2.0, BLOCKING)
     v.simxSetJointTargetVelocity(cid, shoulder, 10000.0, BLOCKING)
     step(cid, 0.1)
-    assert simx(cid, shoulder, BLOCKING)[1] == pytest.approx(2.0, rel=0.05), "it pushes the child upwards"
+    assert simx(cid, shoulder, BLOCKING)[1] == pytest.approx(-2.0, rel=0.05), "it pushes the child upwards"
     v.simxStopSimulation(cid, BLOCKING)
     assert simx(cid, shoulder, BLOCKING) == (OK, 0.0)
     for each in wrong:

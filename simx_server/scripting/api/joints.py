@@ -59,7 +59,10 @@ class JointFunctions(ApiPart):
         return self._sim.joints.velocity(self._self(joint))
 
     def getJointForce(self, joint: int) -> float:
-        """Of the motor, mean of the last pass; 0, where V-REP gave nil, before there was one."""
+        """Force of the motor, mean of the last simulation step; negative while it pushes towards greater positions.
+
+        0, where V-REP gave nil, before there was one.
+        """
         return joints.get_joint_force(self._sim, self._self(joint))
 
     def setJointForce(self, joint: int, force: float) -> int:
