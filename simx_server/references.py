@@ -17,6 +17,7 @@ from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
 
 from .errors import CommandError
 from .library import shipped_scenes
+from .scene.urdf import is_urdf
 
 _PACKAGE = "package://"
 """Begins file names in URDF; MuJoCo goes on with the rest."""
@@ -35,7 +36,10 @@ _DEEPEST = 16
 
 
 def check_references(file: Path, folders: Collection[Path]) -> None:
-    """Raises CommandError for a file that names others outside the folders (resolved), or is no well-formed XML."""
+    """Raises CommandError for a file that names others outside the folders (resolved), or is no well-formed XML.
+
+    Meshes of a URDF are not looked at: `Sources.confined` finds them in these folders only.
+    """
     if file.suffix.lower() in MESH_SUFFIXES:
         return
     seen: set[Path] = set()
@@ -44,13 +48,22 @@ def check_references(file: Path, folders: Collection[Path]) -> None:
         for name, content in _members(file):
             _check(content, file.parent / name, file.parent, folders, seen, 0)
     else:
-        _check(_read(file), file, file.parent, folders, seen, 0)
+        content = _read(file)
+        skipped = ("mesh",) if is_urdf(content) else ()
+        _check(content, file, file.parent, folders, seen, 0, skipped)
 
 
 def _check(
-    content: bytes, file: Path, folder: Path, folders: Collection[Path], seen: set[Path], depth: int
+    content: bytes,
+    file: Path,
+    folder: Path,
+    folders: Collection[Path],
+    seen: set[Path],
+    depth: int,
+    skipped: Collection[str] = (),
 ) -> None:
-    """`folder`: that of the file which includes all others; MuJoCo looks there first, then beside the file itself."""
+    """`folder`: that of the file which includes all others; MuJoCo looks there first, then beside the file itself.
+    `skipped`: tags of elements that may name any file."""
     name = file.name
     try:
         # MuJoCo takes every file for UTF-8, whatever it says: read otherwise, it would say something else here.
@@ -64,7 +77,7 @@ def _check(
         bases += [folder / value for key, value in element.attrib.items() if key.endswith("dir")]
     for element in elements:
         for key, value in element.attrib.items():
-            if not key.startswith("file"):
+            if not key.startswith("file") or element.tag in skipped:
                 continue
             named = value.removeprefix(_PACKAGE)
             places = [base / named for base in bases]

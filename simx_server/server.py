@@ -35,6 +35,8 @@ from .recording.opened import Opened
 from .recording.replay_engine import Divergence
 from .recording.replaying import replay
 from .scene.objects import ObjectKind
+from .scene.saving import save_mjcf
+from .scene.sources import Sources
 from .sensors.render_thread import RenderThread
 from .settings import Settings
 from .simulation import Simulation
@@ -69,7 +71,9 @@ def build_simulation(
     stack.callback(simulation.scripts.close)
     if settings.command_server:
         simulation.on_load.append(partial(add_command_server, simulation))
+    simulation.sources = Sources.of(settings.package)
     scene = find_scene(settings.scene or DEFAULT_SCENE)
+    simulation.own_scene = scene.resolve()
     if prepare is not None:
         prepare(simulation, scene)
     simulation.load(scene)
@@ -85,6 +89,8 @@ def serve(settings: Settings) -> int:
         return FAILURE
     if settings.replay is not None:
         return _replay(settings.replay, settings)
+    if settings.save_mjcf is not None:
+        return _save(settings.save_mjcf, settings)
     if settings.snapshot is not None:
         return _picture(settings.snapshot, settings)
     with ExitStack() as stack:
@@ -122,6 +128,15 @@ def attach_outputs(simulation: Simulation, settings: Settings, stack: ExitStack,
     if settings.state_log is not None:
         shot = Shot(simulation, settings.camera, settings.size) if settings.camera else None
         stack.callback(StateLog(simulation, settings.state_log, shot, settings.fps, began=began).close)
+
+
+def _save(path: Path, settings: Settings) -> int:
+    try:
+        save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, Sources.of(settings.package))
+    except CommandError as error:
+        logger.error("%s", error)
+        return FAILURE
+    return DONE
 
 
 def _picture(path: Path, settings: Settings) -> int:

@@ -88,6 +88,7 @@ def _refuse_impossible_recording(settings: Settings) -> None:
 def _refuse_impossible_pictures(settings: Settings) -> None:
     """A snapshot is no server, and a film is one server's."""
     others = {"snapshot": ("video", "state_log", "record"), "video": (), "state_log": ()}
+    others["save_mjcf"] = (*others, "record", "replay")
     for name, more in others.items():
         if getattr(settings, name) is None:
             continue
@@ -109,11 +110,14 @@ def _refuse_impossible_pictures(settings: Settings) -> None:
 def _refuse_what_nobody_is_served(settings: Settings) -> None:
     """A replay and a snapshot leave when they are done, and the one has its settings from the recording."""
     if settings.replay:
-        beside, meaningless = "--replay", (*_OF_SERVERS, *DECISIVE, "workspace", "duration")
+        beside, meaningless = "--replay", (*_OF_SERVERS, *DECISIVE, "workspace", "package", "duration")
         needed = {"allow_code"}  # a recording may ask for it
         needed |= {"duration"} if settings.snapshot else set()
     elif settings.snapshot:
         beside, meaningless, needed = "--snapshot", _OF_SERVERS, set[str]()
+    elif settings.save_mjcf:
+        beside, needed = "--save-mjcf", set[str]()
+        meaningless = (*_OF_SERVERS, *DECISIVE, "workspace", "duration")
     else:
         return
     for name in meaningless:

@@ -181,6 +181,14 @@ def folder(text: str) -> Path:
     return path.resolve()
 
 
+def package(text: str) -> str:
+    """``NAME=DIR`` of an existing folder, which comes back in full."""
+    name, sign, path = text.partition("=")
+    if not sign or not re.fullmatch(r"[^/\\\s]+", name.strip()) or not path.strip():
+        raise ValueError(text)
+    return f"{name.strip()}={folder(path.strip())}"
+
+
 def one_of(words: tuple[str, ...]) -> Callable[[str], str]:
     def parse(text: str) -> str:
         word = text.strip().lower()

@@ -34,6 +34,7 @@ from simx_server.setting_rules import (
     new_file_ending,
     one_of,
     only_yes,
+    package,
     picture_size,
     port,
     positive,
@@ -197,6 +198,15 @@ class Settings:
         folder,
         metavar="FOLDER",
     )
+    package: tuple[str, ...] = _setting(
+        (),
+        "--package",
+        "folder of a ROS package that a URDF names, repeatable",
+        "NAME=DIR with an existing folder",
+        package,
+        metavar="NAME=DIR",
+        many=True,
+    )
     limit: tuple[str, ...] = _setting(
         (),
         "--limit",
@@ -251,6 +261,15 @@ class Settings:
         "a file in an existing folder whose name ends in .png",
         new_file_ending(".png"),
         metavar="FILE.png",
+        unset="nothing",
+    )
+    save_mjcf: Path | None = _setting(
+        None,
+        "--save-mjcf",
+        "write SCENE as MJCF and leave, for example a URDF",
+        "a file in an existing folder whose name ends in .xml",
+        new_file_ending(".xml"),
+        metavar="FILE.xml",
         unset="nothing",
     )
     video: Path | None = _setting(

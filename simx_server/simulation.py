@@ -19,11 +19,13 @@ from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError
 from simx_server.hooks import Hooks, Listener, call
 from simx_server.joints import Joints
-from simx_server.library import find_scene
 from simx_server.limits import Limits
 from simx_server.physics_calls import PhysicsCalls
 from simx_server.scene.loader import empty_scene, load_scene
 from simx_server.scene.objects import Scene
+from simx_server.scene.overlaps import log_overlaps
+from simx_server.scene.sources import Sources
+from simx_server.scene_search import find_for_client
 from simx_server.signals import Signals
 from simx_server.sleepers import Sleepers
 from simx_server.snapshot import Snapshot
@@ -121,8 +123,14 @@ class Simulation(Hooks):
         self._soon: list[Listener] = []
         self.find_file: Callable[[str, bool], Path] = self._find_file
         """The scene file that a text means, or (True) model file. Raises CommandError. A replay has its own."""
+        self.sources = Sources.of()
+        """Where what scenes and models name is searched, beyond their own folder."""
         self.more_folders: list[Path] = []
         """From which clients may load too."""
+        self.scene_is_of_client = False
+        """A client sent the scene's file, or one that it is made of."""
+        self.own_scene: Path | None = None
+        """The scene that the server was started with, which the operator trusts with what it names."""
         self.scene: Scene
         self.model: mujoco.MjModel
         self.data: mujoco.MjData
@@ -176,14 +184,25 @@ class Simulation(Hooks):
         """Started, and nothing has been computed yet."""
         return self.is_running and self.pass_count == 0
 
-    def load(self, path: str | Path) -> None:
-        """Replace the scene by that of a file. Raises CommandError while not stopped, SceneError for a bad file."""
+    def load(self, path: str | Path, name: str | None = None, sources: Sources | None = None) -> None:
+        """Replace the scene by that of a file.
+
+        Args:
+            name: what the file is called, if not by its own name, as one that a client lends.
+            sources: where what it names is searched, if not in all the simulation's own.
+
+        Raises:
+            CommandError: not stopped. SceneError: the file is bad; the present scene stays.
+        """
         self._require_stopped("a scene can be loaded")
-        scene, model = load_scene(path)
+        is_of_client = self.client_files.made(Path(path))
+        scene, model = load_scene(path, sources or self.sources, name)
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         call(self.on_closing)
         self._adopt(scene, model)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
+        log_overlaps(scene, model, self.data)
+        self.scene_is_of_client = is_of_client
         call(self.on_load)
         call(self.on_model_changed)
 
@@ -367,6 +386,7 @@ class Simulation(Hooks):
         self.scene_id += 1
         self.data = mujoco.MjData(model)
         self.dynamics_enabled = True
+        self.scene_is_of_client = False
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True
         mujoco.mj_forward(model, self.data)
@@ -379,7 +399,7 @@ class Simulation(Hooks):
         self.changed()
 
     def _find_file(self, text: str, is_model: bool) -> Path:
-        return find_scene(text, self.workspace, model=is_model).resolve()
+        return find_for_client(text, self.workspace, self.scene.path, self.more_folders, model=is_model)
 
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:

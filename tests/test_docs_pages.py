@@ -23,7 +23,7 @@ from simx_client.redirect import VARIABLE, format_redirects
 from simx_server import cli
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.annotations import GRAMMAR
-from simx_server.scene.loader import load_text
+from simx_server.scene.loader import load_scene, load_text
 from simx_server.settings import Settings
 from simx_server.viewer.page import command as view_command
 
@@ -78,6 +78,12 @@ def test_porting_page_program_runs_unchanged_on_its_scene(ported: dict[str, str]
         capture_output=True, text=True, timeout=60, env=os.environ | {"PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (0, ported[line]), done.stderr
+
+
+def test_porting_page_scene_has_a_shipped_robot_twice(ported: dict[str, str]) -> None:
+    scene, _ = load_scene("two_robots.xml")
+    for copy in ("", "#0"):
+        assert scene.by_name(f"Pioneer_p3dx_leftMotor{copy}") is not None
 
 
 def test_porting_page_what_is_missing_is_a_problem(

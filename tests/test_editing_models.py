@@ -245,7 +245,7 @@ def test_vrep_name_finds_the_model_of_the_same_stem(world: World, caplog) -> Non
 
 
 @pytest.mark.parametrize(
-    "name", ["nothing.ttm", "nothing.xml", "../gripper.xml", "/etc/passwd", "gripper.lua"]
+    "name", ["nothing.ttm", "nothing.xml", "../nothing.xml", "/etc/passwd", "gripper.lua", "/", "..", "."]
 )
 def test_what_is_no_model_of_the_workspace_is_refused_and_nothing_changes(world: World, name: str) -> None:
     world.call("simxSetObjectSelection", [1])

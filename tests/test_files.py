@@ -311,7 +311,7 @@ def test_lent_file_under_a_hostile_name_is_refused(client, there):
 
 
 @pytest.mark.parametrize(
-    "path", ["C:\\scenes\\arm.xml", "\\\\host\\arm.xml", "../client/cube.xml", "/etc/hostname"]
+    "path", ["C:\\scenes\\cube.xml", "\\\\host\\cube.xml", "../client/cube.xml", "/etc/hostname", "C:\\", "/"]
 )
 def test_server_side_paths_outside_are_refused(client, here, path):
     assert v.simxLoadScene(client, path, 0, BLOCKING) == REMOTE_ERROR

@@ -48,7 +48,10 @@ class SceneView:
             ]
             return [each for each in self.objects if parts and _is_on_path(parts, each["path"])]
         wanted = plain.removesuffix("#")
-        return [each for each in self.objects if matches(wanted, each["name"])]
+        found = [each for each in self.objects if matches(wanted, each["name"])]
+        if not found and (link := re.sub(r"_(?:respondable|visual)(#\d+)?$", r"\1", wanted)) != wanted:
+            found = [each for each in self.objects if matches(link, each["name"]) and each["type"] == "shape"]
+        return found
 
     def nearest(self, text: str) -> list[str]:
         """Up to three names that look like it."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
-from simx_client.protocol.files import MESH_SUFFIXES, twins, vrep_stem
+from simx_client.protocol.files import MESH_SUFFIXES, twins
 
 from .. import workspace
 from ..errors import CommandError
@@ -15,6 +16,7 @@ from ..library import shipped_scenes
 from ..references import check_references
 from ..scene.annotations import SceneError
 from ..scene.models import load_model as add_model
+from ..scene.sources import Sources
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -73,7 +75,8 @@ def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data
 def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> None:
     """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
 
-    What the file names must lie in these folders too.
+    What the file names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
+    program was written on, counts by its last part alone.
 
     Differs: scenes are MJCF or URDF; for a `.ttt` file the same name with such an ending is taken.
 
@@ -85,11 +88,8 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
-        check_references(found, _open_folders(sim))
         _tell(sim, found)
-        sim.load(found)
-        if sim.scene.path is not None and name != found.name:
-            sim.scene.path = sim.scene.path.with_name(name)
+        sim.load(found, name, _sources_for(sim, found))
 
 
 @handler("simxLoadModel", with_client=True)
@@ -121,22 +121,36 @@ def find_mesh(sim: Simulation, text: str) -> Path:
     return found
 
 
-def find_scene_of_server(sim: Simulation, text: str) -> Path:
-    """The scene file that a script names; it may be loaded. Raises CommandError: not stopped, no such file, a file
-    elsewhere."""
+def load_scene_of_server(sim: Simulation, text: str) -> None:
+    """As simxLoadScene of a file of the server's side, for scripts: as soon as no script is under way.
+
+    Raises CommandError: not stopped, no such file, a file elsewhere.
+    """
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     found = _find(sim, _checked(text))
-    check_references(found, _open_folders(sim))
-    return found
+    sim.soon(partial(sim.load, found, None, _sources_for(sim, found)))
 
 
 def _add(sim: Simulation, found: Path, name: str) -> int:
-    check_references(found, _open_folders(sim))
+    sources = _sources_for(sim, found)
     _tell(sim, found)
-    handle = add_model(sim, found, PurePosixPath(name).stem)
+    handle = add_model(sim, found, name, sources)
     sim.selection = [handle]
     return handle
+
+
+def _sources_for(sim: Simulation, found: Path) -> Sources:
+    """Where to search for what a file names: in the open folders alone, since a client or a script named the file.
+
+    Raises CommandError for a file that names others outside them. The scene of the server's start may name any, unless
+    a client has changed it.
+    """
+    if found == sim.own_scene and not sim.client_files.made(found):
+        return sim.sources
+    folders = _open_folders(sim)
+    check_references(found, folders)
+    return sim.sources.confined(folders)
 
 
 @contextmanager
@@ -157,9 +171,9 @@ def file_to_load(
         found = find(_checked(path))
         yield found, found.name
         return
-    name, data = lent
+    name, data = PurePosixPath(lent[0]).name, lent[1]
     if twins(name):
-        found = find(PurePosixPath(name).name)
+        found = find(name)
         yield found, found.name
         return
     if (own := _own_copy(sim, path, data)) is not None:
@@ -168,14 +182,16 @@ def file_to_load(
     with workspace.lent(sim.workspace, name, data) as file:
         try:
             yield file, name
-        except SceneError as problem:
+        except CommandError as problem:
             text = str(problem).replace(file.name, name)
-            if "opening file" in text:
+            if "opening file" in text or "not there" in text:
                 text += (
                     f"; the client sent '{name}' alone, and what it names is looked for in the server's "
                     f"workspace {sim.workspace}: bring it there, for example with simxTransferFile"
                 )
-            raise SceneError(text) from problem
+            if text == str(problem):
+                raise
+            raise (SceneError if isinstance(problem, SceneError) else CommandError)(text) from problem
 
 
 def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
@@ -197,19 +213,14 @@ def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
 
 
 def _checked(path: str) -> str:
-    """As `workspace.check_name`. Of a V-REP file on a drive, where V-REP is installed on Windows, its name alone."""
+    """As `workspace.check_name`. Of a file on a drive or share of Windows its name alone."""
     given = PureWindowsPath(path)
-    return workspace.check_name(given.name if given.drive and vrep_stem(given.name) is not None else path)
+    return workspace.check_name(given.name if given.drive and given.name else path)
 
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
     found = sim.find_file(text, model)
-    if not any(found.is_relative_to(folder) for folder in _open_folders(sim)):
-        raise CommandError(
-            f"{text!r} lies outside the server's workspace {sim.workspace}; "
-            "move it there, or start the server with --workspace"
-        )
     _tell(sim, found)
     return found
 

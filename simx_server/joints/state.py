@@ -129,6 +129,7 @@ class JointState:
     """V-REP's settings of one joint."""
 
     annotated: bool
+    """Whether targets leave motor and control loop as they are; else the last target decides about them."""
     mode: JointMode
     motor: bool
     control_loop: bool
@@ -229,7 +230,7 @@ def initial_state(
         offset, shift = shift, offset
     position += offset
     return JointState(
-        annotated=annotated,
+        annotated=annotated and not note.get("switches", False),
         mode=MODE_WORDS[str(note.get("mode", "force"))],
         motor=bool(note.get("motor", native in (Native.POSITION, Native.VELOCITY))),
         control_loop=loop,

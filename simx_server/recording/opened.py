@@ -17,6 +17,7 @@ import mujoco
 
 from .. import __version__
 from ..errors import CommandError
+from ..scene.sources import Sources
 from ..setting_conflicts import DECISIVE
 from ..settings import SettingError, Settings
 from ..simulation import Simulation
@@ -89,6 +90,7 @@ class Opened:
     def attach(self, simulation: Simulation) -> None:
         """Let files' names mean what they meant."""
         simulation.more_folders.append(self._folder)
+        simulation.sources = self._sources(simulation.sources)
         simulation.find_file = self._find
 
     def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:
@@ -134,6 +136,16 @@ class Opened:
         if ".." in given.parts:
             raise LogError(f"the recording names a file by {path!r}, which no recorder does")
         return own
+
+    def _sources(self, present: Sources) -> Sources:
+        """Where the recorded server searched. Raises LogError."""
+        described = self.header.get("sources")
+        if described is None:  # an old recording, whose scenes had what they name beside them
+            return present
+        try:
+            return Sources.described_as(described, self._own)
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise LogError("the recording's header cannot be used: its sources are none") from None
 
     def _find(self, text: str, is_model: bool) -> Path:
         try:

@@ -69,6 +69,7 @@ class Recorder:
             "began": self.began,
             "scene": str(scene.resolve()),
             "workspace": str(simulation.workspace),
+            "sources": simulation.sources.described(),
             **{name: _as_flag(getattr(self._settings, name)) for name in DECISIVE},
         }
         self._log.put(Kind.HEADER, header)
@@ -142,7 +143,7 @@ class Recorder:
         self._log.put(Kind.STATE, True, state.digests(self._sim))
 
     def _read(self, path: Path) -> None:
-        for file in files_of(path):
+        for file in files_of(path, self._sim.sources):
             try:
                 content = file.read_bytes()
             except OSError:

@@ -5,18 +5,28 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree
 
-_XML = (".xml", ".mjcf", ".urdf")
-_PACKAGE = "package://"
+from ..scene.includes import included_files
+from ..scene.sources import Sources
+from ..scene.surroundings import PARTS
+from ..scene.urdf import is_urdf, urdf_files
+
+_XML = (".xml", ".mjcf", ".urdf", ".xacro")
 
 
-def files_of(path: Path) -> list[Path]:
+def files_of(path: Path, sources: Sources) -> list[Path]:
     """The file itself first, then each relative name in it, and in what it includes, that is a file's; resolved.
 
-    Looked for beside the scene, beside what it includes, and in all folders that one of them gives as a directory: more
-    than MuJoCo would take is harmless. Of an archive or a mesh the file alone.
+    Looked for beside the scene, beside what it includes, in all folders that one of them gives as a directory, and
+    where `sources` finds shipped parts and packages: more than MuJoCo would take is harmless. Of an archive or a mesh
+    the file alone.
     """
     first = path.resolve()
     found = [first]
+    if first.suffix.lower() in _XML:
+        found += included_files(first, sources)
+        if _is_urdf(first):
+            found += urdf_files(first, sources) + [sources.shipped / part for part in PARTS]
+        found = list(dict.fromkeys(found))
     folders = [first.parent]
     named: list[str] = []
     for file in found:  # grows
@@ -29,10 +39,17 @@ def files_of(path: Path) -> list[Path]:
         attributes = [(key, value) for element in elements for key, value in element.attrib.items()]
         folders += [first.parent / value for key, value in attributes if key.endswith("dir")]
         folders.append(file.parent)
-        named += [value.removeprefix(_PACKAGE) for key, value in attributes if key.startswith("file")]
+        named += [value for key, value in attributes if key.startswith("file")]
         folders, named = list(dict.fromkeys(folders)), list(dict.fromkeys(named))
         found += [each for each in _existing(folders, named) if each not in found]
     return found
+
+
+def _is_urdf(path: Path) -> bool:
+    try:
+        return is_urdf(path.read_bytes())
+    except OSError:
+        return False
 
 
 def _existing(folders: list[Path], names: list[str]) -> list[Path]:

@@ -122,6 +122,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
         "hybrid": _switch,
         "rewind": _switch,
         "cyclic": _switch,
+        "switches": _switch,
         "target_position": _number,
         "target_velocity": _number,
         "parent": str,
@@ -191,6 +192,7 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
     },
     "model": {"base": _switch},
     "mount": {"on": str, "ahead": _number},
+    "copies": {"count": _count, "x": _number, "y": _number, "z": _number, "turn_deg": _number},
     "ui": {"file": str},
 }
 

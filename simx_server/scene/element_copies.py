@@ -140,3 +140,22 @@ def _copy_orientation(old: Any, new: Any) -> None:
     new.type = old.type
     for name in ("axisangle", "xyaxes", "zaxis", "euler"):
         getattr(new, name)[:] = getattr(old, name)
+
+
+def agree(spec: mujoco.MjSpec, with_spec: mujoco.MjSpec) -> None:
+    """Give it the other's settings of physics, pictures and memory: the scene's count, and MuJoCo warns of others."""
+    pairs = [(spec.option, with_spec.option), (spec.stat, with_spec.stat)]
+    for part in ("global_", "headlight", "map", "quality", "rgba", "scale"):
+        pairs.append((getattr(spec.visual, part), getattr(with_spec.visual, part)))
+    for target, source in pairs:
+        _write(target, source, [name for name in dir(source) if not name.startswith("_")])
+    _write(spec, with_spec, [name for name in dir(spec) if name.startswith("n") or name == "memory"])
+
+
+def _write(target: Any, source: Any, names: list[str]) -> None:
+    for name in names:
+        value = getattr(source, name)
+        if isinstance(value, np.ndarray):
+            getattr(target, name)[:] = value
+        elif isinstance(value, int | float):
+            setattr(target, name, value)

@@ -7,27 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from simx_server.scene.annotations import PREFIX, Annotation
-from simx_server.scene.element_copies import Copier
+from simx_server.scene.element_copies import Copier, agree
 from simx_server.scene.names import copy_names
 from simx_server.scene.recompile import edit
-from simx_server.scene.registered import LISTS
+from simx_server.scene.registered import renamed, renamed_registered
 from simx_server.scene.tree import GRAFT_END, Addition
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
-
-_REFERENCES = ("parent", "master", "entity")
-"""Keys of annotations that name another object."""
-
-_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "tip", "target", "base"}
-"""Those of what is registered."""
 
 Element = tuple[str, str]
 """What carries an object: the MuJoCo kind and the element's name."""
@@ -70,7 +63,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
         if addition.copies:
             Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
             return
-        _agree(addition.spec, spec)
+        agree(addition.spec, spec)
         spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
         spec.dedup_assets()
 
@@ -118,12 +111,7 @@ def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names
     registered = {kind: dict(notes) for kind, notes in scene.annotations.registered.items()}
     for kind, notes in added.items():
         for name, note in notes.items():
-            registered.setdefault(kind, {})[names[name]] = {
-                key: ",".join(names.get(word, word) for word in str(value).split(","))
-                if key in _REGISTERED_REFERENCES
-                else value
-                for key, value in note.items()
-            }
+            registered.setdefault(kind, {})[names[name]] = renamed_registered(note, names)
     scene.annotations = replace(scene.annotations, registered=registered)
 
 
@@ -138,32 +126,3 @@ def _strip(spec: mujoco.MjSpec) -> None:
     for sensor in list(spec.sensors):
         if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
             spec.delete(sensor)
-
-
-def _agree(spec: mujoco.MjSpec, with_spec: mujoco.MjSpec) -> None:
-    """Give it the other's settings of physics, pictures and memory: the scene's count, and MuJoCo warns of others."""
-    pairs = [(spec.option, with_spec.option), (spec.stat, with_spec.stat)]
-    for part in ("global_", "headlight", "map", "quality", "rgba", "scale"):
-        pairs.append((getattr(spec.visual, part), getattr(with_spec.visual, part)))
-    for target, source in pairs:
-        _write(target, source, [name for name in dir(source) if not name.startswith("_")])
-    _write(spec, with_spec, [name for name in dir(spec) if name.startswith("n") or name == "memory"])
-
-
-def _write(target: Any, source: Any, names: list[str]) -> None:
-    for name in names:
-        value = getattr(source, name)
-        if isinstance(value, np.ndarray):
-            getattr(target, name)[:] = value
-        elif isinstance(value, int | float):
-            setattr(target, name, value)
-
-
-def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
-    """Annotations of one object whose references to other objects mean the added ones."""
-    return {
-        kind: {
-            key: names.get(str(value), value) if key in _REFERENCES else value for key, value in note.items()
-        }
-        for kind, note in notes.items()
-    }

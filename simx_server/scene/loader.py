@@ -22,9 +22,14 @@ import mujoco
 
 from simx_server.scene.annotations import SceneError, read_annotations
 from simx_server.scene.dependencies import add_dependencies
+from simx_server.scene.includes import shipped_includes
+from simx_server.scene.model_copies import copy_models
 from simx_server.scene.mounting import mount_bodies
 from simx_server.scene.objects import Scene
+from simx_server.scene.sources import Sources
+from simx_server.scene.surroundings import surround
 from simx_server.scene.tree import INTERNAL, build_scene
+from simx_server.scene.urdf import is_urdf, read_urdf
 
 __all__ = ["ADDED_ACTUATOR", "SceneError", "empty_scene", "load_scene", "prepare"]
 
@@ -34,31 +39,67 @@ ADDED_ACTUATOR = INTERNAL + "motor:"
 """Prefix of the names of added actuators; the rest is the joint's name."""
 
 
+_TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
+
 LONGEST_STEP = 10.0
 """Seconds of a physics step, as of a pass."""
 
 
-def load_scene(path: str | Path) -> tuple[Scene, mujoco.MjModel]:
-    """Read, prepare and compile a file. Raises SceneError."""
+def load_scene(
+    path: str | Path, sources: Sources | None = None, name: str | None = None
+) -> tuple[Scene, mujoco.MjModel]:
+    """Read, prepare and compile a file.
+
+    Args:
+        sources: where what it names is searched, beyond its own folder.
+        name: what to call the file, if not by its own name.
+
+    Raises:
+        SceneError: the file cannot be a scene.
+    """
     file = Path(path).resolve()
-    return build(read_spec(file), file)
+    return build(read_scene(file, sources, name), file if name is None else file.with_name(name))
 
 
-def read_spec(file: Path) -> mujoco.MjSpec:
+def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
+    """As `read_spec`; a robot of a URDF stands in V-REP's default scene. Raises SceneError."""
+    sources = sources or Sources.of()
+    spec = read_spec(file, sources, name)
+    if is_urdf_file(file):
+        surround(spec, sources)
+    return spec
+
+
+def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
     """An MJCF or URDF file, or either in a zip, as it stands. Raises SceneError."""
+    sources, name = sources or Sources.of(), name or file.name
     try:
-        if file.suffix != ".zip":
-            return mujoco.MjSpec.from_file(str(file))
-        with file.open("rb") as archive:
-            return mujoco.MjSpec.from_zip(archive)
+        if file.suffix == ".zip":
+            with file.open("rb") as archive:
+                return mujoco.MjSpec.from_zip(archive)
+        if is_urdf_file(file):
+            return read_urdf(file.read_bytes(), name, file, sources)
+        return mujoco.MjSpec.from_file(str(file), include=shipped_includes(file, sources))
     except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
-        raise SceneError(f"cannot read '{file.name}': {_one_line(error)}") from error
+        text = _one_line(error).replace(file.name, name)
+        if "Element 'include'" in text:
+            text += f"; it is searched beside the scene, then in the shipped scenes {sources.shipped}"
+        raise SceneError(f"cannot read '{name}': {text}") from error
+
+
+def is_urdf_file(file: Path) -> bool:
+    """Return whether a file is a URDF (or xacro); raises OSError."""
+    return file.suffix.lower() in _TEXTS and is_urdf(file.read_bytes())
 
 
 def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
     """As `load_scene` for MJCF or URDF given as text. Raises SceneError."""
     try:
-        spec = mujoco.MjSpec.from_string(xml)
+        data = xml.encode()
+        if is_urdf(data):
+            spec = read_urdf(data, "the scene text", None, Sources.of())
+        else:
+            spec = mujoco.MjSpec.from_string(xml)
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise SceneError(f"cannot read the scene text: {_one_line(error)}") from error
     return build(spec, None)
@@ -83,6 +124,7 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
         prepare(spec)
         add_dependencies(spec, annotations)
         mounted = mount_bodies(spec, annotations)
+        mounted |= copy_models(spec, annotations, mounted)
         model = compile_spec(spec)
     except UnicodeDecodeError:
         raise

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -22,6 +22,7 @@ from simx_server.scene.loader import build, read_spec
 from simx_server.scene.loose_meshes import settle, settle_loose_meshes
 from simx_server.scene.objects import Scene
 from simx_server.scene.script_texts import SCRIPT_NOTES
+from simx_server.scene.sources import Sources
 from simx_server.scene.transplant import gather_geoms
 
 if TYPE_CHECKING:
@@ -38,12 +39,17 @@ class Model:
     base: int
 
 
-def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
+def load_model(sim: Simulation, path: Path, name: str | None = None, sources: Sources | None = None) -> int:
     """Add the model of an MJCF, URDF or mesh file to the scene, stopped or running; the handle of its base.
 
-    `name`: what to call what has no name of its own, the file's stem if None. Raises SceneError, CommandError.
+    Args:
+        name: what the file is called, if not by its own name; objects without a name are called by its stem.
+        sources: where what it names is searched, if not in all the simulation's own.
+
+    Raises:
+        SceneError, CommandError: the file is no model; the scene stays as it is.
     """
-    model = read_model(path, name or path.stem)
+    model = read_model(path, name or path.name, sources or sim.sources)
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
     origin = {"folder": str(path.resolve().parent), "of_client": sim.client_files.made(path)}
@@ -80,35 +86,39 @@ def load_model(sim: Simulation, path: Path, name: str | None = None) -> int:
     return found
 
 
-def read_model(path: Path, name: str) -> Model:
-    """Read and check a file by itself. Raises SceneError."""
-    spec = _mesh_spec(path, name) if path.suffix.lower() in MESH_SUFFIXES else read_spec(path)
+def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
+    """Read and check a file by itself. `name` and `sources` as of `load_model`. Raises SceneError."""
+    name = name or path.name
+    is_mesh = path.suffix.lower() in MESH_SUFFIXES
+    spec = _mesh_spec(path, name) if is_mesh else read_spec(path, sources, name)
     if list(spec.worldbody.geoms):
+        stem = PurePosixPath(name).stem
         taken = {body.name for body in spec.bodies}
-        while name in taken:
-            name += "_base"
-        gather_geoms(spec, name)
-    scene, _ = build(spec, path)
+        while stem in taken:
+            stem += "_base"
+        gather_geoms(spec, stem)
+    scene, _ = build(spec, path.with_name(name))
     top = scene.children(-1)
     if not top:
-        raise SceneError(f"'{path.name}' has no objects, so it is no model")
+        raise SceneError(f"'{name}' has no objects, so it is no model")
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
     return Model(scene, (marked or bodies or top)[0])
 
 
-def _mesh_spec(path: Path, name: str) -> mujoco.MjSpec:
+def _mesh_spec(path: Path, file_name: str) -> mujoco.MjSpec:
     """A static body with the mesh as its shape, in the file's own coordinates (metres).
 
     The points are taken into the spec: later edits need the file no more.
     """
+    name = PurePosixPath(file_name).stem
     reader = mujoco.MjSpec()
     reader.add_mesh(name="mesh", file=str(path.resolve()), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     reader.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
     try:
         read = reader.compile()
     except (ValueError, mujoco.FatalError) as error:
-        raise SceneError(f"cannot read '{path.name}': {' '.join(str(error).split())}") from error
+        raise SceneError(f"cannot read '{file_name}': {' '.join(str(error).split())}") from error
     points = read.mesh_vert.copy().astype(float)
     for index, point in enumerate(read.mesh_vert):
         mujoco.mju_rotVecQuat(points[index], point.astype(float), read.mesh_quat[0])

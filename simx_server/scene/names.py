@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _INDEX = re.compile(r"^(?P<alias>.*)\[(?P<index>\d+)\]$")
 _COPY = re.compile(r"#\d*$")
 
+_LINK_SHAPES = ("_respondable", "_visual")
+"""What V-REP's importer of URDF appends to the names of links."""
+
 _LONGEST_NAME = 200
 """Characters; for something longer nobody is told what looks like it, as that takes long to find out."""
 
@@ -26,13 +29,12 @@ def alias_of(name: str) -> str:
     return _COPY.sub("", name)
 
 
-def copy_names(names: Collection[str], taken: Collection[str]) -> dict[str, str]:
+def copy_names(names: Collection[str], taken: Collection[str], rise: int = 0) -> dict[str, str]:
     """Names for objects that are added together, by the name they have: V-REP's rule for copies.
 
-    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...), the least with which no name
-    is taken.
+    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...), the least from `rise` on with
+    which no name is taken.
     """
-    rise = 0
     while True:
         found = {name: _with_number(name, rise) for name in names}
         if not any(name in taken for name in found.values()):
@@ -52,6 +54,7 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
     """The handle meant by `text`.
 
     Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
+    `NAME_visual` and `NAME_respondable`, where there are none, mean the body `NAME`, as a link of a URDF is one here.
     Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it, `[i]` picks the
     i-th (from 0) of several, `*` and `?` are wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
     Raises UnknownName, whose text lists the nearest names.
@@ -63,9 +66,22 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
     else:
         name = plain.removesuffix("#")
         found = scene.by_name(name)
+        if found is None:
+            found = _link_of(scene, name)
     if found is None:
         raise UnknownName(text, nearest_names(scene, plain), silent=silent)
     return found
+
+
+def _link_of(scene: Scene, name: str) -> int | None:
+    """The link that V-REP's importer of URDF makes two shapes of, one that is seen and one that collides."""
+    alias = alias_of(name)
+    for suffix in _LINK_SHAPES:
+        if alias.endswith(suffix):
+            found = scene.by_name(alias.removesuffix(suffix) + name.removeprefix(alias))
+            if found is not None and scene.objects[found].element == "body":
+                return found
+    return None
 
 
 def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:

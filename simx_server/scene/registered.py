@@ -6,7 +6,7 @@ old ones back. An entry lives as long as its annotation is among them and the ob
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -20,6 +20,12 @@ _T = TypeVar("_T")
 
 LISTS = frozenset({"objects", "tree", "below", "chain", "without"})
 """Keys of a collection's annotation that name objects, with commas between them."""
+
+_REFERENCES = ("parent", "master", "entity")
+"""Keys of annotations that name another object."""
+
+_REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "tip", "target", "base"}
+"""Those of what is registered."""
 
 
 @dataclass(frozen=True)
@@ -102,28 +108,62 @@ class Registry(Generic[_T]):
 
 
 def concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
+    """What is registered of objects with these names and alive, as `concerned`."""
+    alive = {
+        "collection": sim.collections.names(),
+        "collision": sim.meters.collisions.names(),
+        "distance": sim.meters.distances.names(),
+        "ik": sim.ik_groups.names(),
+    }
+    present = sim.scene.annotations.registered
+    return concerned(
+        {kind: {name: present[kind][name] for name in names} for kind, names in alive.items()}, objects
+    )
+
+
+def concerned(
+    present: Mapping[str, Mapping[str, Annotation]], objects: Collection[str]
+) -> dict[str, dict[str, Annotation]]:
     """What is registered of objects with these names, per kind and name: what copies of them bring along.
 
     As in V-REP: of a collection what is left when all else is taken out of it, if anything is; a collision or distance
     object when both its entities are copied, or one that is held against all others. An IK group when all it names is.
     """
-    present = sim.scene.annotations.registered
     found: dict[str, dict[str, Annotation]] = {"collection": {}, "collision": {}, "distance": {}}
-    for name in sim.collections.names():
-        note = dict(present["collection"][name])
+    for name, registered in present.get("collection", {}).items():
+        note = dict(registered)
         for key in LISTS & note.keys():
             note[key] = ",".join(word for word in str(note[key]).split(",") if word in objects)
         if any(note.get(key) for key in LISTS - {"without"}):
             found["collection"][name] = note
     entities = {*objects, *found["collection"]}
-    for kind, meter in (("collision", sim.meters.collisions), ("distance", sim.meters.distances)):
-        for name in meter.names():
-            note = present[kind][name]
+    for kind in ("collision", "distance"):
+        for name, note in present.get(kind, {}).items():
             if note["entity1"] in entities and note.get("entity2", "all") in {*entities, "all"}:
                 found[kind][name] = note
     found["ik"] = {
-        name: present["ik"][name]
-        for name in sim.ik_groups.names()
-        if all(present["ik"][name].get(key) in {*objects, None} for key in ("tip", "target", "base"))
+        name: note
+        for name, note in present.get("ik", {}).items()
+        if all(note.get(key) in {*objects, None} for key in ("tip", "target", "base"))
     }
     return {kind: notes for kind, notes in found.items() if notes}
+
+
+def renamed_registered(note: Annotation, names: Mapping[str, str]) -> Annotation:
+    """What is registered, of other objects than it was."""
+    return {
+        key: ",".join(names.get(word, word) for word in str(value).split(","))
+        if key in _REGISTERED_REFERENCES
+        else value
+        for key, value in note.items()
+    }
+
+
+def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
+    """Annotations of one object whose references to other objects mean the added ones."""
+    return {
+        kind: {
+            key: names.get(str(value), value) if key in _REFERENCES else value for key, value in note.items()
+        }
+        for kind, note in notes.items()
+    }

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.annotations import Value
-from simx_server.scene.grafting import renamed
 from simx_server.scene.names import alias_of
+from simx_server.scene.registered import renamed
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation

@@ -212,7 +212,8 @@ class _Builder:
         """V-REP's names are unique over all kinds, MuJoCo's per kind: the second comer gets its kind appended."""
         candidate, count = name, 0
         while candidate in self.names:
-            candidate = f"{name}_{element}" + (str(count) if count else "")
+            alias = alias_of(name)  # the copy number stays at the end
+            candidate = f"{alias}_{element}{count or ''}{name.removeprefix(alias)}"
             count += 1
         return candidate
 

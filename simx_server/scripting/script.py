@@ -132,18 +132,22 @@ def script_folder(sim: Simulation, folder: Path | None) -> Path | None:
 
 
 def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
-    """A file beside the scene (or in `folder`), or in the ``models/`` there; nothing outside. Raises ScriptError."""
+    """A file beside the scene (or in `folder`), in the ``models/`` there, or among the shipped ones; nothing else.
+
+    Raises ScriptError.
+    """
     folder = script_folder(sim, folder)
     if folder is None:
         raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
     # A model's file names its script as it lies beside it, also when a scene includes that file.
-    for path in ((folder / name).resolve(), (folder / MODELS / name).resolve()):
-        if not path.is_relative_to(folder):
-            raise ScriptError(f"{name} is outside the scene's folder {folder}; put it there")
-        if path.is_file():
-            for listener in sim.on_file:
-                listener(path)
-            return path
+    for base in (folder, sim.sources.shipped):
+        for path in ((base / name).resolve(), (base / MODELS / name).resolve()):
+            if not path.is_relative_to(base):
+                raise ScriptError(f"{name} is outside the scene's folder {base}; put it there")
+            if path.is_file():
+                for listener in sim.on_file:
+                    listener(path)
+                return path
     raise ScriptError(f"{name} is not in the scene's folder {folder}, nor in its {MODELS}/")
 
 

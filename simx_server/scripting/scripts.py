@@ -138,8 +138,7 @@ class Scripts:
 
     def _find(self) -> None:
         """Another scene: its main script, if it has one; the others are found as after an edit."""
-        path = self._sim.scene.path
-        self._is_of_client = path is not None and self._sim.client_files.made(path)
+        self._is_of_client = self._sim.scene_is_of_client
         note = self._sim.scene.annotations.main_script
         if note is not None:
             self._lives.announce(self._add(ScriptKind.MAIN, -1, note, "main"))

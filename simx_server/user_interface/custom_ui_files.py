@@ -23,7 +23,7 @@ import logging
 import os
 import tomllib
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants as c
@@ -66,6 +66,8 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     is_vrep = text.lower().endswith(VREP_SUFFIX)
     stem = text[: -len(VREP_SUFFIX)] if is_vrep else text
     names = [stem + suffix for suffix in SUFFIXES] if is_vrep else [text]
+    # A path of the machine that the program was written on counts by its last part alone.
+    names += [last for name in names if (last := PureWindowsPath(name).name) and last != name]
     for folder in folders:
         for name in names:
             path = folder / name

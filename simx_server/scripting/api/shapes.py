@@ -258,7 +258,7 @@ class ShapeFunctions(ApiPart):
     def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 3) in metres and faces (m, 3)."""
         found = find_mesh(self._sim, path)
-        (mesh,) = read_model(found, found.stem).scene.spec.meshes
+        (mesh,) = read_model(found).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import time
-from functools import partial
 from typing import NoReturn
 
 from simx_client.protocol import constants as c
@@ -77,8 +76,7 @@ class SimulationFunctions(ApiPart):
 
         Partly: files are MJCF or URDF, and for a `.ttt` file the one that stands for it.
         """
-        found = files.find_scene_of_server(self._sim, file)
-        self._sim.soon(partial(self._sim.load, found))
+        files.load_scene_of_server(self._sim, file)
         return 1
 
     def closeScene(self) -> int:

@@ -1,0 +1,55 @@
+"""Shapes that lie within each other when a scene is loaded: the physics pushes them apart, often violently."""
+
+from __future__ import annotations
+
+import logging
+
+import mujoco
+
+from simx_server.scene.objects import Scene
+
+logger = logging.getLogger(__name__)
+
+_TOLERANCE = 1e-3
+"""Metres; things that rest on each other are less deep in each other."""
+
+_MOST_NAMED = 5
+
+
+def overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> dict[tuple[str, str], float]:
+    """Return the pairs of objects that overlap by more than a millimetre, with the depth in m, the deepest first.
+
+    Positions are those of `data`, which stays as it is.
+    """
+    scratch = mujoco.MjData(model)
+    scratch.qpos[:], scratch.eq_active[:] = data.qpos, data.eq_active
+    scratch.mocap_pos[:], scratch.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+    mujoco.mj_fwdPosition(model, scratch)
+    found: dict[tuple[str, str], float] = {}
+    for contact in scratch.contact:
+        depth = -float(contact.dist)
+        if depth <= _TOLERANCE or min(contact.geom) < 0:
+            continue
+        first, second = sorted(_name(scene, model, int(geom)) for geom in contact.geom)
+        found[first, second] = max(depth, found.get((first, second), 0.0))
+    return dict(sorted(found.items(), key=lambda pair: -pair[1]))
+
+
+def log_overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Warn of them by name, in one line."""
+    found = overlaps(scene, model, data)
+    if not found:
+        return
+    pairs = [f"'{one}' and '{other}' by {1000 * depth:.0f} mm" for (one, other), depth in found.items()]
+    more = f" and {len(pairs) - _MOST_NAMED} more pairs" if len(pairs) > _MOST_NAMED else ""
+    logger.warning(
+        "objects overlap at the start and will be pushed apart: %s%s; move them, or part them by "
+        "<exclude body1= body2=> under <contact>",
+        ", ".join(pairs[:_MOST_NAMED]),
+        more,
+    )
+
+
+def _name(scene: Scene, model: mujoco.MjModel, geom: int) -> str:
+    handle = scene.owner_of_geom(geom, model)
+    return scene.objects[handle].name if handle in scene.objects else "the world"

@@ -1,0 +1,241 @@
+"""Scenes and models that a client names: by a name, or a path of the machine that its program was written on."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from handler_calls import World
+from processes import PENDULUM
+from real_world import BLOCKING, handle_of, start_stepped
+from recordings import recorded, replay
+from scenes_for_tests import ARM
+from urdf_robots import write_arm
+
+import simx_client as v
+from simx_client.protocol.exit_codes import DONE
+from simx_server.errors import CommandError
+from simx_server.handlers.files import lend_file, load_scene_of_server, store_file
+from simx_server.library import shipped_scenes
+from simx_server.scene.sources import Sources
+from simx_server.simulation import Simulation
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> World:
+    """The open scene is `project/My Robot.xml`; a pendulum lies beside it, a cube in the workspace."""
+    project, workspace = tmp_path / "project", tmp_path / "workspace"
+    project.mkdir()
+    workspace.mkdir()
+    (project / "My Robot.xml").write_text(ARM)
+    (project / "pendulum.xml").write_text(PENDULUM)
+    cube = "<mujoco><worldbody><body name='cube'><geom size='.1'/></body></worldbody></mujoco>"
+    (workspace / "cube.urdf.xml").write_text(cube)
+    (workspace / "cube.xml").write_text(cube)
+    return World(file=project / "My Robot.xml", workspace=workspace)
+
+
+PATHS = {
+    "open": [
+        "My Robot",
+        "My Robot.ttt",
+        "my_robot.ttt",
+        "C:\\Users\\me\\My Robot.ttt",
+        "/home/me/scenes/My Robot.ttt",
+    ],
+    "beside": [
+        "pendulum",
+        "pendulum.xml",
+        "C:\\Users\\me\\pendulum.ttt",
+        "D:/old/pendulum.xml",
+        "../x/pendulum.ttt",
+    ],
+    "workspace": ["cube", "cube.ttt", "/home/me/cube.ttt", "\\\\server\\share\\cube.ttt", "C:\\cube.xml"],
+    "shipped": ["ur5_rg2_kinect", "/opt/V-REP/scenes/ur5 rg2 kinect.ttt", "C:\\scenes\\ur5_rg2_kinect.xml"],
+}
+OBJECTS = {"open": "shoulder", "beside": "hinge", "workspace": "cube", "shipped": "UR5_joint1"}
+
+
+@pytest.mark.parametrize(
+    ("where", "path"), [(where, path) for where, paths in PATHS.items() for path in paths]
+)
+def test_scene_is_found_by_its_name_whatever_the_path(world: World, where: str, path: str) -> None:
+    world.call("simxLoadScene", path, 0)
+    assert world.handle(OBJECTS[where])
+
+
+def test_scene_that_a_script_names_is_found_too(world: World) -> None:
+    load_scene_of_server(world.sim, "C:\\Users\\me\\pendulum.ttt")
+    world.sim.settle()
+    assert world.handle("hinge")
+
+
+def test_open_scene_is_loaded_anew_by_its_old_name_whatever_its_ending(tmp_path: Path) -> None:
+    file = write_arm(tmp_path)
+    world = World(file=file, workspace=tmp_path)
+    for name in ("my_arm.ttt", "C:\\V-REP\\my_arm.ttt", "my_arm.xml", "/home/me/my_arm.urdf"):
+        before = world.sim.scene
+        world.call("simxLoadScene", name, 0)
+        assert world.sim.scene is not before
+        assert world.sim.scene.path == file
+
+
+def test_file_at_the_path_comes_before_one_of_the_same_name(world: World, tmp_path: Path) -> None:
+    inner = tmp_path / "workspace" / "inner"
+    inner.mkdir()
+    (inner / "cube.xml").write_text(PENDULUM)
+    world.call("simxLoadScene", "inner/cube.ttt", 0)
+    assert world.handle("hinge")
+    world.call("simxLoadScene", str(inner / "cube.xml"), 0)
+    assert world.handle("hinge")
+
+
+def test_message_tells_where_it_was_searched(world: World, tmp_path: Path) -> None:
+    with pytest.raises(CommandError) as problem:
+        world.call("simxLoadScene", "C:\\Users\\me\\robot.ttt", 0)
+    text = str(problem.value)
+    assert "no scene 'robot.ttt'" in text
+    assert "looked for robot.xml, robot.mjcf, robot.urdf, robot.mjb, ..." in text
+    assert f"in {tmp_path / 'project'} and {tmp_path / 'workspace'} and among the shipped ones" in text
+    assert "convert it to MJCF or URDF" in text
+
+
+def test_stand_in_for_a_path_elsewhere_is_told(world: World, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO):
+        world.call("simxLoadScene", "/home/me/cube.xml", 0)
+    assert "'/home/me/cube.xml' is not among what clients may open" in caplog.text
+
+
+def test_answer_does_not_tell_what_lies_outside(world: World, tmp_path: Path) -> None:
+    (tmp_path / "secret.xml").write_text(ARM)
+    texts = []
+    for name in ("secret.xml", "nothing.xml"):
+        with pytest.raises(CommandError) as problem:
+            world.call("simxLoadScene", str(tmp_path / name), 0)
+        texts.append(str(problem.value).replace(name, "").replace(Path(name).stem, ""))
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize("path", ["panel.ttb", "C:\\Users\\me\\panel.ttb", "/home/me/panel.toml"])
+def test_ui_is_found_by_its_name_too(world: World, tmp_path: Path, path: str) -> None:
+    (tmp_path / "workspace" / "panel.toml").write_text('[[ui]]\nname = "panel"\n')
+    world.call("simxLoadUI", path, 0)
+    assert world.call("simxGetUIHandle", "panel") >= 0
+
+
+# --- what the operator's scene names, and recordings ----------------------------------------------
+
+
+def test_scene_of_the_start_may_be_loaded_again_with_what_it_names_elsewhere(tmp_path: Path) -> None:
+    """A URDF's meshes lie beside its folder, and not within it; it was the operator who named them."""
+    file = write_arm(tmp_path)
+    workspace = tmp_path / "workspace"
+    workspace.mkdir()
+    world = World(file=file, workspace=workspace)
+    world.sim.own_scene = file
+    world.call("simxLoadScene", "my_arm.ttt", 0)
+    assert world.handle("elbow_joint")
+    (workspace / "copy.urdf").write_text(file.read_text())
+    with pytest.raises(CommandError, match="not there"):
+        world.call("simxLoadScene", "copy.urdf", 0)
+
+
+def test_scene_of_the_start_that_a_client_has_changed_is_trusted_no_more(tmp_path: Path) -> None:
+    (tmp_path / "secret.obj").write_text("v 0 0 0\n")
+    workspace = tmp_path / "workspace"
+    workspace.mkdir()
+    file = workspace / "scene.xml"
+    file.write_text(PENDULUM)
+    world = World(file=file, workspace=workspace)
+    world.sim.own_scene = file
+    spy = "<mujoco><asset><mesh name='m' file='../secret.obj'/></asset></mujoco>"
+    store_file(world.sim, "scene.xml", spy.encode())
+    with pytest.raises(CommandError, match="outside the folders"):
+        world.call("simxLoadScene", "scene.xml", 0)
+
+
+def test_recording_has_shipped_parts_and_meshes_of_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The replay finds them, although none of them is where it was."""
+    shipped, packages, place = tmp_path / "shipped", tmp_path / "ros", tmp_path / "place"
+    place.mkdir()
+    packages.mkdir()
+    for part in ("parts/settings.xml", "parts/default_scene.xml", "models/pioneer_p3dx.xml"):
+        (shipped / part).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(shipped_scenes() / part, shipped / part)
+    made = Sources.of
+    monkeypatch.setattr(
+        Sources, "of", lambda packages=(), environment=None: replace(made(packages), shipped=shipped)
+    )
+    robots = place / "robots.xml"
+    robots.write_text(
+        "<mujoco><include file='models/pioneer_p3dx.xml'/>"
+        "<custom><text name='simx:copies:Pioneer_p3dx' data='y=1'/></custom></mujoco>"
+    )
+    urdf = write_arm(packages).rename(place / "my_arm.urdf")
+    recording = place / "run.simxlog"
+    package = f"my_arm_description={packages / 'my_arm_description'}"
+    with recorded(urdf, recording, package=(package,)) as server:
+        client = server.client()
+        for scene, joint in (("my_arm.urdf", "elbow_joint"), ("robots.xml", "Pioneer_p3dx_leftMotor#0")):
+            assert v.simxLoadScene(client, scene, 0, BLOCKING) == 0
+            start_stepped(client)
+            v.simxSetJointTargetVelocity(client, handle_of(client, joint), 1.0, BLOCKING)
+            for _ in range(3):
+                v.simxSynchronousTrigger(client)
+            assert v.simxStopSimulation(client, BLOCKING) == 0
+    monkeypatch.undo()
+    for folder in (shipped, packages):
+        shutil.rmtree(folder)
+    robots.unlink()
+    urdf.unlink()
+    assert replay(recording) == DONE
+
+
+# --- lent files -----------------------------------------------------------------------------------
+
+
+def lend(world: World, name: str, text: str) -> None:
+    lend_file(world.sim, world.client, name, name, text.encode())
+
+
+def test_lent_file_keeps_its_name_in_log_errors_and_listings(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world = World(workspace=tmp_path)
+    names: list[str] = []
+    load = Simulation.load
+    monkeypatch.setattr(
+        Simulation,
+        "load",
+        lambda self, *arguments: (load(self, *arguments), names.append(self.scene.name))[0],
+    )
+    with caplog.at_level(logging.DEBUG):
+        lend(world, "robot.xml", ARM)
+        world.call("simxLoadScene", "robot.xml", 1)
+        lend(world, "table.xml", "<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>")
+        base = world.call("simxLoadModel", "table.xml", 1)
+        problems = []
+        for bad in (
+            "<mujoco><bad></mujoco>",
+            "<mujoco><bad/></mujoco>",
+            "<mujoco><include file='missing.xml'/></mujoco>",
+            "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>",
+            "<robot name='r'><xacro:a/></robot>",
+            "<robot name='r'><link name='a'><collision><geometry><mesh filename='m.obj'/></geometry></collision></link>"
+            "</robot>",
+        ):
+            for call in ("simxLoadScene", "simxLoadModel"):
+                lend(world, "broken.xml", bad)
+                with pytest.raises(CommandError) as problem:
+                    world.call(call, "broken.xml", 1)
+                problems.append(str(problem.value))
+    assert world.sim.scene.get(base).name == "table"
+    assert names == ["robot"]
+    assert "scene 'robot' is loaded" in caplog.text
+    assert all("'broken.xml'" in text for text in problems), problems
+    assert "TEMPFILE" not in caplog.text + "".join(problems)

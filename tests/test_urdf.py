@@ -1,0 +1,344 @@
+"""Robots in URDF: packages and meshes are found, joints and links arrive as V-REP's importer made them."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import mujoco
+import pytest
+from handler_calls import World
+from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
+
+from simx_server import cli
+from simx_server.errors import CommandError
+from simx_server.joints.state import JointMode
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.loader import load_scene, load_text
+from simx_server.scene.overlaps import overlaps
+from simx_server.scene.sources import Sources
+
+NO_ENVIRONMENT: dict[str, str] = {}
+LINK = '<link name="{}"><inertial><mass value="{}"/><inertia {}/></inertial><collision>{}</collision></link>'
+ONE = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+BALL = '<geometry><sphere radius="0.1"/></geometry>'
+
+
+def sources(*packages: str, **environment: str) -> Sources:
+    return Sources.of(packages, environment)
+
+
+def written(folder: Path, text: str, name: str = "robot.urdf") -> Path:
+    file = folder / name
+    file.write_text(text)
+    return file
+
+
+# --- packages and meshes --------------------------------------------------------------------------
+
+
+def test_package_is_found_above_the_file(tmp_path: Path) -> None:
+    scene, model = load_scene(write_arm(tmp_path), sources())
+    assert model.nmesh == 8
+    assert scene.by_name("forearm_link") is not None
+
+
+def moved_urdf(tmp_path: Path) -> tuple[Path, Path]:
+    """A URDF away from its package, and the folder that holds the package."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "ros" / "src").mkdir(parents=True)
+    file = write_arm(tmp_path / "ros" / "src")
+    return file.rename(elsewhere / "robot.urdf"), tmp_path / "ros" / "src"
+
+
+@pytest.mark.parametrize("variable", ["ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"])
+def test_package_is_found_by_the_variables_of_ros_and_gazebo(tmp_path: Path, variable: str) -> None:
+    file, root = moved_urdf(tmp_path)
+    with pytest.raises(SceneError, match="--package my_arm_description=DIR"):
+        load_scene(file, sources())
+    for path in (root, root.parent, root / "my_arm_description"):
+        _, model = load_scene(file, sources(**{variable: f"/nowhere:{path}"}))
+        assert model.nmesh == 8
+
+
+def test_package_of_ros_2_is_found_in_an_install_prefix(tmp_path: Path) -> None:
+    file, root = moved_urdf(tmp_path)
+    share = tmp_path / "install" / "share"
+    share.mkdir(parents=True)
+    (root / "my_arm_description").rename(share / "my_arm_description")
+    _, model = load_scene(file, sources(AMENT_PREFIX_PATH=str(share.parent)))
+    assert model.nmesh == 8
+
+
+def test_package_file_tells_the_name_of_a_folder_that_is_called_otherwise(tmp_path: Path) -> None:
+    file, root = moved_urdf(tmp_path)
+    (root / "my_arm_description").rename(root / "arm-noetic-devel")
+    _, model = load_scene(file, sources(ROS_PACKAGE_PATH=str(root)))
+    assert model.nmesh == 8
+
+
+def test_package_flag_comes_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, root = moved_urdf(tmp_path)
+    given = f"my_arm_description={root / 'my_arm_description'}"
+    _, model = load_scene(file, sources(given))
+    assert model.nmesh == 8
+    assert cli.main([str(file), "--package", given, "--tree"]) == 0
+    assert "shoulder_pan_joint" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        cli.main(["--package", "my_arm_description=/not/there"])
+    assert "NAME=DIR with an existing folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("scheme", ["model://my_arm_description", "file://{}", "..", "{}"])
+def test_other_ways_to_name_a_mesh_are_understood(tmp_path: Path, scheme: str) -> None:
+    file = write_arm(tmp_path)
+    file.write_text(arm(scheme.format(file.parents[1])))
+    assert load_scene(file, sources())[1].nmesh == 8
+
+
+def test_mesh_that_is_not_there_is_told_with_the_places(tmp_path: Path) -> None:
+    file = write_arm(tmp_path)
+    (file.parents[1] / "meshes" / "visual" / "base_link.obj").unlink()
+    with pytest.raises(SceneError) as problem:
+        load_scene(file, sources())
+    assert "names 'package://my_arm_description/meshes/visual/base_link.obj', which is not there" in str(
+        problem.value
+    )
+    assert str(file.parents[1] / "meshes" / "visual" / "base_link.obj") in str(problem.value)
+
+
+def test_collada_is_left_out_where_it_is_only_seen(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    file = write_arm(tmp_path, arm(visual_ending="dae"))
+    for path in (file.parents[1] / "meshes" / "visual").iterdir():
+        path.rename(path.with_suffix(".dae"))
+    _, model = load_scene(file, sources())
+    assert model.nmesh == 4
+    assert (model.geom_group[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH] == 0).all(), (
+        "what collides is shown then"
+    )
+    (told,) = [each for each in caplog.messages if "drawn without" in each]
+    assert "MuJoCo reads STL and OBJ" in told
+
+
+def test_readable_mesh_beside_a_collada_file_is_taken(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = write_arm(tmp_path, arm(visual_ending="dae", collision_ending="dae"))
+    assert load_scene(file, sources())[1].nmesh == 8
+    assert not caplog.messages
+
+
+def test_collada_that_collides_is_an_error(tmp_path: Path) -> None:
+    file = write_arm(tmp_path, arm(collision_ending="dae"))
+    for path in (file.parents[1] / "meshes" / "collision").iterdir():
+        path.rename(path.with_suffix(".dae"))
+    with pytest.raises(SceneError, match=r"collides by .*base_link.dae.*save it as one of these beside it"):
+        load_scene(file, sources())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/><link name="a"/></robot>',
+        '<robot name="r"><xacro:arm/><link name="a"/></robot>',
+        '<robot name="r"><link name="a"><inertial><mass value="${m}"/></inertial></link></robot>',
+    ],
+)
+def test_xacro_by_mistake_is_told(tmp_path: Path, text: str) -> None:
+    for name in ("robot.urdf", "robot.urdf.xacro"):
+        with pytest.raises(SceneError, match=r"is a xacro file.*`xacro robot\S* > robot.urdf`"):
+            load_scene(written(tmp_path, text, name), sources())
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("<robot name='r'/>", "no <link>"), ("<robot><link name='a'></robot>", "no well-formed XML")],
+)
+def test_what_is_no_robot_is_told(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        load_scene(written(tmp_path, text), sources())
+
+
+# --- joints and links -----------------------------------------------------------------------------
+
+
+def test_joints_have_their_motor_on_position_control_and_the_limits_of_the_file(tmp_path: Path) -> None:
+    world = World(file=write_arm(tmp_path))
+    elbow = world.handle("elbow_joint")
+    state = world.sim.joints._states[elbow]
+    assert (state.mode, state.motor, state.control_loop) == (JointMode.FORCE, True, True)
+    assert (state.max_force, state.upper_velocity, state.cyclic) == (28, 3.2, False)
+    assert world.sim.joints.interval(elbow) == pytest.approx((False, -3.0, 2.5))
+    # It may not be at 0: it starts at the nearest end, where it is told to be, and the axis need not be of length 1.
+    assert state.target_position == world.call("simxGetJointPosition", elbow) == pytest.approx(-0.5)
+    link = world.sim.model.body("forearm_link")
+    assert link.quat == pytest.approx([0.9689124, 0, -0.2474040, 0], abs=1e-6)
+    world.call("simxSetJointTargetPosition", elbow, -2.0)
+    world.run(40)
+    assert world.call("simxGetJointPosition", elbow) == pytest.approx(-2.0, abs=0.02)
+    # A force below the file's effort and one above it are both V-REP's to set.
+    world.call("simxSetJointMaxForce", elbow, 100.0)
+    assert not world.sim.model.jnt_actfrclimited.any()
+
+
+def test_robot_on_wheels_is_free_and_drives(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO):
+        world = World(file=written(tmp_path, DIFFERENTIAL))
+    assert "'base_footprint' stands on its moving links" in caplog.text
+    assert "the inertia of 'caster' is zero" in caplog.text
+    assert not overlaps(world.sim.scene, world.sim.model, world.sim.data)
+    left, right = world.handle("left_wheel_joint"), world.handle("right_wheel_joint")
+    assert world.sim.joints._states[left].cyclic
+    base = world.handle("base_link")
+    assert world.call("simxGetObjectPosition", base, -1)[2] == pytest.approx(0.08, abs=1e-3)
+    for wheel in (left, right):
+        world.call("simxSetJointTargetVelocity", wheel, 2.0)
+    world.run(40)
+    x, y, _ = world.call("simxGetObjectPosition", base, -1)
+    assert x == pytest.approx(2 * 0.08 * 2.0, rel=0.1)
+    assert abs(y) < 0.01
+
+
+def test_arm_stays_where_it_is_fixed(tmp_path: Path) -> None:
+    world = World(file=write_arm(tmp_path))
+    base = world.handle("base_link")
+    world.run(20)
+    assert world.call("simxGetObjectPosition", base, -1) == [0, 0, 0]
+
+
+def test_mimic_joint_follows_its_master(tmp_path: Path) -> None:
+    world = World(file=written(tmp_path, GRIPPER))
+    left, right = world.handle("left_finger_joint"), world.handle("right_finger_joint")
+    state = world.sim.joints._states[right]
+    assert (state.mode, state.master, state.factor) == (JointMode.DEPENDENT, left, -1)
+    world.call("simxSetJointTargetPosition", left, 0.03)
+    world.run(20)
+    assert world.call("simxGetJointPosition", left) == pytest.approx(0.03, abs=1e-3)
+    assert world.call("simxGetJointPosition", right) == pytest.approx(-0.03, abs=1e-3)
+
+
+def test_links_that_a_joint_connects_do_not_collide_with_what_is_fixed_to_them() -> None:
+    """MuJoCo parts a parent from its child, but not from the world's own bodies; and a fixed link is a body too."""
+    joint = (
+        '<joint name="{0}_{1}" type="{2}"><parent link="{0}"/><child link="{1}"/><axis xyz="0 0 1"/></joint>'
+    )
+    text = "".join(LINK.format(name, 1, ONE, BALL) for name in ("world", "base", "plate", "arm", "hand"))
+    text += joint.format("world", "base", "fixed") + joint.format("base", "plate", "fixed")
+    text += joint.format("base", "arm", "continuous") + joint.format("arm", "hand", "continuous")
+    scene, model = load_text(f'<robot name="r">{text}</robot>')
+    data = mujoco.MjData(model)
+    # The world's own ball and those of the base touch the hand only: between them and it lies the arm.
+    touching = {pair for pair in overlaps(scene, model, data) if "arm" in pair}
+    assert touching == set()
+    assert {pair for pair in overlaps(scene, model, data) if pair == ("base", "hand")}
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        '<link name="a"/>',
+        '<link name="a"><inertial><mass value="0"/></inertial></link>',
+        LINK.format("a", 0, 'ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"', BALL),
+        LINK.format("a", 1, 'ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"', BALL),
+        LINK.format("a", 1, 'ixx="1" iyy="1" izz="9"', BALL),
+        '<link name="a"><inertial><mass value="1"/></inertial></link>',
+    ],
+)
+def test_links_without_or_with_an_odd_inertia_are_repaired(tmp_path: Path, link: str) -> None:
+    text = (
+        f'<robot name="r"><link name="world"/>{link}<joint name="j" type="continuous"><parent link="world"/>'
+        '<child link="a"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    world = World(file=written(tmp_path, text))
+    world.call("simxSetJointTargetVelocity", world.handle("j"), 1.0)
+    world.run(10)
+    assert world.call("simxGetJointPosition", world.handle("j")) == pytest.approx(0.5, abs=0.1)
+
+
+def test_names_of_vreps_importer_find_the_link(tmp_path: Path) -> None:
+    world = World(file=write_arm(tmp_path))
+    link = world.handle("forearm_link")
+    for name in ("forearm_link_visual", "forearm_link_respondable", "forearm_link_visual#"):
+        assert world.handle(name) == link
+    for name in ("nothing_visual", "_visual", "elbow_joint_visual"):
+        with pytest.raises(CommandError):
+            world.handle(name)
+
+
+def test_urdf_stands_in_vreps_default_scene_and_as_a_model_alone(tmp_path: Path) -> None:
+    world = World(file=write_arm(tmp_path))
+    names = {item.name for item in world.sim.scene.objects.values()}
+    assert {"ResizableFloor_5_25", "DefaultLightA", "DefaultCamera", "tool0"} <= names
+    assert world.sim.scene.is_model_base(world.handle("base_link"))
+    count = len(names)
+    world.sim.workspace = tmp_path
+    base = world.call("simxLoadModel", "my_arm_description/urdf/my_arm.urdf", 0)
+    assert world.sim.scene.get(base).name == "base_link#0"
+    assert len(world.sim.scene.objects) == count + 8
+
+
+# --- what overlaps, and saving --------------------------------------------------------------------
+
+
+def test_objects_that_overlap_at_the_start_are_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    boxes = "".join(
+        f"<body name='{name}' pos='{x} 0 0.1'><freejoint/><geom type='box' size='.1 .1 .1'/></body>"
+        for name, x in (("one", 0), ("two", 0.15), ("three", 1))
+    )
+    floor = "<geom name='ground' type='plane' size='5 5 1'/>"
+    World(file=written(tmp_path, f"<mujoco><worldbody>{floor}{boxes}</worldbody></mujoco>", "boxes.xml"))
+    (told,) = [each for each in caplog.messages if "overlap" in each]
+    assert "'one' and 'two' by 50 mm" in told
+    assert "three" not in told
+    assert "ground" not in told
+
+
+def test_saved_mjcf_is_the_same_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_arm(tmp_path)
+    saved = tmp_path / "saved.xml"
+    assert cli.main([str(file), "--save-mjcf", str(saved)]) == 0
+    assert "my_arm_description/meshes/visual/base_link.obj" in saved.read_text()
+    one, other = World(file=file), World(file=saved)
+    for world in (one, other):
+        world.call("simxSetJointTargetPosition", world.handle("elbow_joint"), -1.0)
+        world.run(10)
+    assert other.sim.data.qpos == pytest.approx(one.sim.data.qpos, abs=1e-5)
+    elbows = [world.sim.joints._states[world.handle("elbow_joint")] for world in (one, other)]
+    assert elbows[0].max_force == elbows[1].max_force == 28
+    assert [item.name for item in one.sim.scene.objects.values()] == [
+        item.name for item in other.sim.scene.objects.values()
+    ]
+    with pytest.raises(SystemExit):
+        cli.main([str(file), "--save-mjcf", str(saved), "--speed", "2"])
+    assert "has no meaning beside --save-mjcf" in capsys.readouterr().err
+
+
+def test_mesh_of_a_clients_urdf_is_found_in_the_open_folders_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A package that the environment or a folder above the workspace knows is the operator's alone."""
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "part.obj").write_text(TETRAHEDRON.format(1))
+    workspace = tmp_path / "workspace"
+    workspace.mkdir()
+    mesh = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
+    text = f'<robot name="r"><link name="a">{mesh}</link></robot>'
+    world = World(workspace=workspace)
+    monkeypatch.setattr(world.sim, "sources", sources(ROS_PACKAGE_PATH=str(tmp_path)))
+    (workspace / "link").symlink_to(secret)
+    for uri in (
+        "package://secret/part.obj", "model://secret/part.obj", f"file://{secret}/part.obj", f"{secret}/part.obj",
+        "../secret/part.obj", "package://workspace/../secret/part.obj", "link/part.obj", "package://../secret/part.obj",
+    ):  # fmt: skip
+        written(workspace, text.format(uri), "spy.urdf")
+        for call in ("simxLoadScene", "simxLoadModel"):
+            with pytest.raises(CommandError) as problem:
+                world.call(call, "spy.urdf", 0)
+            assert "not there" in str(problem.value), "it is not told whether the file exists"
+    world.sim.sources = sources(f"secret={secret}")
+    written(workspace, text.format("package://secret/part.obj"), "spy.urdf")
+    world.call("simxLoadModel", "spy.urdf", 0)
