@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
+from simx_client.protocol.parser import Parser
 from simx_server import log_format
 from simx_server.setting_rules import web_address
 from simx_server.settings import LOG_LEVELS
@@ -112,12 +113,10 @@ def _end_at_eof(page: Page) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         PROGRAM,
         description="A page in the browser that shows a running server and has it operated.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument(
         "server",
