@@ -45,7 +45,7 @@ examples:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Serve a page until interrupted. Returns the exit code."""
-    options = _parser().parse_args(argv)
+    options = make_parser().parse_args(argv)
     log_format.configure(options.log_level, options.log_format, several=False)
     if problem := missing():
         logger.error("%s", problem)
@@ -112,7 +112,8 @@ def _end_at_eof(page: Page) -> None:
     os._exit(DONE)
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the page's process."""
     parser = Parser(
         PROGRAM,
         description="A page in the browser that shows a running server and has it operated.",
