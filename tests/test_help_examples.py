@@ -95,7 +95,11 @@ def in_words(example: str, port: int) -> list[str]:
     words = words[1:] if words[0] == "simx" else words[3:]
     if "--every" in words:
         words[words.index("--every") + 1] = "0.01"
-    return [*words, "--count", "1"] if words[0] == "watch" and "--count" not in words else words
+    if words[0] == "watch" and "--count" not in words:
+        words += ["--count", "1"]
+    if words[0] in ("call", "watch", "image", "status"):
+        words += ["--timeout", "60"]  # the machine may be busy
+    return words
 
 
 @pytest.mark.parametrize("example", [*COMMANDS, *OF_PAGE])
