@@ -149,13 +149,11 @@ def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
 
 def test_start_pause_and_stop_really_do(place: Place) -> None:
     assert place.until(place.is_lit("Stop"))
-    assert place.until(place.is_lit("1x"))
     place.button("Start").click()
     assert place.until(place.is_state("running"))
     assert place.until(lambda: place.client.simulation.time > 0.2)
     place.page.get_by_text("running", exact=True).wait_for()
     assert place.until(place.is_lit("Start"))
-    assert not place.is_lit("Stop")()
     place.button("Pause").click()
     assert place.until(place.is_state("paused"))
     place.page.get_by_text("paused", exact=True).wait_for()
@@ -168,9 +166,7 @@ def test_buttons_and_tabs_stand_beside_the_scroll_bar(place: Place) -> None:
     edges = [place.button(name).bounding_box() for name in ("One pass", "max")]
     tabs = [place.page.get_by_role("tab", name=name).bounding_box() for name in ("Objects", "View")]
     assert None not in (*edges, *tabs)
-    assert all(box["x"] + box["width"] <= WIDTH - 11 for box in edges if box), (
-        "12 pixels, one of them rounded"
-    )
+    assert all(box["x"] + box["width"] < WIDTH - 14 for box in edges if box), "the bar takes 12 pixels"
     assert len({box["y"] for box in tabs if box}) == 1, "all tabs stand in one row"
 
 
