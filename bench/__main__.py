@@ -12,6 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
+from simx_client.protocol.nearest import did_you_mean
+from simx_client.protocol.parser import Parser
+
 from .client import CallFailed
 from .machine import Watch, description
 from .measure import FULL, QUICK
@@ -43,8 +46,8 @@ REPORT = Path(__file__).with_name("REPORT.md")
 
 
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench",
+    parser = Parser(
+        "python -m bench",
         description="Measure what a call, a pass and a picture cost here, each beside its baseline.",
         epilog="A full run also writes bench/REPORT.md and bench/plots/; a shorter one only prints, "
         "unless --report is given.",
@@ -57,7 +60,8 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parsed = parser.parse_args(arguments)
     for name in parsed.names:
         if name not in MEASUREMENTS:
-            parser.error(f"there is no measurement {name!r}; there are {', '.join(MEASUREMENTS)}")
+            meant = did_you_mean(name, MEASUREMENTS) or ";"
+            parser.error(f"there is no measurement {name!r}{meant} there are {', '.join(MEASUREMENTS)}")
     return parsed
 
 

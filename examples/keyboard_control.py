@@ -278,24 +278,24 @@ def scripted_keys(robot: Robot, album: Album) -> Iterator[None]:
                 sys.exit(f"gave up: {what} did not happen within {seconds:.0f} s")
             yield
 
-    say("[1/5] g: to the view pose")
     press("g")
     yield from until("arriving at the view pose", robot.has_arrived)
-    say("[2/5] " + " ".join(JOINT_KEYS) + ": every joint a little, and back")
+    say("[1/5] g: the arm is at the view pose")
     for forwards, back in JOINT_KEYS:
         for key in forwards * 8 + back * 8:
             press(key)
             yield
     yield from until("coming back to the view pose", robot.has_arrived)
-    say(f"[3/5] t: close the gripper, its joint is at {robot.gap():+.3f} m")
+    say("[2/5] " + " ".join(JOINT_KEYS) + ": every joint has turned a little, and back")
     press("t")
     yield from until("closing the gripper", lambda: robot.gap() < CLOSED)
-    say(f"[4/5] y: open the gripper, its joint is at {robot.gap():+.3f} m")
+    say(f"[3/5] t: the gripper is closed, its joint is at {robot.gap():+.3f} m")
     press("y")
     yield from until("opening the gripper", lambda: robot.gap() > OPEN)
-    say(f"[5/5] space: take pictures, the gripper's joint is at {robot.gap():+.3f} m")
+    say(f"[4/5] y: the gripper is open, its joint is at {robot.gap():+.3f} m")
     press("space")
     yield from until("saving a picture", lambda: album.saved > 0)
+    say("[5/5] space: a colour and a depth image are saved")
     press("p")
 
 

@@ -9,7 +9,8 @@ from functools import partial
 from importlib import import_module
 
 from simx_client.command_parser import program
-from simx_client.protocol.exit_codes import INTERRUPTED
+from simx_client.protocol.exit_codes import INTERRUPTED, USAGE
+from simx_client.protocol.parser import Parser
 from simx_client.protocol.terminal import print_what_can_be, while_read
 
 COMMANDS = {
@@ -29,18 +30,25 @@ COMMANDS = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Hand the remaining arguments to the command; its exit code is returned, 130 after Ctrl-C."""
+    """Hand the remaining arguments to the command and return its exit code, 130 after Ctrl-C.
+
+    ``simx help COMMAND`` is ``simx COMMAND --help``. Without a command the help is printed, and the exit code is 2.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if words and words[0] == "help":
+        words = [*words[1:2], "--help"]
     commands = "\n".join(f"  {name:10} {meaning}" for name, (meaning, _) in COMMANDS.items())
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         program(),
         usage=f"{program()} COMMAND [ARGS...]",
-        description=f"commands:\n{commands}\n\nCOMMAND --help says more.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+        description=f"commands:\n{commands}\n\n{program()} COMMAND --help prints more; simx-server starts a simulator.",
     )
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    options = parser.parse_args(argv)
+    if not words:
+        parser.print_help()
+        return USAGE
+    options = parser.parse_args(words)
     try:
         command = partial(import_module(COMMANDS[options.command][1]).main, options.arguments)
         if options.command == "run":  # there stdout is the script's

@@ -6,6 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from .protocol.parser import Parser
+
 SCRIPT = "simx"
 """The console script that is ``python -m simx_client``."""
 
@@ -33,11 +35,9 @@ def command_parser(
         usage: the words that follow the name, where argparse's own usage says too little.
     """
     prog = f"{program()} {name}"
-    return argparse.ArgumentParser(
+    return Parser(
         prog,
         usage=None if usage is None else f"{prog} {usage}",
         description=description,
         epilog=None if examples is None else called(examples),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )

@@ -15,7 +15,6 @@ import shlex
 import signal
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 from pathlib import Path
 from types import FrameType
 
@@ -30,6 +29,8 @@ from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
 from simx_client.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.nearest import file_like
+from simx_client.protocol.parser import Parser
 
 PROGRAM = "simx-run"
 
@@ -49,13 +50,11 @@ examples:
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags come before SCRIPT; all that follows it belongs to the script."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         PROGRAM,
         usage=f"{PROGRAM} [options] SCRIPT [ARGS...]",
         description="Run a Python script written for V-REP's or CoppeliaSim's legacy remote API, unmodified.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument("script", metavar="SCRIPT", help="the Python file")
     parser.add_argument("arguments", metavar="ARGS", nargs=argparse.REMAINDER, help="its own arguments")
@@ -81,7 +80,6 @@ def make_parser() -> argparse.ArgumentParser:
         help="print a Python 2 script as Python 3, and do not run it",
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="say what is replaced")
-    parser.add_argument("--version", action="version", version=f"{PROGRAM} {_version()}")
     return parser
 
 
@@ -98,7 +96,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         source = Path(path).read_bytes()
     except OSError as error:
-        return _refuse(f"cannot open {options.script}: {error.strerror}; name the script's .py file", USAGE)
+        meant = file_like(options.script, (".py",)) or ";"
+        return _refuse(
+            f"cannot open {options.script}: {error.strerror}{meant} name the script's .py file", USAGE
+        )
     try:
         converted = convert_if_python2(source, path)
         if options.print_converted:
@@ -186,13 +187,6 @@ def _log_to_stderr() -> None:
     log.addHandler(logging.StreamHandler())
     log.setLevel(logging.INFO)
     log.propagate = False
-
-
-def _version() -> str:
-    try:
-        return metadata.version("simx-vrep")
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 if __name__ == "__main__":

@@ -12,9 +12,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from simx_client.command_parser import program
+from simx_client.command_parser import command_parser
 from simx_client.pace import OLD_SCRIPTS, VARIABLE
 from simx_client.protocol.exit_codes import DONE, FAILURE
+
+EXAMPLES = """\
+example:
+  python -m simx_client shims my_project/simulation --force
+"""
 
 SURFACE = '''\
 """Stand-in for V-REP's {name}: the same functions and constants, on simx. Needs: pip install simx-vrep."""
@@ -56,12 +61,10 @@ def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
-        f"{program()} shims",
-        description="Write stand-ins for vrep.py, sim.py, vrepConst.py and simConst.py on simx_client.",
-        epilog=f"example:\n  {program()} shims my_project/simulation --force",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
+    parser = command_parser(
+        "shims",
+        "Write stand-ins for vrep.py, sim.py, vrepConst.py and simConst.py on simx_client.",
+        examples=EXAMPLES,
     )
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="where the script looks for them")
     parser.add_argument("--force", action="store_true", help="replace files of these names")

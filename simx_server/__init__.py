@@ -11,4 +11,4 @@ Who may import whom, from the outside in; nothing imports upwards, and of the cl
     scene                         names, handles, hierarchy, frames, loading and editing
 """
 
-__version__ = "0.1.0"
+from simx_client.protocol.version import __version__ as __version__

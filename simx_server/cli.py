@@ -18,6 +18,7 @@ from functools import partial
 from importlib import metadata
 
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.parser import Parser
 from simx_client.protocol.terminal import print_what_can_be, while_read
 from simx_server import __version__, log_format
 from simx_server.sensors.mujoco_import import import_mujoco
@@ -42,7 +43,7 @@ every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Narrow first column; a switch shows the form that changes something."""
+    """Keep the first column narrow, and show of a switch the form that changes something."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=100)
@@ -62,26 +63,30 @@ def _default_of(name: str) -> object:
 
 def make_parser() -> argparse.ArgumentParser:
     """The parser; what it returns holds only what was really given, under the fields' names."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         PROGRAM,
+        version=_version(),
         usage=f"{PROGRAM} [SCENE] [options]",
         description="A MuJoCo simulation that scripts written for V-REP can drive.",
         epilog=EXAMPLES,
         formatter_class=_Help,
         argument_default=argparse.SUPPRESS,
-        allow_abbrev=False,
+        add_help=False,
     )
+    group = parser.add_argument_group()
     for name, setting in SETTINGS.items():
         spellings = [word for word in (setting.letter, setting.flag) if word]
+        if setting.heading:
+            group = parser.add_argument_group(setting.heading)
         if setting.is_positional:
-            parser.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
+            group.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
         elif setting.is_switch:
             action = argparse.BooleanOptionalAction
-            parser.add_argument(*spellings, dest=name, action=action, help=setting.help)
+            group.add_argument(*spellings, dest=name, action=action, help=setting.help)
         elif not setting.metavar:
-            parser.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
+            group.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
         elif setting.lone:
-            parser.add_argument(
+            group.add_argument(
                 *spellings,
                 dest=name,
                 nargs="?",
@@ -92,29 +97,31 @@ def make_parser() -> argparse.ArgumentParser:
         else:
             action = "append" if setting.many else "store"
             shown = argparse.SUPPRESS if setting.is_told_elsewhere else setting.help
-            parser.add_argument(*spellings, dest=name, action=action, metavar=setting.metavar, help=shown)
+            group.add_argument(*spellings, dest=name, action=action, metavar=setting.metavar, help=shown)
         for flag, meaning in setting.shortcuts.items():
             # The setting's own help names them: a screen has few lines.
-            parser.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
-    parser.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
-    parser.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
-    parser.add_argument("--doctor", action="store_true", help="test what it needs of this machine (--json)")
-    parser.add_argument(
+            group.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
+    group = parser.add_argument_group("information, printed in place of serving")
+    group.add_argument("-h", "--help", action="help", help="print this help and exit")
+    parser.add_version(group)
+    group.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
+    group.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
+    group.add_argument("--doctor", action="store_true", help="test what it needs of this machine (--json)")
+    group.add_argument(
         "--commands",
         action="store_true",
         help="print the simx functions (--json); --script-functions: those of scripts",
     )
     # The help above names them: a screen has few lines. The last is for those who write docs/.
     for hidden in ("--script-functions", "--json", "--markdown"):
-        parser.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--version", action="version", version=_version())
+        group.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
     return parser
 
 
 def _version() -> str:
     packages = {"mujoco": "mujoco", "zenoh": "eclipse-zenoh"}
     parts = [f"{name} {_installed(package)}" for name, package in packages.items()]
-    return f"{PROGRAM} {__version__} ({', '.join(parts)}, Python {platform.python_version()})"
+    return f"{__version__} ({', '.join(parts)}, Python {platform.python_version()})"
 
 
 def _installed(package: str) -> str:

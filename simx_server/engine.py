@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ from .inbox import Arrival, Event, Inbox, Read, interfere
 from .metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
-from .sessions import ClientSession, Link
+from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 from .simulation import Simulation, SimulationState
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ class Engine:
         """
         self.simulation = simulation
         self.sessions: dict[str, ClientSession] = {}
+        self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(simulation, handlers, self.metrics)
         self._publisher = Publisher(simulation, self._dispatch, pacer, self.metrics)
@@ -291,6 +292,8 @@ class Engine:
     def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
         """A client has said hello. Saying it again (after a loss) begins anew."""
         self.leave(client)
+        if again := [each for each in self.departed if each.client == client]:
+            self.departed.remove(again[0])
         session = ClientSession(client, name, port, link)
         self.sessions[client] = session
         if self.recorder is not None:
@@ -316,7 +319,19 @@ class Engine:
         if session is not None:
             if self.recorder is not None:
                 self.recorder.left(client)
+            self.departed.append(self._departed(session))
             self.metrics.left(client)
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)
+
+    def _departed(self, session: ClientSession) -> Departed:
+        return Departed(
+            session.client,
+            session.name,
+            session.port,
+            session.may_only_read,
+            self.metrics.client_calls.get(session.client, 0),
+            dict(session.called),
+            self.metrics.age,
+        )

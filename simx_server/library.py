@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
+from simx_client.protocol.nearest import did_you_mean, file_like
 from simx_server.errors import CommandError
 
 MODELS = "models"
@@ -77,7 +78,16 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
             return candidate
     what, listed = ("model", list_models()) if model else ("scene", list_scenes())
     advice = "convert it to MJCF or URDF" if stem is not None else "give the path of an MJCF or URDF file"
-    raise CommandError(f"no {what} '{text}'; shipped {what}s: {', '.join(listed) or 'none'}; {advice}")
+    meant = _like(given, listed, beside=folder is None) or ";"
+    raise CommandError(f"no {what} '{text}'{meant} shipped {what}s: {', '.join(listed) or 'none'}; {advice}")
+
+
+def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
+    """``; did you mean ...?``, of the shipped names and, for who starts the server, of the files `beside` it.
+
+    A client is not told what files there are.
+    """
+    return (file_like(given, SCENE_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
 
 
 def _with_suffixes(path: Path, suffixes: tuple[str, ...]) -> list[Path]:

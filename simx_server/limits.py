@@ -101,6 +101,8 @@ _FIELDS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {each.name: each.metadata for each in dataclasses.fields(Limits)}
 )
 
+NAMES = tuple(_FIELDS)
+
 
 def limit_text(text: str) -> str:
     """A text that `Limits.of` takes, as it was given. Raises LimitError."""

@@ -9,9 +9,29 @@ import threading
 from datetime import UTC, datetime
 from types import TracebackType
 
+from simx_client.protocol.terminal import Paint
+
 TEXT, JSON = FORMATS = ("text", "json")
 
 logger = logging.getLogger(__name__)
+
+
+_COLOURS = {"DEBUG": "grey", "INFO": "green", "WARNING": "yellow", "ERROR": "red", "CRITICAL": "red"}
+
+
+class TextFormatter(logging.Formatter):
+    """Write a line of text for each record, its level in colour where the stream shows colours."""
+
+    def __init__(self, paint: Paint, *, several: bool) -> None:
+        process = " [%(process)d]" if several else ""
+        super().__init__(f"%(asctime)s %(levelname)s{process} %(name)s: %(message)s", "%H:%M:%S")
+        self._paint = paint
+
+    def formatMessage(self, record: logging.LogRecord) -> str:
+        level = record.levelname
+        painted = self._paint(level, _COLOURS.get(level, "bold"))
+        # A copy: other handlers of the record write the plain level.
+        return super().formatMessage(logging.makeLogRecord({**vars(record), "levelname": painted}))
 
 
 class JsonFormatter(logging.Formatter):
@@ -33,7 +53,7 @@ class JsonFormatter(logging.Formatter):
 
 
 def configure(level: str, form: str, *, several: bool) -> None:
-    """Log to stderr, always without colour, so NO_COLOR needs no look; of other packages only warnings.
+    """Log to stderr; of other packages only warnings.
 
     Args:
         form: one of FORMATS; with JSON what Python itself would print there, warnings and the end by an exception,
@@ -47,10 +67,7 @@ def configure(level: str, form: str, *, several: bool) -> None:
         sys.excepthook = _log_uncaught
         threading.excepthook = _log_uncaught_in_thread
     else:
-        process = " [%(process)d]" if several else ""
-        handler.setFormatter(
-            logging.Formatter(f"%(asctime)s %(levelname)s{process} %(name)s: %(message)s", "%H:%M:%S")
-        )
+        handler.setFormatter(TextFormatter(Paint(sys.stderr), several=several))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
     for package in ("simx_server", "simx_client"):
         logging.getLogger(package).setLevel(level.upper())

@@ -16,6 +16,7 @@ from simx_client.protocol.reports import (
     Calls,
     Client,
     Command,
+    DepartedClient,
     Health,
     Metrics,
     Passes,
@@ -29,7 +30,7 @@ from . import __version__
 from .engine import Engine
 from .metrics import Failures, Histogram, Sample, percentiles
 from .sensors.render_thread import RenderThread
-from .sessions import ClientSession
+from .sessions import ClientSession, Departed
 
 
 def health(engine: Engine, realm: str) -> Health:
@@ -61,6 +62,7 @@ def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
         "calls": _calls(before, now, window),
         "commands": {name: _command(engine, name, before, window) for name in sorted(commands)},
         "clients": [_client(engine, session, before, window) for session in engine.sessions.values()],
+        "departed": [_departed(engine, each) for each in engine.departed],
         "streams": sum(len(session.streams.by_id) for session in engine.sessions.values()),
         "pictures": _pictures(engine, before, window),
         "process": _process(before, now, window),
@@ -160,6 +162,17 @@ def _client(engine: Engine, session: ClientSession, before: Sample, window: floa
         "streams": len(session.streams.by_id),
         "is_stepping": session.is_stepping,
         "commands": dict(session.called),
+    }
+
+
+def _departed(engine: Engine, departed: Departed) -> DepartedClient:
+    return {
+        "name": departed.name,
+        "role": "viewer" if departed.may_only_read else "driver",
+        "port": departed.port,
+        "calls": departed.calls,
+        "commands": dict(departed.called),
+        "ago": engine.metrics.age - departed.left_at,
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -42,6 +42,24 @@ class Link(Protocol):
         ...
 
     def close(self) -> None: ...
+
+
+MAX_DEPARTED = 20
+"""Clients that have left of which the metrics still tell; the oldest go first."""
+
+
+@dataclass(frozen=True)
+class Departed:
+    """What stays known of a client that has left."""
+
+    client: str
+    name: str
+    port: int
+    may_only_read: bool
+    calls: int
+    called: Mapping[str, int]
+    left_at: float
+    """Age of the server then, in seconds."""
 
 
 @dataclass(eq=False)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from simx_client.protocol.nearest import did_you_mean
+
 LARGEST_SIDE = 4096
 """Pixels: what a picture may have, see sensors/picture.py."""
 
@@ -50,6 +52,12 @@ class Setting:
     lone: str = ""
     """What the flag means when no value follows it."""
 
+    heading: str = ""
+    """Of the group of flags in the help that this setting begins; empty: it belongs to the group before it."""
+
+    words: tuple[str, ...] = ()
+    """Words that a value may be, or begin with before a ``=``: the nearest is suggested in an error."""
+
     is_told_elsewhere: bool = False
     """The help of another flag names it: a screen has few lines."""
 
@@ -70,7 +78,9 @@ class Setting:
         try:
             return self.parse(text)
         except ValueError:
-            raise SettingError(f"{origin}: {text!r} cannot be used; valid: {self.valid}") from None
+            word = text.partition("=")[0]
+            meant = (did_you_mean(word, self.words) if word not in self.words else "") or ";"
+            raise SettingError(f"{origin}: {text!r} cannot be used{meant} valid: {self.valid}") from None
 
 
 def yes_or_no(text: str) -> bool:

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any
 
 from simx_client.protocol import keys
+from simx_server.limits import NAMES as LIMIT_NAMES
 from simx_server.limits import VALID as VALID_LIMIT
 from simx_server.limits import Limits, limit_text
 from simx_server.log_format import FORMATS as LOG_FORMATS
@@ -71,28 +72,13 @@ class Settings:
         "a path or a name",
         str,
         unset="ur5_rg2_kinect, the tutorial's",
+        heading="scene",
     )
-    ports: tuple[int, ...] = _setting(
-        (19997, 19999),
-        "--port",
-        "port to answer on, repeatable (19997, 19999); 0: a free one",
-        "a whole number from 0 to 65535",
-        port,
-        metavar="PORT",
-        letter="-p",
-        many=True,
+    start: bool = _setting(
+        False, "--start", "start the simulation at once", _YES_OR_NO, yes_or_no, heading="simulation"
     )
-    start: bool = _setting(False, "--start", "start the simulation at once", _YES_OR_NO, yes_or_no)
     auto_start: bool = _setting(
         True, "--auto-start", "connecting on the temporary port starts nothing", _YES_OR_NO, yes_or_no
-    )
-    temporary_port: int = _setting(
-        19999,
-        "--temporary-port",
-        "the port that is there only while running (19999)",
-        "a whole number from 0 to 65535",
-        port,
-        metavar="PORT",
     )
     speed: float = _setting(
         1.0,
@@ -101,6 +87,7 @@ class Settings:
         "a number greater than 0, or max",
         speed,
         metavar="FACTOR",
+        words=("max",),
     )
     time_step: float | None = _setting(
         None,
@@ -123,6 +110,25 @@ class Settings:
     quit_after_stop: bool = _setting(
         False, "--quit-after-stop", "leave when the simulation stops", _YES_OR_NO, yes_or_no
     )
+    count: int | None = _setting(
+        None,
+        "--count",
+        "so many servers in processes of their own",
+        "a whole number from 1 to 1000",
+        between(1, 1000),
+        metavar="N",
+        unset="one, in this process",
+    )
+    arguments: tuple[str, ...] = _setting(
+        (),
+        "--argument",
+        "text that scripts read as string parameter 2, 3, ...; repeatable",
+        "up to 9 texts",
+        str,
+        metavar="TEXT",
+        letter="-g",
+        many=True,
+    )
     command_server: bool = _setting(
         False,
         "--command-server",
@@ -130,15 +136,31 @@ class Settings:
         _YES_OR_NO,
         yes_or_no,
     )
-    allow_code: bool = _setting(
-        False, "--allow-code", "clients may have their own code run in scripts", _YES_OR_NO, yes_or_no
-    )
     headless: bool = _setting(
         True,
         "--headless",
         "no window; always so, accepted for old habits",
         "yes; there is no window to ask for",
         only_yes,
+    )
+    ports: tuple[int, ...] = _setting(
+        (19997, 19999),
+        "--port",
+        "port to answer on, repeatable (19997, 19999); 0: a free one",
+        "a whole number from 0 to 65535",
+        port,
+        metavar="PORT",
+        letter="-p",
+        many=True,
+        heading="connections",
+    )
+    temporary_port: int = _setting(
+        19999,
+        "--temporary-port",
+        "the port that is there only while running (19999)",
+        "a whole number from 0 to 65535",
+        port,
+        metavar="PORT",
     )
     listen: tuple[str, ...] = _setting(
         (),
@@ -181,15 +203,6 @@ class Settings:
         metavar="NAME",
         unset="simx-PORT, of the first port; with --connect HOST-PORT",
     )
-    count: int | None = _setting(
-        None,
-        "--count",
-        "so many servers in processes of their own",
-        "a whole number from 1 to 1000",
-        between(1, 1000),
-        metavar="N",
-        unset="one, in this process",
-    )
     workspace: Path = _setting(
         Path.cwd,
         "--workspace",
@@ -197,6 +210,7 @@ class Settings:
         "an existing folder",
         folder,
         metavar="FOLDER",
+        heading="clients",
     )
     package: tuple[str, ...] = _setting(
         (),
@@ -214,7 +228,11 @@ class Settings:
         VALID_LIMIT,
         limit_text,
         metavar="NAME=N",
+        words=LIMIT_NAMES,
         many=True,
+    )
+    allow_code: bool = _setting(
+        False, "--allow-code", "clients may have their own code run in scripts", _YES_OR_NO, yes_or_no
     )
     view: str | None = _setting(
         None,
@@ -225,34 +243,7 @@ class Settings:
         metavar="PORT",
         unset="no page",
         lone="8080",
-    )
-    arguments: tuple[str, ...] = _setting(
-        (),
-        "--argument",
-        "text that scripts read as string parameter 2, 3, ...; repeatable",
-        "up to 9 texts",
-        str,
-        metavar="TEXT",
-        letter="-g",
-        many=True,
-    )
-    record: Path | None = _setting(
-        None,
-        "--record",
-        "record all calls, to be replayed (docs/recording.md)",
-        "a file in an existing folder",
-        new_file,
-        metavar="FILE",
-        unset="nothing",
-    )
-    replay: Path | None = _setting(
-        None,
-        "--replay",
-        "serve nobody: do what was recorded, and compare; --video films it",
-        "an existing file that --record made",
-        file,
-        metavar="FILE",
-        unset="nothing",
+        heading="images and recordings",
     )
     snapshot: Path | None = _setting(
         None,
@@ -320,6 +311,24 @@ class Settings:
         unset="one for each pass, 25 at most",
         is_told_elsewhere=True,
     )
+    record: Path | None = _setting(
+        None,
+        "--record",
+        "record all calls, to be replayed (docs/recording.md)",
+        "a file in an existing folder",
+        new_file,
+        metavar="FILE",
+        unset="nothing",
+    )
+    replay: Path | None = _setting(
+        None,
+        "--replay",
+        "serve nobody: do what was recorded, and compare; --video films it",
+        "an existing file that --record made",
+        file,
+        metavar="FILE",
+        unset="nothing",
+    )
     log_level: str = _setting(
         "info",
         "--log-level",
@@ -327,7 +336,9 @@ class Settings:
         ", ".join(LOG_LEVELS),
         one_of(LOG_LEVELS),
         metavar="LEVEL",
+        words=LOG_LEVELS,
         shortcuts=MappingProxyType({"-v": "debug", "-q": "warning"}),
+        heading="log",
     )
     log_format: str = _setting(
         "text",
@@ -336,6 +347,7 @@ class Settings:
         ", ".join(LOG_FORMATS),
         one_of(LOG_FORMATS),
         metavar="FORMAT",
+        words=LOG_FORMATS,
     )
     origins: Mapping[str, str] = field(default_factory=dict[str, str], compare=False, repr=False)
     """Field name to where its value came from; a field that is not in it has its default."""

@@ -51,13 +51,17 @@ def test_an_unknown_way_to_render_is_refused_before_anything_is_loaded(
     assert "MUJOCO_GL='vulkan' is not a way to render; valid are" in caplog.text
 
 
-def test_help_fits_a_screen_and_ends_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_is_short_grouped_and_ends_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as left:
         cli.main(["--help"])
     assert left.value.code == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) <= 54
+    assert len(lines) <= 72
     assert max(map(len, lines)) <= 100
+    headings = [line for line in lines if line.endswith(":") and not line.startswith(" ")]
+    declared = [f"{setting.heading}:" for setting in SETTINGS.values() if setting.heading]
+    assert headings == [*declared, "information, printed in place of serving:", "examples:"]
+    assert lines.index("connections:") < next(n for n, line in enumerate(lines) if "--listen" in line)
     examples = lines.index("examples:")
     assert all(line.startswith("  simx-server") for line in lines[examples + 1 : examples + 4])
 

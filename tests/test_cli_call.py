@@ -141,8 +141,8 @@ def test_nobody_there_is_a_failure_with_the_way_out(capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["simxGetJointPositoin", "hinge"], "do you mean simxGetJointPosition"),
-        (["GetJointPosition", "hinge"], "do you mean simxGetJointPosition"),
+        (["simxGetJointPositoin", "hinge"], "did you mean 'simxGetJointPosition'"),
+        (["GetJointPosition", "hinge"], "did you mean 'simxGetJointPosition'"),
         (["simxPackInts", "1,2"], "asks the server for nothing"),
         (["simxGetJointPosition"], "jointHandle is missing"),
         (["simxGetJointPosition", "a", "b"], "2 arguments were given"),

@@ -36,6 +36,16 @@ def test_example_presses_its_keys_and_sees_the_ball(tmp_path: Path) -> None:
     assert abs(u - 117) < 10
     assert abs(v - 194) < 10
     assert abs(distance - 0.74) < 0.03
+    # Each line says what the key has done.
+    lines = done.stdout.splitlines()
+    steps = [line for line in lines if re.match(r"\[\d/5\]", line)]
+    assert [line[:5] for line in steps] == [f"[{number}/5]" for number in range(1, 6)]
+    assert lines.index(steps[4]) > next(n for n, line in enumerate(lines) if line.startswith("saved "))
+    closed, opened = (re.search(r"joint is at ([+-]\d\.\d{3}) m", steps[number]) for number in (2, 3))
+    assert closed
+    assert opened
+    assert float(closed[1]) <= -0.045
+    assert float(opened[1]) >= 0.05
     for name in ("rgb_001.png", "depth_001.png"):
         picture = cv2.imread(str(tmp_path / "pictures" / name))
         assert picture is not None

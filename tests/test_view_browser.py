@@ -104,8 +104,18 @@ class Place:
         """Whether that comes true; the browser goes on meanwhile."""
         return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(20))
 
+    def is_lit(self, name: str) -> Callable[[], bool]:
+        return lambda: self.button(name).evaluate(LIGHTNESS) < 200
+
     def is_state(self, state: str) -> Callable[[], bool]:
         return lambda: self.client.simulation.state == state
+
+
+LIGHTNESS = """button => {
+    const parts = getComputedStyle(button).backgroundColor.match(/[\\d.]+/g).map(Number);
+    return parts[3] === 0 ? 255 : (parts[0] + parts[1] + parts[2]) / 3;
+}"""
+"""Of a button's background, 255 where there is none."""
 
 
 def is_free(port: int) -> bool:
@@ -138,15 +148,26 @@ def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
 
 
 def test_start_pause_and_stop_really_do(place: Place) -> None:
+    assert place.until(place.is_lit("Stop"))
     place.button("Start").click()
     assert place.until(place.is_state("running"))
     assert place.until(lambda: place.client.simulation.time > 0.2)
     place.page.get_by_text("running", exact=True).wait_for()
+    assert place.until(place.is_lit("Start"))
     place.button("Pause").click()
     assert place.until(place.is_state("paused"))
     place.page.get_by_text("paused", exact=True).wait_for()
     place.button("Stop").click()
     assert place.until(place.is_state("stopped"))
+
+
+def test_buttons_and_tabs_stand_beside_the_scroll_bar(place: Place) -> None:
+    place.tab("Joints")
+    edges = [place.button(name).bounding_box() for name in ("One pass", "max")]
+    tabs = [place.page.get_by_role("tab", name=name).bounding_box() for name in ("Objects", "View")]
+    assert None not in (*edges, *tabs)
+    assert all(box["x"] + box["width"] < WIDTH - 14 for box in edges if box), "the bar takes 12 pixels"
+    assert len({box["y"] for box in tabs if box}) == 1, "all tabs stand in one row"
 
 
 def test_one_pass_is_one(place: Place) -> None:
@@ -237,8 +258,10 @@ def test_a_picture_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> Non
 
 def test_the_browser_comes_back_when_the_server_does(place: Place) -> None:
     place.page.get_by_text("room —").wait_for()
+    assert place.page.title() == "room - simx"
     place.restart("other")
     place.page.get_by_text("other —").wait_for()
+    assert place.until(lambda: place.page.title() == "other - simx")
     place.tab("Objects")
     place.button(re.compile(r"\bhinge +· ")).wait_for()
     place.button("Start").click()

@@ -228,9 +228,16 @@ def test_joints_are_plotted_with_their_targets(plotted: Plotted) -> None:
     joint["position"], joint["target"] = 0.5, 0.75
     plotted.at(0.1)
     assert plotted.curves() == [[0.1], [0.5], [0.75]]
+    (chart,) = plotted.elements.all("uplot")
+    assert "range" not in chart.scales["y"]
+    plotted.look["time"] = 0.0
+    joint["target"] = 0.5
+    plotted.at(0.05)  # begun anew, and at rest
+    assert chart.scales["y"]["range"] == pytest.approx((0.4925, 0.5075))
+    plotted.at(0.1)
     plotted.survey["joints"].clear()  # it has gone
     plotted.at(0.2)
-    assert plotted.curves()[0] == [0.1]
+    assert plotted.curves()[0] == [0.05, 0.1]
 
 
 def test_the_selected_object_is_plotted_where_it_is(plotted: Plotted, tab: Tab) -> None:

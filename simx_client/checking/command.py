@@ -12,6 +12,7 @@ from typing import Any
 
 from ..protocol.commands import BY_NAME
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
+from ..protocol.parser import Parser
 from ..protocol.terminal import Paint, print_what_can_be, while_read
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
@@ -33,12 +34,10 @@ exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, or the file is 
 
 def make_parser() -> argparse.ArgumentParser:
     """The flags of the command."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         PROGRAM,
         description="Tell what a script for V-REP's legacy remote API calls, which names it wants, what is missing.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument("script", metavar="SCRIPT", type=Path, help="the Python file, of version 2 or 3")
     parser.add_argument("--scene", metavar="SCENE", help="the scene it shall run in, as for simx-server")

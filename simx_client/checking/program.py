@@ -11,6 +11,7 @@ from ..errors import SimxError
 from ..launch.bindings import CONSTANTS_ONLY, FUNCTIONS_AND_CONSTANTS, is_legacy_binding
 from ..launch.python2.convert import decode
 from ..launch.python2.loading import IsPython2, convert_if_python2
+from ..protocol.nearest import file_like
 
 logger = logging.getLogger(__name__)
 
@@ -84,7 +85,8 @@ def read_source(path: Path, *, for_sure: bool) -> Source:
     try:
         source = path.read_bytes()
     except OSError as error:
-        raise CannotRead(f"cannot open {path}: {error.strerror}; name the script's .py file") from error
+        meant = file_like(path, (".py",)) or ";"
+        raise CannotRead(f"cannot open {path}: {error.strerror}{meant} name the script's .py file") from error
     try:
         converted = convert_if_python2(source, str(path), for_sure=for_sure)
         if converted is None:

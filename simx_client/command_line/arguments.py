@@ -7,7 +7,6 @@ in the scene; where any other whole number is wanted, a legacy constant may be n
 from __future__ import annotations
 
 import argparse
-import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -16,6 +15,7 @@ from typing import Any
 from ..errors import SimxError
 from ..protocol import constants
 from ..protocol.commands import BY_NAME, Command, Place, Value
+from ..protocol.nearest import did_you_mean
 
 LookUp = Callable[[str, str], int]
 """From the name of a function that finds handles, and an object's name, to the handle. May raise SimxError."""
@@ -75,12 +75,11 @@ def is_callable(command: Command) -> bool:
 
 
 def command_named(name: str) -> Command:
-    """The function. Raises WrongUse, with names that look like it."""
+    """Return the function of a name. Raises WrongUse, with the nearest names."""
     command = BY_NAME.get(name)
     if command is None:
-        near = difflib.get_close_matches("simx" + name.removeprefix("simx"), BY_NAME, 3, 0.6)
-        meant = f"; do you mean {' or '.join(near)}?" if near else ""
-        raise WrongUse(f"there is no function {name}{meant or ';'} simx-server --commands lists them all")
+        meant = did_you_mean("simx" + name.removeprefix("simx"), BY_NAME) or ";"
+        raise WrongUse(f"there is no function {name}{meant} simx-server --commands lists them all")
     if not is_callable(command):
         raise WrongUse(
             f"{name} does its work within a script, and asks the server for nothing; call another one"

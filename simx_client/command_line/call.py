@@ -21,6 +21,7 @@ examples:
   python -m simx_client call simxGetJointPosition UR5_joint1
   python -m simx_client call simxSetJointTargetPosition UR5_joint1 -0.5
   python -m simx_client call simxSetObjectPosition Cuboid -1 0.3,0.2,0.5
+  python -m simx_client call simxStartSimulation
   python -m simx_client call simxCallScriptFunction RG2 sim_scripttype_childscript rg2Open
   python -m simx_client call simxGetObjects sim_object_joint_type --json --at 19999
 A name stands for its handle, a list is 1,2,3, a switch yes or no; the operation mode is blocking.

@@ -158,8 +158,4 @@ def _scenes() -> tuple[str, ...]:
 def _words_of_settings() -> dict[str, tuple[str, ...]]:
     """By field: the values that a setting can have, where these are words."""
     settings: Any = import_module("simx_server.settings")
-    return {
-        "log_level": tuple(settings.LOG_LEVELS),
-        "log_format": tuple(settings.LOG_FORMATS),
-        "speed": ("max",),
-    }
+    return {name: setting.words for name, setting in settings.SETTINGS.items()}

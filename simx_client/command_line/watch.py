@@ -30,7 +30,7 @@ EXAMPLES = """\
 examples:
   python -m simx_client watch simxGetJointPosition UR5_joint1
   python -m simx_client watch simxGetObjectPosition Cuboid --every 1
-  python -m simx_client watch simxReadProximitySensor RG2_attachProxSensor --count 5 --json
+  python -m simx_client watch simxGetObjectOrientation Cuboid --every 0.2 --count 5 --json
 Each line begins with the simulation time in seconds. Ctrl-C ends it.
 exit codes: 0 all lines are there, 1 the function failed or the simulator went away, 2 wrong usage, 130 Ctrl-C
 """

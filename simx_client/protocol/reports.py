@@ -159,7 +159,28 @@ class Log(TypedDict):
     last_error: str
 
 
-class Metrics(Health):
+class DepartedClient(TypedDict):
+    """A client that has left."""
+
+    name: str
+    role: str
+    port: int
+    calls: int
+    commands: dict[str, int]
+    """How often it called what."""
+
+    ago: float
+    """Seconds since it left."""
+
+
+class MetricsAdditions(TypedDict, total=False):
+    """What servers of the first versions do not tell."""
+
+    departed: list[DepartedClient]
+    """Those that left last, the newest at the end; a bounded number."""
+
+
+class Metrics(Health, MetricsAdditions):
     host: str
     process_id: int
     ports: list[int]

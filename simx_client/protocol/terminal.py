@@ -1,6 +1,6 @@
-"""What a terminal can show: colours, unless NO_COLOR is set (no-color.org), and the characters of its encoding.
+"""What a terminal can show: colours, and the characters of its encoding; and what a closed pipe does to a program.
 
-And what becomes of a program when the other end of its pipe closes.
+NO_COLOR switches colours off (no-color.org), FORCE_COLOR on (force-color.org); NO_COLOR wins.
 """
 
 from __future__ import annotations
@@ -41,13 +41,35 @@ class Paint:
     """Colours words, or leaves them as they are."""
 
     def __init__(self, stream: TextIO) -> None:
-        """Colours are for this stream: none unless it is a terminal that can show them."""
-        self.is_on = (
-            not os.environ.get("NO_COLOR")
-            and os.environ.get("TERM") != "dumb"
-            and bool(getattr(stream, "isatty", lambda: False)())
-        )
+        """Use colours on this stream if it is a terminal that can show them, or if FORCE_COLOR is set."""
+        self.is_on = _has_colours(stream)
 
     def __call__(self, text: str, colour: str) -> str:
         """`text` in one of COLOURS; surrounding blanks count as text, so columns can be filled before."""
         return f"\x1b[{COLOURS[colour]}m{text}\x1b[0m" if self.is_on and text else text
+
+
+def _has_colours(stream: TextIO) -> bool:
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    is_terminal = bool(getattr(stream, "isatty", lambda: False)())
+    return is_terminal and os.environ.get("TERM") != "dumb" and _reads_codes(stream)
+
+
+def _reads_codes(stream: TextIO) -> bool:
+    """Whether the terminal takes SGR codes. A console of Windows does once it was told to (SetConsoleMode)."""
+    if sys.platform != "win32":
+        return True
+    import ctypes
+    import msvcrt
+
+    enable_virtual_terminal_processing = 4
+    console = ctypes.c_void_p(msvcrt.get_osfhandle(stream.fileno()))
+    mode = ctypes.c_ulong()
+    kernel = ctypes.windll.kernel32
+    return bool(
+        kernel.GetConsoleMode(console, ctypes.byref(mode))
+        and kernel.SetConsoleMode(console, mode.value | enable_virtual_terminal_processing)
+    )

@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
+from simx_client.protocol.parser import Parser
 from simx_server import log_format
 from simx_server.setting_rules import web_address
 from simx_server.settings import LOG_LEVELS
@@ -44,7 +45,7 @@ examples:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Serve a page until interrupted. Returns the exit code."""
-    options = _parser().parse_args(argv)
+    options = make_parser().parse_args(argv)
     log_format.configure(options.log_level, options.log_format, several=False)
     if problem := missing():
         logger.error("%s", problem)
@@ -111,13 +112,12 @@ def _end_at_eof(page: Page) -> None:
     os._exit(DONE)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def make_parser() -> argparse.ArgumentParser:
+    """The flags of the page's process."""
+    parser = Parser(
         PROGRAM,
         description="A page in the browser that shows a running server and has it operated.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument(
         "server",

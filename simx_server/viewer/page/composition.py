@@ -19,12 +19,13 @@ from .link import AGAIN, Away, Eye, Hands
 from .mirror import Mirror
 from .panels.cameras import Cameras
 from .panels.clients import Clients
+from .panels.elements import PAGE_STYLE
 from .panels.interface import Interface
 from .panels.joints import Joints
 from .panels.objects import Objects
 from .panels.run import Run
 from .panels.signals import Signals
-from .quiet_viser import renumber
+from .quiet_viser import renumber, set_title
 from .world import World
 
 logger = logging.getLogger(__name__)
@@ -35,8 +36,8 @@ LOOKS = 1 / 25
 SURVEYS = 0.2
 """Seconds between two updates of the panels."""
 
-PANEL_WIDTH = 440
-"""Pixels: the controls stand in one row each."""
+PANEL_WIDTH = 464
+"""Pixels: the controls and the tabs stand in one row each, beside the scroll bar."""
 
 UNSEEN = 0.5
 """Seconds between two looks while no browser is there."""
@@ -73,6 +74,8 @@ class Page:
         gui.set_panel_label("simx")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
+        gui.add_html(PAGE_STYLE)
+        self._title = ""
         self._parts: list[tuple[Guarded, Panel]] = []
         self._run = self._placed("the line of state", lambda: Run(gui, hands, address))
         self._view = Guarded(gui, "the 3-D view")
@@ -134,6 +137,9 @@ class Page:
             self._ending.wait(max(0.0, began + pause - time.monotonic()))
 
     def _follow(self, look: Look) -> None:
+        if (title := f"{look['scene']} - simx") != self._title:
+            self._title = title
+            set_title(self._browser, title)
         self._world.update(look)
         self._cameras.follow()
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import secrets
 import socket
 
 import viser
+from viser._messages import RunJavascriptMessage
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 _MANY = 1_000_000
@@ -34,6 +36,13 @@ def open_browser_server() -> viser.ViserServer:
     # It tells its own address even when it is not to be verbose; stdout is for the page's.
     with contextlib.redirect_stdout(io.StringIO()):
         return viser.ViserServer(host=host, port=port, verbose=False)
+
+
+def set_title(browser: viser.ViserServer, title: str) -> None:
+    """Set the title of the browser's tab, here and in every browser that comes later."""
+    # viser has no call for it. In JSON every text is a text of JavaScript too.
+    script = RunJavascriptMessage(f"document.title = {json.dumps(title)};")
+    browser.gui._websock_interface.queue_message(script)
 
 
 def renumber(browser: viser.ViserServer) -> None:

@@ -12,6 +12,7 @@ from simx_server.viewer.messages import Look, SceneItem, Survey
 
 from .bodies import Body, appearance, meshes_of
 from .drawings import Drawings
+from .ground import is_ground
 from .link import Hands, make
 from .mirror import Copy, Mirror
 from .selected import Selected
@@ -128,8 +129,10 @@ class World:
         self._places[moved] = places[moved]
 
     def _clicked(self, number: int) -> None:
-        """Select the object that a body is, or is part of."""
+        """Select the object that a body is, or is part of. On the ground nothing is selected any more."""
         assert self._mirror.copy is not None
+        if is_ground(self._mirror.copy, number):
+            number = 0
         handles = {item["id"]: item["handle"] for item in self._tree if item["element"] == "body"}
         parents = self._mirror.copy.model.body_parentid
         while number and number not in handles:

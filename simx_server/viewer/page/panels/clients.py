@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import viser
 
-from simx_client.protocol.reports import Client, Metrics, Timing
+from simx_client.listing import age
+from simx_client.protocol.reports import Client, DepartedClient, Metrics, Timing
 from simx_client.status_text import duration
 from simx_server.viewer.messages import OWN_NAME, Look, StreamView, Survey
 
@@ -22,6 +23,9 @@ _COMMANDS = 20
 
 _BY_CLIENT = 6
 """Of the commands and streams of one client."""
+
+_LEFT = 5
+"""Clients that have left and are still shown."""
 
 _ERRORS = 5
 _LETTERS = 300
@@ -61,8 +65,11 @@ class Clients:
         own = [each for each in metrics["clients"] if each["name"].startswith(OWN_NAME)]
         others = [each for each in metrics["clients"] if not each["name"].startswith(OWN_NAME)]
         put(self._summary, content=_block(_summary(metrics)))
-        put(self._clients, content=_block(self._who(others, own, survey["streams"])))
-        put(self._commands, content=_block(_commands(metrics, _called(own) - _called(others))))
+        left = [each for each in metrics.get("departed", []) if not each["name"].startswith(OWN_NAME)]
+        put(self._clients, content=_block(self._who(others, own, survey["streams"]) + _gone(left)))
+        put(
+            self._commands, content=_block(_commands(metrics, _called(own) - _called(others) - _called(left)))
+        )
         cameras = metrics["pictures"]["cameras"]
         put(self._pictures_folder, visible=bool(cameras))
         put(self._pictures, content=_block(_times("camera", cameras)))
@@ -114,6 +121,24 @@ class Clients:
         )
 
 
+def _gone(left: Sequence[DepartedClient]) -> str:
+    """Clients that have left, the newest first, with what they called."""
+    shown = [
+        f"<p style='margin:0 0 0.6em;opacity:0.5'><b>{harmless(each['name'], 60)}</b>: left {age(each['ago'])} ago, "
+        f"{each['role']}, port {each['port']}, {each['calls']} calls in all"
+        f"{_few('calls', _by_count(each['commands']))}</p>"
+        for each in left[: -_LEFT - 1 : -1]
+    ]
+    if len(left) > _LEFT:
+        shown.append(f"<p style='opacity:0.5'>and {len(left) - _LEFT} more that have left</p>")
+    return "".join(shown)
+
+
+def _by_count(counts: Mapping[str, int]) -> list[str]:
+    """Names of commands with how often they were called, the most frequent first."""
+    return [f"{harmless(name)} {counts[name]}" for name in sorted(counts, key=lambda name: -counts[name])]
+
+
 def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]]:
     """Each client with its name and its number among those of that name, in the order they joined."""
     seen: defaultdict[str, int] = defaultdict(int)
@@ -136,7 +161,7 @@ def _summary(metrics: Metrics) -> str:
     return "<br>".join(lines)
 
 
-def _called(clients: Sequence[Client]) -> set[str]:
+def _called(clients: Sequence[Client] | Sequence[DepartedClient]) -> set[str]:
     return {name for client in clients for name in client.get("commands", {})}
 
 

@@ -16,6 +16,13 @@ HELD = 1.0
 """Seconds after somebody has changed an element in which news from the server leave it alone."""
 
 
+PAGE_STYLE = """<style>
+.mantine-ScrollArea-content { padding-right: 0.6em; }
+.mantine-ScrollArea-content .mantine-ScrollArea-content { padding-right: 0; }
+</style>"""
+"""Leaves room for the scroll bar, which viser lays over what stands at the right edge."""
+
+
 def put(element: Any, **properties: Any) -> None:
     """Assign what is not so yet to an element of viser's."""
     for name, value in properties.items():

@@ -66,7 +66,7 @@ class Objects:
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
         if survey["tree"] is not None:
-            self._items = {item["handle"]: item for item in survey["tree"]}
+            self._items = {item["handle"]: item for item in robots_first(survey["tree"])}
             self._parents = {item["parent"] for item in survey["tree"]}
             self._version = survey["tree_version"]
         selection = [handle for handle in look["selection"] if handle in self._items]
@@ -172,6 +172,26 @@ class Objects:
 
 
 _SMALL = "padding:0 0.75em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
+
+
+def robots_first(tree: Sequence[SceneItem]) -> list[SceneItem]:
+    """Return the tree with the top objects in the order in which people look for them, what is below them unchanged.
+
+    First what has joints, the most of them first; then other bodies, then what else has shapes, such as a floor; last
+    cameras, lights and dummies.
+    """
+    families: list[list[SceneItem]] = []
+    for item in tree:
+        if item["depth"] == 0 or not families:
+            families.append([])
+        families[-1].append(item)
+
+    def rank(family: list[SceneItem]) -> tuple[int, bool, bool]:
+        joints = sum(bool(item["joint"]) for item in family)
+        is_body = family[0]["element"] == "body" and family[0]["type"] == "shape"
+        return -joints, not is_body, not any(item["type"] == "shape" for item in family)
+
+    return [item for family in sorted(families, key=rank) for item in family]
 
 
 def _key(item: SceneItem) -> tuple[int, str]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
+from viser import uplot
 
 from simx_server.viewer.messages import Look, SceneItem, Survey
 from simx_server.viewer.page.mirror import Copy, Mirror
@@ -23,6 +24,9 @@ _ENOUGH = 150
 _MOST_SAMPLES = 600
 _COLOURS = ("#1f6f8b", "#d9480f", "#2b8a3e")
 _HEIGHT = 170
+_LABELS = 64
+"""Pixels of the numbers beside the vertical axis."""
+
 _NOTHING_YET: str = "(nothing to plot)"
 
 _POSITIONS = {
@@ -35,7 +39,11 @@ _POSITIONS = {
 }
 """By what an object is in the model: where its position is in the copy."""
 
+_AT_REST = 0.01
+"""Radians or metres that an axis spans at least."""
+
 Values = tuple[float, ...]
+Axis = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -45,6 +53,11 @@ class Curve:
     title: str
     names: tuple[str, ...]
     read: Callable[[Survey, Copy | None], Values | None]
+    least: float = 0.0
+    """What the vertical axis spans at least, in the curve's unit: less is noise of what stands still."""
+
+    least_share: float = 0.0
+    """The same as a share of the largest value, for what has no unit."""
 
 
 class Plots:
@@ -106,6 +119,7 @@ class _Plot:
         self.curve = curve
         self.is_unwanted = False
         self._samples: deque[tuple[float, Values]] = deque(maxlen=_MOST_SAMPLES)
+        self._axis: Axis | None = None
         self._folder = gui.add_folder(None)
         with self._folder:
             self._chart = gui.add_uplot(
@@ -118,7 +132,8 @@ class _Plot:
                     ),
                 ),
                 title=curve.title,
-                scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
+                scales=_scales(None),
+                axes=({}, {"size": _LABELS}),
                 height=_HEIGHT,
             )
             remove = gui.add_button("Remove plot", icon=viser.Icon.TRASH, hint=curve.title)
@@ -134,7 +149,12 @@ class _Plot:
         self._samples.append((time, values))
         while len(self._samples) > _ENOUGH and self._samples[0][0] < time - _WINDOW:
             self._samples.popleft()
-        self._chart.data = self._data()
+        data = self._data()
+        axis = vertical_axis(np.array(data[1:]), self.curve, self._axis)
+        if axis != self._axis:
+            self._axis = axis
+            self._chart.scales = _scales(axis)
+        self._chart.data = data
 
     def clear(self) -> None:
         """Time begins anew."""
@@ -147,6 +167,29 @@ class _Plot:
     def _data(self) -> tuple[np.ndarray, ...]:
         rows = np.array([(time, *values) for time, values in self._samples], float)
         return tuple(rows.reshape(-1, 1 + len(self.curve.names)).T.copy())
+
+
+def vertical_axis(values: np.ndarray, curve: Curve, before: Axis | None) -> Axis | None:
+    """Return the ends of the vertical axis; None where the chart finds them from the values, which differ enough.
+
+    The axis of what stands still stays as it was while the values lie within, so that noise does not move it.
+    """
+    low, high = float(values.min()), float(values.max())
+    least = max(curve.least, curve.least_share * max(abs(low), abs(high)))
+    if high - low >= least:
+        return None
+    if before is not None and before[0] <= low and high <= before[1]:
+        return before
+    step = least / 4
+    middle = round((low + high) / 2 / step) * step
+    return middle - 3 * step, middle + 3 * step
+
+
+def _scales(axis: Axis | None) -> dict[str, uplot.Scale]:
+    return {
+        "x": {"time": False, "auto": True},
+        "y": {"auto": True} if axis is None else {"auto": False, "range": axis},
+    }
 
 
 def _curves(tree: list[SceneItem], survey: Survey, look: Look) -> dict[str, Curve]:
@@ -176,7 +219,7 @@ def _joint(item: SceneItem) -> Curve:
             return None
         return joint["position"], joint["target"]
 
-    return Curve(f"joint {item['name']} / {unit}", ("position", "target"), read)
+    return Curve(f"joint {item['name']} / {unit}", ("position", "target"), read, _AT_REST)
 
 
 def _signal(kind: str, name: str) -> Curve:
@@ -186,7 +229,8 @@ def _signal(kind: str, name: str) -> Curve:
         # One that is not finite has no place on an axis.
         return (float(value),) if value is not None and math.isfinite(value) else None
 
-    return Curve(f"{kind} signal {name}", (name,), read)
+    least = (0.0, 1e-3) if kind == "float" else (2.0, 0.0)
+    return Curve(f"{kind} signal {name}", (name,), read, *least)
 
 
 def _position(item: SceneItem) -> Curve:
@@ -198,4 +242,4 @@ def _position(item: SceneItem) -> Curve:
         places: np.ndarray = getattr(copy.data, array)
         return tuple(map(float, places[number])) if number < len(places) else None
 
-    return Curve(f"position of {item['name']} / m", ("x", "y", "z"), read)
+    return Curve(f"position of {item['name']} / m", ("x", "y", "z"), read, _AT_REST)

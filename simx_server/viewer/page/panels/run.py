@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from functools import partial
 from types import MappingProxyType
 
@@ -12,7 +12,7 @@ import viser
 
 from simx_client import Client
 from simx_server.add_ons import ADD_ON_TYPE
-from simx_server.viewer.messages import ADD_ON, ONE_PASS, OWN_NAME, SPEED, Look, Survey
+from simx_server.viewer.messages import ADD_ON, ONE_PASS, OWN_NAME, SPEED, Look, State, Survey
 from simx_server.viewer.page.link import Hands
 
 from .elements import put
@@ -20,6 +20,9 @@ from .elements import put
 _SPEEDS: Mapping[str, float] = MappingProxyType(
     {"1/4": 0.25, "1/2": 0.5, "1x": 1.0, "2x": 2.0, "4x": 4.0, "max": math.inf}
 )
+_LIT: Mapping[State, str] = MappingProxyType({"running": "Start", "paused": "Pause", "stopped": "Stop"})
+_LIT_STYLE = "background: var(--mantine-primary-color-filled); color: white; pointer-events: none;"
+_IDLE_STYLE = "opacity: 0.35; pointer-events: none;"
 _MESSAGES = 5
 """Lines of the status bar."""
 
@@ -31,6 +34,7 @@ class Run:
         self._address = address
         self._state = gui.add_html(_line("connecting…"))
         self._hint = gui.add_markdown("", visible=False)
+        self._style = gui.add_html(_style(set(), {*_ACTIONS, *_SPEEDS}))  # of the two groups after it
         self._run = gui.add_button_group(
             "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
         )
@@ -53,6 +57,7 @@ class Run:
         if survey["is_waiting"]:
             words.append(f"waits for {html.escape(', '.join(survey['steppers']))}, which steps it")
         put(self._state, content=_line(f"{html.escape(look['scene'])} — {', '.join(words)}"))
+        put(self._style, content=_style(*_buttons(running, speed, is_waiting=survey["is_waiting"])))
         self._advise(self._advice(survey) if running == "stopped" else "")
         lines = survey["interface"]["status_bar"][-_MESSAGES:]
         put(self._messages, content=_line("<br>".join(html.escape(line) for line in lines), small=True))
@@ -60,6 +65,7 @@ class Run:
     def away(self, reason: str) -> None:
         """The server cannot be reached."""
         where = html.escape(self._address)
+        put(self._style, content=_style(set(), {*_ACTIONS, *_SPEEDS}))
         put(self._state, content=_line(f"<b>no server</b> at {where}; this page tries again every second"))
         self._advise("")
         put(self._messages, content=_line(html.escape(reason), small=True))
@@ -85,6 +91,30 @@ class Run:
 
     def _advise(self, text: str) -> None:
         put(self._hint, content=text, visible=bool(text))
+
+
+def _buttons(state: State, speed: float | None, *, is_waiting: bool) -> tuple[set[str], set[str]]:
+    """Return which buttons are lit, as what they bring about is so now, and which are of no use now."""
+    lit = {_LIT[state], *(label for label, each in _SPEEDS.items() if each == speed)}
+    idle = {"Pause"} if state == "stopped" else set[str]()
+    if is_waiting and state == "running":
+        idle.add("One pass")
+    if speed is None:
+        idle.update(_SPEEDS)
+    return lit, idle
+
+
+def _style(lit: Set[str], idle: Set[str]) -> str:
+    """HTML that paints buttons of the two groups that follow it: viser paints all of a group alike."""
+    rules: list[str] = []
+    for beyond, labels in (("+ div", _ACTIONS), ("+ div + div", _SPEEDS)):
+        for number, label in enumerate(labels, 1):
+            button = f"div:has(> .simx-run) {beyond} button:nth-of-type({number})"
+            if label in lit:
+                rules.append(f"{button} {{ {_LIT_STYLE} }}")
+            elif label in idle:
+                rules.append(f"{button} {{ {_IDLE_STYLE} }}")
+    return f"<i class='simx-run'></i><style>{' '.join(rules)}</style>"
 
 
 def _line(text: str, *, small: bool = False) -> str:
