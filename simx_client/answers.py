@@ -9,11 +9,12 @@ from .errors import CallsFailed, Failure
 from .protocol import constants as c
 from .protocol.messages import Reply
 from .shape import Shape
+from .strict import Explained
 
 T = TypeVar("T")
 
 
-class Answer(Generic[T]):
+class Answer(Explained, Generic[T]):
     """What one call of a batch brings.
 
     ``simxGetObjectPosition`` gives a list of three floats,
@@ -29,6 +30,12 @@ class Answer(Generic[T]):
         self.where = where
         self.reply: Reply | None = None
         self._reason = "the batch has not been sent yet"
+
+    def __repr__(self) -> str:
+        call = self.failure.call
+        if self.reply is not None and not self.reply.status:
+            return f"<Answer of {call}: {reprlib.repr(self.value)}>"
+        return f"<Answer of {call}: none, {self.failure.reason}>"
 
     def take(self, reply: Reply) -> None:
         """The server has answered."""

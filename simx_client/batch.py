@@ -23,12 +23,15 @@ from .errors import CallsFailed, Failure
 from .exchange import Exchange, connection_of
 from .patience import DEFAULT_TIMEOUT
 from .servers import Servers
+from .strict import Strict
 
 __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]
 
 
-class Batch:
+class Batch(Strict):
     """Calls that are noted in a ``with`` block and made when it is left."""
+
+    __slots__ = ("_calls", "_check", "_connection", "_timeout")
 
     def __init__(self, client: int, *, timeout: float = DEFAULT_TIMEOUT, check: bool = True) -> None:
         """A batch to one server; nothing is sent before the block is left.
@@ -44,6 +47,10 @@ class Batch:
         self._connection = connection_of(client)
         self._timeout, self._check = timeout, check
         self._calls = Calls(0, self._connection.where)
+
+    def __repr__(self) -> str:
+        connection = self._connection
+        return f"<Batch to {connection.where}, {connection.condition}: {len(self._calls.noted)} calls noted>"
 
     def __enter__(self) -> Calls:
         return self._calls

@@ -12,6 +12,7 @@ from typing import Any
 from .answers import Answer
 from .protocol.commands import TABLE, Command, Place
 from .shape import Shape
+from .strict import Explained
 
 
 def is_batched(command: Command) -> bool:
@@ -19,8 +20,10 @@ def is_batched(command: Command) -> bool:
     return command.place in (Place.REMOTE, Place.WAITING) and not command.may_be_here
 
 
-class Calls:
+class Calls(Explained):
     """Calls to one server, in order; each method returns the ``Answer`` that will come."""
+
+    __slots__ = ("_server", "_where", "noted")
 
     def __init__(self, server: int, where: str) -> None:
         """Note calls for one of several servers.
@@ -31,6 +34,9 @@ class Calls:
         """
         self._server, self._where = server, where
         self.noted: list[Answer[Any]] = []
+
+    def __repr__(self) -> str:
+        return f"<Calls to {self._where}: {len(self.noted)} noted>"
 
     def note(self, shape: Shape, arguments: tuple[Any, ...]) -> Answer[Any]:
         """Add one call.

@@ -410,6 +410,20 @@ class Connection:
     def last_command_time_ms(self) -> int:
         return self._modes.last_command_time_ms
 
+    @property
+    def condition(self) -> str:
+        """What is known of it, in words: takes no lock, sends nothing, and so never waits."""
+        if self._closed:
+            return "closed"
+        if self._transport is not None and self._transport.was_lost:
+            return "server gone"
+        return "connected" if self._connection_id != -1 else "not connected"
+
+    @property
+    def last_header(self) -> Delivery | None:
+        """As ``newest_header``, of what has been taken in already; never waits."""
+        return self._header
+
     def newest_header(self) -> Delivery | None:
         """The newest delivery with replies, None before there is one."""
         with self._lock:

@@ -16,6 +16,7 @@ from .errors import CallsFailed, ConnectionFailed, Failure
 from .exchange import Exchange, connection_of
 from .local import simxFinish, simxStart
 from .patience import DEFAULT_TIMEOUT
+from .strict import Strict
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,13 +27,15 @@ Record = Callable[[Calls, int], T]
 """Notes the calls for one server: gets the recorder and the server's place, from 0."""
 
 
-class Servers:
+class Servers(Strict):
     """Servers that take their steps together. A context manager: leaving it closes the connections.
 
     Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
     not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows
     are NaN. So is the row of a server where a call failed.
     """
+
+    __slots__ = ("_connections", "_observations", "_watched", "clients", "lost", "timeout")
 
     def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
         """Servers that simxStart has connected.
@@ -72,6 +75,10 @@ class Servers:
                 raise ConnectionFailed(f"no connection to server {len(clients)} at {host}:{port}")
             clients.append(client)
         return cls(clients, timeout=timeout)
+
+    def __repr__(self) -> str:
+        places = ", ".join(each.where for each in self._connections[:4]) + ", …" * (len(self) > 4)
+        return f"<{len(self)} Servers: {places}{f'; {len(self.lost)} lost' if self.lost else ''}>"
 
     def __enter__(self) -> Servers:
         return self

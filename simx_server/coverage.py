@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import asdict, dataclass
 
 from simx_client.protocol.commands import TABLE, Command, Place
-
-from .differences import DIFFERENCES, as_list, numbers_of
+from simx_client.protocol.differences import DIFFERENCES, as_list, numbers_of
 
 MODES = {
     Place.REMOTE: "any mode",

@@ -189,10 +189,10 @@ def test_calls_in_a_batch_have_no_client_id_and_no_mode(check: Any) -> None:
 
 
 def test_numbered_differences_are_data(check: Any) -> None:
-    _, record = check("vrep.simxStopSimulation(c, B)")
-    first = record["differences"][0]
-    assert (first["number"], first["functions"]) == (1, ["simxStopSimulation"])
-    assert first["text"].startswith("Stop is immediate.")
+    _, record = check("vrep.simxGetJointForce(c, 4, B)")
+    [first] = record["differences"]
+    assert (first["number"], first["functions"]) == (65, ["simxGetJointForce"])
+    assert first["text"].startswith("The first simxGetJointForce of a run")
 
 
 def test_modules_beside_the_script_are_read_and_its_binding_is_not(check: Any, tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.differences import DIFFERENCES, Difference, for_readme
 from simx_server.cli import main
-from simx_server.differences import DIFFERENCES, Difference, for_readme
 from simx_server.handlers import HANDLERS
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +35,7 @@ def test_a_handler_that_says_it_differs_is_in_the_list() -> None:
     saying = {
         name for name, handler in HANDLERS.items() if "Differs:" in (inspect.getdoc(handler.function) or "")
     }
-    assert saying - listed == set(), "put them into simx_server/differences.py, at the end"
+    assert saying - listed == set(), "put them into simx_client/protocol/differences.py, at the end"
 
 
 def test_the_coverage_page_is_fresh(capsys: pytest.CaptureFixture[str]) -> None:

@@ -166,7 +166,7 @@ def test_a_recording_needs_no_flag_that_windows_lacks(
 def test_what_a_pipe_of_windows_cannot_show_is_a_question_mark_there(tmp_path: Path) -> None:
     script = tmp_path / "old.py"
     script.write_text(
-        "import vrep\nvrep.simxStart('127.0.0.1', 19997, True, True, 5000, 5)\n", encoding="utf-8"
+        "import vrep\nvrep.simxReadProximitySensor(0, 3, vrep.simx_opmode_blocking)\n", encoding="utf-8"
     )
     done = subprocess.run(
         [sys.executable, "-m", "simx_client", "check", script, "--differences"],

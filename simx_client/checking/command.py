@@ -14,6 +14,7 @@ from ..protocol.commands import BY_NAME
 from ..protocol.exit_codes import DONE, FAILURE, USAGE
 from ..protocol.parser import Parser
 from ..protocol.terminal import Paint, print_what_can_be, while_read
+from .elsewhere import NAMES, TWINS, functions
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of
 from .program import CannotRead, Program, read_program
@@ -28,7 +29,7 @@ examples:
   simx-check robotControl.py --scene my_robot.xml     and what that scene lacks
   simx-check robotControl.py --scene ur5_rg2_kinect --json
 Nothing of the script is run. A name that is put together of parts shows * for what is known only at run time.
-exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, or the file is no Python
+exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, the file is no Python, or it calls no remote API
 """
 
 
@@ -67,6 +68,9 @@ def _check(options: argparse.Namespace) -> int:
     except (CannotRead, NoScene) as error:
         sys.stderr.write(f"{PROGRAM}: {error}\n")
         return USAGE
+    except RecursionError:
+        sys.stderr.write(f"{PROGRAM}: {options.script} is nested too deeply to be read\n")
+        return USAGE
     found, differences = findings_of(program, wants, scene), differences_of(wants)
     if options.json:
         text = json.dumps(as_record(program, wants, scene, found, differences), indent=1)
@@ -82,6 +86,8 @@ def _check(options: argparse.Namespace) -> int:
         )
         text = "\n".join(lines)
     sys.stdout.write(text + "\n")
+    if not wants.is_of_a_remote_api:
+        return USAGE
     return FAILURE if any(each.level == PROBLEM for each in found) else DONE
 
 
@@ -90,7 +96,7 @@ def as_record(
     wants: Wants,
     scene: SceneView | None,
     found: Sequence[Finding],
-    differences: Sequence[DifferenceSeen] | None,
+    differences: Sequence[DifferenceSeen],
 ) -> dict[str, Any]:
     """All of it for programs."""
     return {
@@ -98,8 +104,14 @@ def as_record(
         "files": [str(source.path) for source in program.sources],
         "python": 2 if program.script.is_python2 else 3,
         "scene": scene and scene.name,
+        "is_of_a_remote_api": wants.is_of_a_remote_api,
         "functions": {name: place.line for name, place in wants.functions.items()},
         "unknown_functions": sorted(wants.unknown),
+        "client_methods": {name: place.line for name, place in wants.client.items()},
+        "other_apis": {
+            NAMES[module]: {name: TWINS.get(name) for name in calls}
+            for module, calls in wants.elsewhere.items()
+        },
         "named": [
             {"kind": each.kind, "name": each.name, "file": str(each.place.file), "line": each.place.line}
             for each in wants.named
@@ -113,9 +125,7 @@ def as_record(
             for kind, name, sets, place in wants.signals
         ],
         "ports": sorted(wants.ports),
-        "differences": None
-        if differences is None
-        else [
+        "differences": [
             {"number": each.number, "text": each.text, "functions": list(each.functions)}
             for each in differences
         ],
@@ -131,7 +141,7 @@ def as_lines(
     wants: Wants,
     scene: SceneView | None,
     found: Sequence[Finding],
-    differences: Sequence[DifferenceSeen] | None,
+    differences: Sequence[DifferenceSeen],
     paint: Paint,
     *,
     tells_differences: bool,
@@ -152,13 +162,13 @@ def as_lines(
     elif differences:
         *numbers, last = [str(each.number) for each in differences]
         yield f"  {'differs':10}  {_wrapped([*numbers, f'{last} (docs/coverage.md; --differences tells them)'])}"
-    elif differences is None:
-        yield "simx_server is not installed here, so the differences from the original are not told"
     for each in found:
         level = paint(each.level, "red" if each.level == PROBLEM else "yellow")
         yield f"{relative(each.place.file)}:{each.place.line}: {level}: {each.text}"
     problems = sum(each.level == PROBLEM for each in found)
-    if problems:
+    if not wants.is_of_a_remote_api:
+        yield paint("no call of the legacy remote API is found, so there is nothing to check", "red")
+    elif problems:
         yield paint(f"{problems} {'problem' if problems == 1 else 'problems'}", "red")
     elif scene is None:
         yield paint("no problem found; --scene SCENE compares the names with a scene's", "green")
@@ -168,6 +178,8 @@ def as_lines(
 
 def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
     yield "functions", sorted(wants.functions, key=lambda name: list(BY_NAME).index(name))
+    yield "client", list(wants.client)
+    yield "elsewhere", [f"{name} ({twin or 'no counterpart'})" for name, twin in functions(wants).items()]
     for kind in dict.fromkeys(each.kind for each in wants.named):
         yield f"{kind}s" if not kind.endswith("ui") else kind, [each.name for each in wants.of_kind(kind)]
     yield "scripts", [f"{owner}: {function}" for owner, function, _ in wants.calls]

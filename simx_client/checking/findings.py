@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import difflib
-import importlib
-import importlib.util
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..protocol.commands import BY_NAME
-from .program import BINDINGS, Program
+from ..protocol.differences import DIFFERENCES
+from ..strict import nearest
+from . import elsewhere
+from .idioms import matters
+from .program import BINDINGS, OTHER_APIS, Program
 from .scene import SceneView
+from .search import is_installed
 from .texts import ANY
-from .wants import Place, Wanted, Wants
+from .wants import Place, Wanted, Wants, client_methods
 
 PROBLEM, NOTE = "problem", "note"
 USUAL_PORTS = (19997, 19999)
 COMMAND_SERVER = "remoteApiCommandServer"
+
+NO_CALL = (
+    "no call of the legacy remote API is found: nothing that imports vrep, sim or simx_client is called here, nor in "
+    "the modules that it imports; check the program that connects to the simulator"
+)
 
 
 @dataclass(frozen=True)
@@ -41,30 +48,23 @@ class DifferenceSeen:
 
 def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list[Finding]:
     """All of them, problems first, by place."""
-    found = [*_of_program(program), *_of_calls(wants)]
+    found = [*_of_program(program, wants), *_of_calls(wants)]
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
         found += _signals(wants, scene)
     return sorted(found, key=lambda each: (each.level != PROBLEM, each.place))
 
 
-def differences_of(wants: Wants) -> list[DifferenceSeen] | None:
-    """Those that the program may see; None where the server, which has the list, is not installed."""
-    try:
-        module: Any = importlib.import_module("simx_server.differences")
-    except ImportError:
-        return None
+def differences_of(wants: Wants) -> list[DifferenceSeen]:
+    """Those that may change what this program does, by how it calls the functions."""
     seen: list[DifferenceSeen] = []
-    used = {BY_NAME[name].name: name for name in wants.functions}
-    for number, each in enumerate(module.DIFFERENCES, 1):
-        commands = {BY_NAME[name].name for name in each.commands.split()}
-        where = tuple(used[name] for name in used if name in commands)
-        if where:
-            seen.append(DifferenceSeen(number, f"{each.title} {each.text}".strip(), where))
+    for number, each in enumerate(DIFFERENCES, 1):
+        if functions := matters(each, wants):
+            seen.append(DifferenceSeen(number, f"{each.title} {each.text}".strip(), functions))
     return seen
 
 
-def _of_program(program: Program) -> Iterator[Finding]:
+def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
     script = program.script.path
     python2 = [source.path for source in program.sources if source.is_python2]
     if python2:
@@ -74,17 +74,21 @@ def _of_program(program: Program) -> Iterator[Finding]:
         )
     for path, reason in program.trouble:
         yield Finding(PROBLEM, Place(path, 1), reason)
-    for name, line in program.imports.items():
-        if name not in BINDINGS and not _is_installed(name):
-            text = f"the module {name} is not installed here; pip install the package that brings it"
-            yield Finding(NOTE, Place(script, line), text)
-
-
-def _is_installed(name: str) -> bool:
-    try:
-        return importlib.util.find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
+    imports = {name: Place(*where) for name, where in program.imports.items()}
+    others = {name: imports[name] for name in OTHER_APIS if name in imports}
+    for place, text in elsewhere.sentences(wants, others):
+        yield Finding(PROBLEM, place, text)
+    missing = {
+        name: place
+        for name, place in imports.items()
+        if name not in (*BINDINGS, *OTHER_APIS, "simx_client") and not is_installed(name)
+    }
+    for name, place in missing.items():
+        text = f"the module {name} is not installed here; pip install the package that brings it"
+        yield Finding(NOTE, place, text)
+    if not (wants.is_of_a_remote_api or others):
+        where = f", or install {', '.join(missing)}, if the calls are in there" if missing else ""
+        yield Finding(PROBLEM, Place(script, 1), NO_CALL + where)
 
 
 def _of_calls(wants: Wants) -> Iterator[Finding]:
@@ -92,6 +96,16 @@ def _of_calls(wants: Wants) -> Iterator[Finding]:
         near = difflib.get_close_matches(name, BY_NAME, 1, 0.6)
         meant = f"do you mean {near[0]}?" if near else "see simx-server --commands"
         yield Finding(PROBLEM, place, f"there is no function {name} in the remote API; {meant}")
+    for name, place in wants.doubtful.items():
+        if near := difflib.get_close_matches(name, BY_NAME, 1, 0.9):
+            yield Finding(
+                NOTE, place, f"if {name} is meant to be of the remote API: it has {near[0]}, not {name}"
+            )
+    for name, place in wants.client.items():
+        if name not in client_methods():
+            near = nearest(name, client_methods())
+            meant = f"; do you mean {near}?" if near else "; see docs/python.md"
+            yield Finding(PROBLEM, place, f"simx_client.Client has no {name}{meant}")
     for name, place in wants.constants.items():
         yield Finding(PROBLEM, place, f"there is no constant {name}; use its number, or another one")
     for place, name, needed, given in wants.miscounted:

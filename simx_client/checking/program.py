@@ -1,9 +1,10 @@
-"""A script and the modules that lie beside it, as syntax trees; nothing of it is run."""
+"""A script and its own modules, as syntax trees; nothing of it is run."""
 
 from __future__ import annotations
 
 import ast
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,23 +13,59 @@ from ..launch.bindings import CONSTANTS_ONLY, FUNCTIONS_AND_CONSTANTS, is_legacy
 from ..launch.python2.convert import decode
 from ..launch.python2.loading import IsPython2, convert_if_python2
 from ..protocol.nearest import file_like
+from .folders import added_folders
+from .search import Search, in_folder, is_wrapper
 
 logger = logging.getLogger(__name__)
 
 BINDINGS = (*FUNCTIONS_AND_CONSTANTS, *CONSTANTS_ONLY)
+
+BINDING = "vrep"
+"""What any binding of the legacy remote API is called here, ours too."""
+
+OTHER_APIS = ("coppeliasim_zmqremoteapi_client", "zmqRemoteApi", "b0RemoteApi", "pyrep")
+"""Clients of other remote APIs. They are known by their names, and not read where a program carries them."""
+
+PYREP = "pyrep"
+"""Wrappers of the legacy remote API have this name too, and are read."""
+
+MOST_FILES = 300
+MOST_BYTES = 4_000_000
 
 
 class CannotRead(SimxError):
     """The file is not there, or no Python of any version."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Source:
-    """One file."""
+    """One file of the program."""
 
     path: Path
     tree: ast.Module
     is_python2: bool
+
+    @property
+    def folder(self) -> Path | None:
+        """Where its submodules are, if it is a package."""
+        return self.path.parent if self.path.name == "__init__.py" else None
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A package without ``__init__.py``."""
+
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Library:
+    """A module that is not the program's own, by its dotted name; `BINDING` for a binding of the remote API."""
+
+    name: str
+
+
+Module = Source | Folder | Library
 
 
 @dataclass
@@ -36,53 +73,147 @@ class Program:
     """The script, first, and its own modules."""
 
     sources: list[Source] = field(default_factory=list[Source])
-    imports: dict[str, int] = field(default_factory=dict[str, int])
-    """Top-level names of modules that are not its own, and the line of the script that brings them."""
+    imports: dict[str, tuple[Path, int]] = field(default_factory=dict[str, tuple[Path, int]])
+    """Top-level names of modules that are not its own, and where they are first imported."""
 
     trouble: list[tuple[Path, str]] = field(default_factory=list[tuple[Path, str]])
     """Its own modules that cannot be read, and why."""
+
+    links: dict[tuple[Path, int, str], Module] = field(default_factory=dict[tuple[Path, int, str], Module])
+    """What an import means, by the importing file, the dots before the name, and the name."""
+
+    files: dict[Path, Module] = field(default_factory=dict[Path, Module])
+    """What was found in a file or folder."""
 
     @property
     def script(self) -> Source:
         return self.sources[0]
 
+    def submodule(self, module: Source | Folder, name: str) -> Module | None:
+        """A module of a package, if something imports it."""
+        file = None if module.folder is None else in_folder(module.folder, name)
+        return None if file is None else self.files.get(file.resolve())
+
 
 def read_program(path: Path) -> Program:
-    """Read the script, and what it imports from its own folder, but no binding that it carries.
+    """Read the script and the modules that it imports, but no binding that it carries.
+
+    Its own modules are those beside it, on the paths it adds to ``sys.path``, on PYTHONPATH, and installed packages
+    that wrap a remote API.
 
     Raises:
         CannotRead: the script itself cannot be read; the text says why and what to do.
     """
-    program = Program([read_source(path, for_sure=False)])
-    seen = {path.resolve()}
-    waiting = list(program.sources)
-    while waiting:
-        source = waiting.pop()
-        for name, line, is_own in _imported(source.tree):
-            file = _beside(source.path.parent if is_own else path.parent, name)
-            if file is None:
-                if is_own:  # a name within a module of its own package
-                    continue
-                top = name.partition(".")[0]
-                if not _beside(path.parent, top) and not (path.parent / top).is_dir():
-                    program.imports.setdefault(top, line)
-            elif file.resolve() not in seen:
-                seen.add(file.resolve())
-                try:
-                    if is_legacy_binding(file.read_bytes()):
-                        continue
-                    found = read_source(file, for_sure=program.script.is_python2)
-                except (CannotRead, OSError) as error:
-                    program.trouble.append((file, str(error)))
-                    continue
-                program.sources.append(found)
-                waiting.append(found)
-    return program
+    return _Reader(path).read()
+
+
+class _Reader:
+    def __init__(self, path: Path) -> None:
+        self._search = Search(path)
+        script = read_source(path, for_sure=False)
+        self._program = Program([script], files={path.resolve(): script})
+        self._waiting = [script]
+
+    def read(self) -> Program:
+        unknown: list[Imported] = []
+        while self._waiting:
+            source = self._waiting.pop(0)
+            has_grown = [self._search.add(each) for each in added_folders(source.tree, source.path)]
+            again, unknown = (unknown, []) if any(has_grown) else ([], unknown)
+            for each in (*again, *imported(source)):
+                self._follow(each)
+                if isinstance(self._program.links[each.key], Library):
+                    unknown.append(each)
+        for each in unknown:
+            if not each.level:
+                place = each.importer.path, each.line
+                self._program.imports.setdefault(each.module.partition(".")[0], place)
+        return self._program
+
+    def _follow(self, each: Imported) -> None:
+        """Link an import with what it means, with the packages above it and the modules that it takes from it."""
+        parts = each.module.split(".")
+        for count in range(1, len(parts)):
+            self._link(each.importer, each.level, ".".join(parts[:count]))
+        found = self._link(each.importer, each.level, each.module)
+        for name in each.names:
+            if self._is_module(each, found, name):
+                self._link(each.importer, each.level, f"{each.module}.{name}".lstrip("."))
+
+    def _is_module(self, each: Imported, found: Module, name: str) -> bool:
+        """Whether what is taken from a package is a module of it."""
+        if found == Library(BINDING):  # a folder called as a binding keeps its own modules
+            module, level = f"{each.module}.{name}", each.level
+            return self._search.own(module, each.importer.path, level, is_python2=False) is not None
+        if name in BINDINGS:
+            return True
+        return not isinstance(found, Library) and bool(found.folder and in_folder(found.folder, name))
+
+    def _link(self, importer: Source, level: int, module: str) -> Module:
+        key = (importer.path, level, module)
+        known = self._program.links.get(key)
+        if known is None or known == Library(module):
+            known = self._program.links[key] = self._find(importer, level, module)
+        return known
+
+    def _find(self, importer: Source, level: int, module: str) -> Module:
+        top, _, _ = module.partition(".")
+        if not level and top == "simx_client":
+            return Library(module.replace(top, BINDING, 1))
+        if not level and top in OTHER_APIS and top != PYREP:
+            return Library(module)
+        file = self._search.own(module, importer.path, level, is_python2=importer.is_python2)
+        name = module.rpartition(".")[2]
+        if name in BINDINGS and (file is None or file.is_dir()):
+            return Library(BINDING)
+        if file is None and not level:
+            file = self._search.installed(module)
+        if file is None:
+            return Library(module)
+        if top == PYREP and not level and not self._is_wrapper(top, importer):
+            return Library(module)
+        return self._module(file)
+
+    def _is_wrapper(self, top: str, importer: Source) -> bool:
+        """Whether a package of another API's name wraps the legacy one."""
+        file = self._search.own(
+            top, importer.path, 0, is_python2=importer.is_python2
+        ) or self._search.installed(top)
+        return file is not None and is_wrapper(file if file.is_dir() else file.parent)
+
+    def _module(self, file: Path) -> Module:
+        known = self._program.files.get(file.resolve())
+        if known is None:
+            known = self._program.files[file.resolve()] = self._read(file)
+        return known
+
+    def _read(self, file: Path) -> Module:
+        if file.is_dir():
+            return Folder(file)
+        try:
+            if is_legacy_binding(file.read_bytes()):
+                return Library(BINDING)
+            if len(self._program.sources) >= MOST_FILES:
+                raise CannotRead(f"left out: more than {MOST_FILES} files are imported")
+            found = read_source(file, for_sure=self._program.script.is_python2)
+        except (CannotRead, OSError) as error:
+            self._program.trouble.append((file, str(error)))
+            return Library(file.stem)
+        self._program.sources.append(found)
+        self._waiting.append(found)
+        return found
 
 
 def read_source(path: Path, *, for_sure: bool) -> Source:
     """One file; converted if it is Python 2 (`for_sure`: even if Python 3 could run it). Raises CannotRead."""
+    if path.suffix == ".ipynb":
+        raise CannotRead(
+            f"{path} is a notebook; save it as a script first: jupyter nbconvert --to script {path}"
+        )
     try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise CannotRead(f"{path} has {size:,} bytes; files of a program are read up to {MOST_BYTES:,}")
         source = path.read_bytes()
     except OSError as error:
         meant = file_like(path, (".py",)) or ";"
@@ -94,7 +225,9 @@ def read_source(path: Path, *, for_sure: bool) -> Source:
         return Source(path, _placed(converted.text), is_python2=True)
     except IsPython2 as error:
         raise CannotRead(str(error)) from error
-    except (SyntaxError, ValueError, RecursionError) as error:  # ValueError: a NUL in the source
+    except (RecursionError, MemoryError) as error:
+        raise CannotRead(f"{path} is nested too deeply to be read; shorten its longest expression") from error
+    except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         line = getattr(error, "lineno", None)
         where = f"{path}, line {line}" if line else str(path)
         raise CannotRead(
@@ -116,25 +249,41 @@ def _placed(text: str) -> ast.Module:
     return tree
 
 
-def _imported(tree: ast.Module) -> list[tuple[str, int, bool]]:
-    """(module, line, whether it is looked for in the package of the file that imports it)."""
-    found: list[tuple[str, int, bool]] = []
-    for node in ast.walk(tree):
+@dataclass(frozen=True)
+class Imported:
+    """One import statement, or a call that imports."""
+
+    importer: Source
+    level: int
+    """The dots before the name."""
+
+    module: str
+    names: tuple[str, ...]
+    """What is taken from the module; some of it may be modules too."""
+
+    line: int
+
+    @property
+    def key(self) -> tuple[Path, int, str]:
+        return self.importer.path, self.level, self.module
+
+
+def imported(source: Source) -> Iterator[Imported]:
+    """All that a file imports."""
+    for node in ast.walk(source.tree):
         if isinstance(node, ast.Import):
-            found += [(alias.name, node.lineno, False) for alias in node.names]
+            yield from (Imported(source, 0, alias.name, (), node.lineno) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            base, is_own = node.module or "", bool(node.level)
-            if base:
-                found.append((base, node.lineno, is_own))
-            if is_own and not base:
-                found += [(each.name, node.lineno, True) for each in node.names]
-    return found
+            names = tuple(alias.name for alias in node.names)
+            yield Imported(source, node.level, node.module or "", names, node.lineno)
+        elif isinstance(node, ast.Call) and (name := imported_by_call(node)):
+            yield Imported(source, 0, name, (), node.lineno)
 
 
-def _beside(folder: Path, module: str) -> Path | None:
-    """The file of a module in the script's folder, else None."""
-    base = folder.joinpath(*module.split("."))
-    for file in (base.with_name(base.name + ".py"), base / "__init__.py"):
-        if file.is_file():
-            return file
-    return None
+def imported_by_call(node: ast.Call) -> str:
+    """The module of ``importlib.import_module("vrep")`` or ``__import__("vrep")``."""
+    called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    if called in ("import_module", "__import__") and node.args and isinstance(node.args[0], ast.Constant):
+        name = node.args[0].value
+        return name if isinstance(name, str) and not name.startswith(".") else ""
+    return ""

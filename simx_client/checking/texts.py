@@ -7,13 +7,19 @@ import itertools
 import re
 from collections.abc import Callable, Iterable
 
-from .names import Bound, Called, Names, Scope
+from ..protocol import constants
+from .program import BINDING
+from .scopes import Bound, Called, Names, Scope
+from .things import Foreign, Meaning
 
 ANY = "*"
 """In a text: something; a text of its own: nothing is known."""
 
 DEEPEST = 12
 """Steps from name to name; scripts need four."""
+
+MOST_STEPS = 20_000
+"""Steps for one expression, with all that it leads to."""
 
 MOST = 60
 """Texts of one expression; of more it is not worth naming each."""
@@ -28,14 +34,19 @@ _SAME_METHODS = ("encode", "decode", "strip", "keys", "copy")
 class Texts:
     """Evaluates expressions of one program."""
 
-    def __init__(self, names: Names) -> None:
+    def __init__(self, names: Names, meaning: Meaning | None = None) -> None:
         self._names = names
+        self._meaning = meaning or Meaning(names)
         self._open: list[ast.expr | None] = []
         """What is being evaluated just now."""
 
+        self._steps = 0
+
     def of(self, node: ast.expr | None, scope: Scope, depth: int = 0) -> frozenset[str]:
         """What an expression may be; a text with ANY in it is a pattern."""
-        if depth >= DEEPEST or node in self._open:  # the second: a name that is made of itself
+        self._steps = self._steps + 1 if self._open else 0
+        # The second: a name that is made of itself.
+        if depth >= DEEPEST or node in self._open or self._steps > MOST_STEPS:
             return frozenset((ANY,))
         self._open.append(node)
         try:
@@ -43,16 +54,26 @@ class Texts:
         finally:
             self._open.pop()
 
+    def elements(self, node: ast.expr, scope: Scope) -> frozenset[str]:
+        """What the elements of a list may be."""
+        return _tidy(self._elements(node, scope, 0, values=True))
+
     def argument(self, call: Called, name: str, parameters: tuple[str, ...]) -> frozenset[str]:
         """What one argument of a call may be; ANY where the call does not show it."""
+        node = self.written(call, name, parameters)
+        return frozenset((ANY,)) if node is None else self.of(node, call.scope)
+
+    @staticmethod
+    def written(call: Called, name: str, parameters: tuple[str, ...]) -> ast.expr | None:
+        """What is written for one argument of a call; None where the call does not show it."""
         for keyword in call.node.keywords:
             if keyword.arg == name:
-                return self.of(keyword.value, call.scope)
+                return keyword.value
         place = parameters.index(name)
         before = call.node.args[: place + 1]
         if len(before) <= place or any(isinstance(each, ast.Starred) for each in before):
-            return frozenset((ANY,))
-        return self.of(before[place], call.scope)
+            return None
+        return before[place]
 
     def _of(self, node: ast.expr | None, scope: Scope, depth: int) -> Iterable[str]:
         deeper = depth + 1
@@ -68,10 +89,12 @@ class Texts:
             return self._percent(node, scope, deeper)
         if isinstance(node, ast.Call):
             return self._call(node, scope, deeper)
+        if isinstance(node, (ast.Name, ast.Attribute)) and (numbers := self._constants(node, scope)):
+            return numbers
         if isinstance(node, ast.Name):
             return self._all(self._bound(node.id, scope), deeper)
         if isinstance(node, ast.Attribute):
-            return self._all(self._names.attributes.get(node.attr, ()), deeper)
+            return self._all(self._meaning.bounds_of_member(node, scope), deeper)
         if isinstance(node, ast.Subscript):
             return self._elements(node.value, scope, deeper, values=True)
         if isinstance(node, ast.IfExp):
@@ -79,6 +102,16 @@ class Texts:
         if isinstance(node, ast.BoolOp):
             return itertools.chain.from_iterable(self.of(each, scope, deeper) for each in node.values)
         return (ANY,)
+
+    def _constants(self, node: ast.expr, scope: Scope) -> list[str]:
+        """The numbers of the binding's constants that an expression stands for."""
+        paths = [each.path for each in self._meaning.of(node, scope) if isinstance(each, Foreign)]
+        values = [
+            getattr(constants, path.rpartition(".")[2], None)
+            for path in paths
+            if path.startswith(f"{BINDING}.")
+        ]
+        return [str(value) for value in values if isinstance(value, int)]
 
     def _all(self, bounds: Iterable[Bound], depth: int) -> Iterable[str]:
         found = [text for bound in bounds for text in self._bound_texts(bound, depth)]
@@ -93,42 +126,12 @@ class Texts:
 
     def _bound(self, name: str, scope: Scope) -> list[Bound]:
         """What a name may be, as seen from a scope."""
-        place: Scope | None = scope
-        while place is not None:
-            found = list(self._names.bound.get((place, name), ()))
-            if place.function is not None:
-                found += self._passed(name, place)
-            if found:
-                return found
-            place = place.parent
-        return []
-
-    def _passed(self, name: str, scope: Scope) -> list[Bound]:
-        """What a function's callers pass as this parameter."""
-        function = scope.function
-        assert function is not None
-        order = [*function.args.posonlyargs, *function.args.args]
-        parameters = [each.arg for each in order]
-        if name not in parameters and name not in [each.arg for each in function.args.kwonlyargs]:
-            return []
-        found: list[Bound] = []
-        place = parameters.index(name) - scope.is_method if name in parameters else None
-        called = next((each for each, scopes in self._names.functions.items() if scope in scopes), "")
-        for call in self._names.by_called.get(called, ()):
-            named = [each.value for each in call.node.keywords if each.arg == name]
-            if named:
-                found.append(Bound(named[0], call.scope))
-            elif place is not None and 0 <= place < len(call.node.args):
-                value = call.node.args[place]
-                found.append(Bound(None if isinstance(value, ast.Starred) else value, call.scope))
-        defaults = dict(zip(reversed(parameters), reversed(function.args.defaults), strict=False))
-        if name in defaults:
-            found.append(Bound(defaults[name], scope.parent or scope))
-        return found or [Bound(None, scope)]
+        return self._meaning.bounds(name, scope)
 
     def _elements(self, node: ast.expr | None, scope: Scope, depth: int, *, values: bool) -> Iterable[str]:
         """What the elements of an expression may be; of a dictionary its keys, or `values`."""
-        if depth >= DEEPEST or node is None:
+        self._steps += 1
+        if depth >= DEEPEST or node is None or self._steps > MOST_STEPS:
             return (ANY,)
         deeper = depth + 1
         if isinstance(node, (ast.List, ast.Tuple, ast.Set)):
@@ -156,8 +159,10 @@ class Texts:
             return (ANY,)
         if isinstance(node, (ast.Name, ast.Attribute)):
             name = node.id if isinstance(node, ast.Name) else node.attr
-            is_name = isinstance(node, ast.Name)
-            bounds = self._bound(name, scope) if is_name else self._names.attributes.get(name, [])
+            if isinstance(node, ast.Name):
+                bounds = self._bound(name, scope)
+            else:
+                bounds = self._meaning.bounds_of_member(node, scope)
             found = [
                 text
                 for bound in bounds

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from pathlib import Path
 
+from ..modes import MODE_MASK
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
-from ..surface import functions
-from .names import Called, Names
-from .program import BINDINGS, Program
+from .program import BINDING, OTHER_APIS, Library, Program
+from .scopes import Called, Names
 from .texts import ANY, Texts, is_known
+from .things import Foreign, Meaning
 
 NAMING = {
     "objectName": "object",
@@ -31,6 +34,8 @@ BRINGING = ("simxLoadScene", "simxLoadModel", "simxCopyPasteObjects", "simxCreat
 """After these there may be objects that the scene does not have at first."""
 
 _FUNCTION = re.compile(r"simx[A-Z]")
+_FROM_BINDING = re.compile(r"simx?[A-Z_]")
+_OF_CLIENT = re.compile(rf"{BINDING}\.(?:modern\.)?Client(?:\.of)?\(\)\.(\w+)")
 
 SIGNAL_KINDS = ("Float", "Integer", "String")
 
@@ -55,6 +60,42 @@ class Wanted:
     place: Place = field(compare=False)
 
 
+@dataclass(frozen=True)
+class Use:
+    """One call of a function of the table."""
+
+    called: str
+    """The function, under the name that the program uses."""
+
+    call: Called
+    place: Place
+    _parameters: tuple[str, ...]
+    _texts: Texts
+
+    @property
+    def function(self) -> str:
+        """Its first name in the table."""
+        return BY_NAME[self.called].name
+
+    def argument(self, name: str) -> ast.expr | None:
+        """What is written for a parameter; None where the call does not show it."""
+        return self._texts.written(self.call, name, self._parameters) if name in self._parameters else None
+
+    def values(self, name: str) -> frozenset[str]:
+        """What an argument may be as text; `ANY` for what is not known."""
+        node = self.argument(name)
+        return frozenset((ANY,)) if node is None else self._texts.of(node, self.call.scope)
+
+    @cached_property
+    def modes(self) -> frozenset[int]:
+        """Its operation modes, as far as they are known."""
+        node = self.argument("operationMode")
+        if isinstance(node, ast.BinOp):  # a rate is added
+            node = node.left
+        texts = self._texts.of(node, self.call.scope) if node is not None else ()
+        return frozenset(int(each) & MODE_MASK for each in texts if each.isdecimal())
+
+
 @dataclass
 class Wants:
     """All of it, each thing once with the place where it is first named."""
@@ -64,6 +105,18 @@ class Wants:
 
     unknown: dict[str, Place] = field(default_factory=dict[str, Place])
     """Called as if they were functions of the remote API."""
+
+    doubtful: dict[str, Place] = field(default_factory=dict[str, Place])
+    """As `unknown`, but called on something that is known only at run time, and may have them."""
+
+    uses: list[Use] = field(default_factory=list["Use"])
+    """All calls of functions of the table."""
+
+    client: dict[str, Place] = field(default_factory=dict[str, Place])
+    """Methods of `simx_client.Client` that it calls."""
+
+    elsewhere: dict[str, dict[str, Place]] = field(default_factory=dict[str, dict[str, Place]])
+    """What it calls of other remote APIs, by the module of their client."""
 
     constants: dict[str, Place] = field(default_factory=dict[str, Place])
     """Constants of the binding that do not exist."""
@@ -90,51 +143,102 @@ class Wants:
         """Whether it loads or makes objects itself."""
         return any(name in self.functions for name in BRINGING)
 
+    @property
+    def is_of_a_remote_api(self) -> bool:
+        """Whether anything of it was found that can be served here."""
+        return bool(self.functions or self.client)
+
 
 def wants_of(program: Program, names: Names) -> Wants:
     """Read them off the calls."""
     wants = Wants()
-    texts = Texts(names)
-    public = functions()
+    meaning = Meaning(names)
+    texts = Texts(names, meaning)
     for call in names.calls:
-        name = _name_of(call, names)
-        # One that the program defines itself, or a method of a wrapper, is followed into, not taken for the API's.
-        if not _FUNCTION.match(name) or name in names.functions:
-            continue
         place = Place(call.scope.file, call.line)
-        if name not in public:
-            wants.unknown.setdefault(name, place)
-            continue
-        wants.functions.setdefault(name, place)
-        parameters = _parameters(name, call, names)
-        _count(wants, name, call, parameters, place)
-        _read(wants, name, texts, call, parameters, place)
-    _constants(wants, names)
+        for name, is_sure in called_functions(call, names, meaning):
+            if name not in BY_NAME:
+                (wants.unknown if is_sure else wants.doubtful).setdefault(name, place)
+                continue
+            wants.functions.setdefault(name, place)
+            parameters = _parameters(name, call, is_sure=is_sure)
+            wants.uses.append(Use(name, call, place, parameters, texts))
+            if is_sure:
+                _count(wants, name, call, parameters, place)
+            _read(wants, name, texts, call, parameters, place)
+        _other_calls(wants, call, place, texts, meaning)
+    _read_names(wants, names, meaning)
     wants.named = _once(wants.named)
     wants.calls = list({each[:2]: each for each in reversed(wants.calls)}.values())[::-1]
     wants.signals = list({each[:3]: each for each in reversed(wants.signals)}.values())[::-1]
     return wants
 
 
-def _name_of(call: Called, names: Names) -> str:
-    """Of the function called, also after ``import simxStart as start``, or by ``getattr(vrep, 'simxStart')``."""
-    node = call.node.func
-    if isinstance(node, ast.Name):
-        return names.modules.get(node.id, node.id)
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "getattr":
-        wanted = node.args[1] if len(node.args) > 1 else None
-        return str(wanted.value) if isinstance(wanted, ast.Constant) else ""
-    return call.name
+def called_functions(call: Called, names: Names, meaning: Meaning) -> Iterator[tuple[str, bool]]:
+    """(function of the remote API, whether it surely is one) for what a call may call.
+
+    What is called on something that is known only at run time counts by its name, unless the program has a function
+    or method of that name itself.
+    """
+    things = meaning.of(call.node.func, call.scope)
+    for thing in things:
+        if isinstance(thing, Foreign):
+            module, _, name = thing.path.rpartition(".")
+            is_binding = module == BINDING
+            is_batch = module.startswith(f"{BINDING}.batch.")
+            is_module = "(" not in module and module.partition(".")[0] not in OTHER_APIS
+            if _FUNCTION.match(name) and (is_binding or is_batch or is_module):
+                yield name, is_binding
+    is_own = call.name in names.functions
+    if not things and not is_own and _FUNCTION.match(call.name):
+        yield call.name, False
 
 
-def _parameters(name: str, call: Called, names: Names) -> tuple[str, ...]:
-    """What the call has to give: in a batch (`simx_client.batch`) neither client id nor operation mode."""
+def _parameters(name: str, call: Called, *, is_sure: bool) -> tuple[str, ...]:
+    """What the call has to give: in a batch (`simx_client.batch`) neither client id nor operation mode; a wrapper
+    often gives the client id itself."""
     command = BY_NAME[name]
-    receiver = call.node.func.value if isinstance(call.node.func, ast.Attribute) else None
-    is_module = receiver is None or (isinstance(receiver, ast.Name) and receiver.id in names.modules)
+    if is_sure or any(each.arg in ("clientID", "operationMode") for each in call.node.keywords):
+        return command.parameters
     without = tuple(each.name for each in command.arguments)
-    is_batched = not is_module and len(call.node.args) + len(call.node.keywords) == len(without)
-    return without if is_batched else command.parameters
+    given = len(call.node.args) + len(call.node.keywords)
+    short = command.parameters[1:] if command.parameters[:1] == ("clientID",) else without
+    return next((each for each in (without, short) if len(each) == given), command.parameters)
+
+
+def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning: Meaning) -> None:
+    """Calls of this project's own ``Client``, and of remote APIs that are not served here."""
+    for thing in meaning.of(call.node.func, call.scope):
+        if not isinstance(thing, Foreign):
+            continue
+        if found := _OF_CLIENT.fullmatch(thing.path):
+            wants.client.setdefault(found[1], place)
+            for node in call.node.args if client_methods().get(found[1]) else ():
+                is_star = isinstance(node, ast.Starred)
+                names = texts.elements(node.value, call.scope) if is_star else texts.of(node, call.scope)
+                wants.named += [Wanted("object", each, place) for each in sorted(names) if is_known(each)]
+        top, _, rest = thing.path.partition(".")
+        if top in OTHER_APIS or top == "pyrep":
+            wants.elsewhere.setdefault(top, {}).setdefault(_short(rest), place)
+
+
+@cache
+def client_methods() -> dict[str, bool]:
+    """Attributes of ``Client``, and whether each is a method that takes names of objects."""
+    from ..modern import Client
+
+    members = {name: getattr(Client, name) for name in dir(Client) if not name.startswith("_")}
+    return {
+        name: inspect.isfunction(member)
+        and bool({"name", "names"} & set(inspect.signature(member).parameters))
+        for name, member in members.items()
+    }
+
+
+def _short(path: str) -> str:
+    """``sim.getObject`` of ``RemoteAPIClient().require('sim').getObject``; stepping is the client's own."""
+    path = re.sub(r"^(?:\w+\.)*RemoteAPIClient\(\)\.(setStepping|step)$", r"sim.\1", path)
+    return re.sub(r"^.*\('(\w+)'\)", r"\1", path)
 
 
 def _read(
@@ -191,14 +295,30 @@ def _count(wants: Wants, called: str, call: Called, parameters: tuple[str, ...],
         wants.miscounted.append((place, called, needed, given))
 
 
-def _constants(wants: Wants, names: Names) -> None:
+def _read_names(wants: Wants, names: Names, meaning: Meaning) -> None:
+    """Names of the binding that are read without a call, or imported."""
     for node, scope in names.read:
-        base = node.value
-        if not (isinstance(base, ast.Name) and node.attr.startswith(("sim_", "simx_"))):
+        if not _FROM_BINDING.match(node.attr):
             continue
-        is_binding = names.modules.get(base.id, "").rpartition(".")[2] in BINDINGS
-        if is_binding and not isinstance(getattr(constants, node.attr, None), int):
-            wants.constants.setdefault(node.attr, Place(scope.file, node.lineno))
+        if Foreign(BINDING) in meaning.of(node.value, scope):
+            _take(wants, node.attr, Place(scope.file, node.lineno), is_call=True)
+    for (scope, _), imports in names.imports.items():
+        for each in imports:
+            if each.attribute and names.program.links.get((scope.file, each.level, each.module)) == Library(
+                BINDING
+            ):
+                _take(wants, each.attribute, Place(*names.lines[each]), is_call=False)
+
+
+def _take(wants: Wants, name: str, place: Place, *, is_call: bool) -> None:
+    """One name of the binding; a function that is called and not there is told by the call."""
+    if name in BY_NAME:
+        wants.functions.setdefault(name, place)
+    elif _FUNCTION.match(name):
+        if not is_call:
+            wants.unknown.setdefault(name, place)
+    elif name.startswith(("sim_", "simx_")) and not isinstance(getattr(constants, name, None), int):
+        wants.constants.setdefault(name, place)
 
 
 def _once(named: Iterable[Wanted]) -> list[Wanted]:

@@ -13,7 +13,8 @@ call beside its counterpart here. What can go wrong is in ``simx_client.errors``
 from .camera import Camera
 from .client import Client, Results
 from .joints import Joint, Joints
-from .objects import Dummy, Object, SceneObject
+from .listing import Objects
+from .objects import Dummy, Object, SceneObject, Shape
 from .poses import Place, Pose
 from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
 from .signals import Signals
@@ -30,11 +31,13 @@ __all__ = [
     "Joint",
     "Joints",
     "Object",
+    "Objects",
     "Place",
     "Pose",
     "ProximitySensor",
     "Results",
     "SceneObject",
+    "Shape",
     "Signals",
     "Simulation",
     "State",

@@ -23,8 +23,8 @@ _NOTHING = 0xFFFFFF
 class Camera(Object):
     """A camera: it looks along its frame's +z axis, up in the picture is +y, right is -x."""
 
+    __slots__ = ()
     object_type = c.sim_object_visionsensor_type
-    kind = "camera"
 
     def rgb(self) -> NDArray[np.uint8]:
         """Height × width × 3, red, green, blue; the top row first, each from left to right. The array is your own."""

@@ -62,6 +62,12 @@ class Channel:
     def where(self) -> str:
         return self._connection.where
 
+    @property
+    def state(self) -> str:
+        """Where the server is, and what is known of the connection, for ``repr``; nothing is asked for."""
+        condition = "closed" if self.is_closed else self._connection.condition
+        return f"at {self.where}" + ("" if condition == "connected" else f", {condition}")
+
     # --- calling ---------------------------------------------------------------------------------
 
     def ask(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
@@ -107,6 +113,11 @@ class Channel:
         calls = Calls(0, self.where)
         note(calls)
         self._held += calls.noted
+
+    @property
+    def held_back(self) -> int:
+        """How many calls wait for the next message."""
+        return len(self._held)
 
     def exchange(self, answers: Sequence[Answer[Any]]) -> None:
         """Send what is held back and these calls, and wait for the answers.

@@ -13,10 +13,12 @@ from ..connection import Connection
 from ..exchange import connection_of
 from ..patience import DEFAULT_TIMEOUT
 from ..protocol import constants as c
+from ..strict import Strict, misspelt
 from .camera import Camera
 from .channel import Channel
 from .joints import Joint, Joints
-from .objects import Dummy, Object, SceneObject
+from .listing import Objects
+from .objects import Dummy, Object, SceneObject, Shape
 from .opening import open_connection, split_port
 from .scene import Scene
 from .sensors import ForceSensor, ProximitySensor
@@ -28,6 +30,7 @@ from .watching import Watch
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+S = TypeVar("S", bound=SceneObject)
 T = TypeVar("T")
 
 
@@ -39,8 +42,13 @@ class Results(NamedTuple):
     strings: list[str]
     buffer: bytes
 
+    if not TYPE_CHECKING:
 
-class Client:
+        def __getattr__(self, name: str) -> object:
+            raise misspelt(self, name)
+
+
+class Client(Strict):
     """One client of one server; a context manager that closes the connection.
 
         with Client("127.0.0.1", 19997) as client:
@@ -48,6 +56,8 @@ class Client:
 
     Not for several threads at a time: each makes a client of its own. Legacy functions and ``batch`` take its ``id``.
     """
+
+    __slots__ = ("__weakref__", "_channel", "_close", "_connection", "_scene", "signals", "simulation")
 
     def __init__(
         self, address: str = "127.0.0.1", port: int | None = None, *, timeout: float = DEFAULT_TIMEOUT
@@ -105,7 +115,10 @@ class Client:
             self._close()
 
     def __repr__(self) -> str:
-        return f"<client of {self._channel.where}{', closed' if self._channel.is_closed else ''}>"
+        """What is known of it; nothing is asked for."""
+        if not hasattr(self, "_channel"):
+            return "<Client, never connected>"
+        return f"<Client {self._channel.state}, id {self.id}>"
 
     @property
     def id(self) -> int:
@@ -139,6 +152,10 @@ class Client:
         """What V-REP calls a vision sensor."""
         return self._scene.find(Camera, name)
 
+    def shape(self, name: str) -> Shape:
+        """A shape."""
+        return self._scene.find(Shape, name)
+
     def dummy(self, name: str) -> Dummy:
         """A dummy."""
         return self._scene.find(Dummy, name)
@@ -151,9 +168,28 @@ class Client:
         """A force sensor."""
         return self._scene.find(ForceSensor, name)
 
-    def objects(self) -> dict[str, str]:
-        """Names of all objects of the scene, and what each is: ``{"UR5_joint1": "joint", ...}``."""
-        return {name: kind for _, name, kind in self._scene.listing()}
+    @overload
+    def objects(self) -> Objects[SceneObject]: ...
+    @overload
+    def objects(self, kind: type[S]) -> Objects[S]: ...
+    def objects(self, kind: type[SceneObject] = SceneObject) -> Objects[Any]:
+        """All objects of the scene, each as what it is: joints, cameras, shapes, …; one message.
+
+            for joint in client.objects(Joint):
+                print(joint.name, joint.position)
+
+        Args:
+            kind: a class of ``simx_client.modern``; only these.
+
+        Returns:
+            A sequence in the scene's order, which also takes a name: ``client.objects()["UR5_joint1"]``.
+
+        Raises:
+            TypeError: that is not a class of objects.
+        """
+        if not (isinstance(kind, type) and issubclass(kind, SceneObject)):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"objects() takes a class such as simx_client.modern.Joint, not {kind!r}")
+        return self._scene.every(kind)
 
     # --- everything else -------------------------------------------------------------------------
 

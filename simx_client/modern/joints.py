@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NoReturn, SupportsFloat, overload
 from ..answers import Answer
 from ..calls import Calls
 from ..protocol import constants as c
+from ..strict import Strict
 from .objects import SceneObject
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ _TARGETS = "targets are write only: the legacy API has no call that reads them; 
 class Joint(SceneObject):
     """A joint and its motor."""
 
+    __slots__ = ()
     object_type = c.sim_object_joint_type
-    kind = "joint"
 
     @property
     def position(self) -> float:
@@ -79,8 +80,10 @@ class Joint(SceneObject):
         self._tell(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
 
 
-class Joints(Sequence[Joint]):
+class Joints(Strict, Sequence[Joint]):
     """Several joints: each property is one message and an array, in the order they were named in."""
+
+    __slots__ = ("_channel", "_joints")
 
     def __init__(self, channel: Channel, joints: Sequence[Joint]) -> None:
         self._channel = channel
@@ -102,7 +105,7 @@ class Joints(Sequence[Joint]):
         return iter(self._joints)
 
     def __repr__(self) -> str:
-        return f"<joints {', '.join(joint.name for joint in self)}>"
+        return f"<Joints {', '.join(joint.label for joint in self)}, {self._channel.state}>"
 
     @property
     def positions(self) -> Array:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar
 from ..answers import Answer
 from ..calls import Calls
 from ..protocol import constants as c
+from ..strict import Strict
 from .poses import Place, Pose, as_array, handle_of
 
 if TYPE_CHECKING:
@@ -35,27 +36,58 @@ _PHYSICAL = 0x400000
 """Added to a handle: the physical angular velocity instead of Euler rates."""
 
 
-class SceneObject:
+class SceneObject(Strict):
     """What all kinds of objects have. Made by ``Client``, looked up once; equal names give the same one."""
 
+    __slots__ = ("__weakref__", "_name", "_scene", "_type", "generation", "handle")
+
     object_type: ClassVar[int | None] = None
-    """Its sim_object_..._type; None: any."""
+    """The sim_object_..._type of this class; None: any."""
 
-    kind: ClassVar[str] = "object"
-
-    def __init__(self, scene: Scene, handle: int, name: str | None = None) -> None:
+    def __init__(
+        self, scene: Scene, handle: int, name: str | None = None, object_type: int | None = None
+    ) -> None:
         self._scene = scene
         self._name = name
+        self._type = self.object_type if object_type is None else object_type
         self.handle = handle
         """What the legacy functions know it by."""
 
         self.generation = scene.channel.generation
 
     def __repr__(self) -> str:
-        return f"<{self}, handle {self.handle}>"
+        """What is known of it; nothing is asked for."""
+        own = self._type == self.object_type
+        replaced = (
+            "" if self.generation == self._scene.channel.generation else ", of a scene that was replaced"
+        )
+        return (
+            f"<{type(self).__name__} {self.label}{'' if own else f' ({self.kind})'}, handle {self.handle}, "
+            f"{self._scene.channel.state}{replaced}>"
+        )
 
     def __str__(self) -> str:
-        return f"{self.kind} {self._name!r}" if self._name else f"{self.kind} {self.handle}"
+        return f"{self.kind} {self.label}"
+
+    def _hint(self, name: str) -> str:
+        """Where another class has an attribute of this name: the one for this kind of object, or another kind."""
+        others = [each for each in kinds_of(SceneObject) if hasattr(each, name) and not name.startswith("_")]
+        if any(each.object_type == self._type for each in others):
+            return f"client.{self.kind.replace(' ', '_')}({self.label}) has it"
+        if Object in others:
+            return f"client.object({self.label}) has it"
+        kinds = [KINDS[each.object_type] for each in others if each.object_type is not None]
+        return f"{' and '.join(f'a {kind}' for kind in kinds)} has it; {self} is not one" if kinds else ""
+
+    @property
+    def kind(self) -> str:
+        """What it is: "joint", "shape", "camera", …; "object" where only its handle is known."""
+        return "object" if self._type is None else KINDS.get(self._type, "object")
+
+    @property
+    def label(self) -> str:
+        """Its name in quotes as far as it is known without asking, else its handle."""
+        return repr(self._name) if self._name else str(self.handle)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, SceneObject) and self._identity == other._identity
@@ -126,6 +158,8 @@ class SceneObject:
 class Object(SceneObject):
     """An object of any kind, as a thing that has a place in the world and a velocity."""
 
+    __slots__ = ()
+
     @property
     def position(self) -> Array:
         """x, y, z in the world, metres."""
@@ -155,8 +189,20 @@ class Object(SceneObject):
         return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
 
 
+class Shape(Object):
+    """A body: what has a surface, and perhaps a mass."""
+
+    __slots__ = ()
+    object_type = c.sim_object_shape_type
+
+
 class Dummy(Object):
     """A point with a frame."""
 
+    __slots__ = ()
     object_type = c.sim_object_dummy_type
-    kind = "dummy"
+
+
+def kinds_of(base: type[SceneObject]) -> list[type[SceneObject]]:
+    """All classes of objects."""
+    return [each for direct in base.__subclasses__() for each in (direct, *kinds_of(direct))]

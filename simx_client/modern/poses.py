@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, SupportsFloat, TypeVar
 
 from ..calls import Calls
+from ..strict import Strict, misspelt
 from .channel import Channel, Subject
 
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ class Pose(NamedTuple):
     quaternion: Array
     """x, y, z, w, of unit length."""
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            raise misspelt(self, name)
+
     @property
     def matrix(self) -> Array:
         """4×4: takes points of the object's frame to the frame that the pose was given in."""
@@ -46,13 +52,19 @@ class Pose(NamedTuple):
         return matrix
 
 
-class Place:
+class Place(Strict):
     """Where one object is, in the frame of another. Each property is one message, and can be set."""
+
+    __slots__ = ("_channel", "_handles", "_subjects")
 
     def __init__(self, channel: Channel, placed: Subject, frame: Subject | None) -> None:
         self._channel = channel
         self._subjects = (placed,) if frame is None else (placed, frame)
         self._handles = placed.handle, handle_of(frame)
+
+    def __repr__(self) -> str:
+        placed, *frame = map(str, self._subjects)
+        return f"<Place of {placed} in {f'the frame of {frame[0]}' if frame else 'the world'}>"
 
     def _gather(self, note: Callable[[Calls], T]) -> T:
         return self._channel.gather(note, *self._subjects)

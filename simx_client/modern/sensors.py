@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..protocol import constants as c
+from ..strict import misspelt
 from .objects import Object
 from .poses import as_array
 
@@ -26,6 +27,11 @@ class Detection(NamedTuple):
     object: Object
     """Whose surface it is."""
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            raise misspelt(self, name)
+
     @property
     def distance(self) -> float:
         """Metres from the sensor's origin."""
@@ -35,8 +41,8 @@ class Detection(NamedTuple):
 class ProximitySensor(Object):
     """A sensor that finds the nearest point of a surface."""
 
+    __slots__ = ()
     object_type = c.sim_object_proximitysensor_type
-    kind = "proximity sensor"
 
     def read(self) -> Detection | None:
         """What it sees; None when there is nothing.
@@ -61,12 +67,17 @@ class Wrench(NamedTuple):
     torque: Array
     """N m."""
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            raise misspelt(self, name)
+
 
 class ForceSensor(Object):
     """A sensor of what one part exerts on another."""
 
+    __slots__ = ()
     object_type = c.sim_object_forcesensor_type
-    kind = "force sensor"
 
     def read(self) -> Wrench | None:
         """What it feels; None when there are no values, as while stopped."""

@@ -9,6 +9,7 @@ from typing import Any, Generic, SupportsFloat, SupportsIndex, TypeVar
 from ..answers import Answer
 from ..calls import Calls
 from ..errors import NoSuchSignal
+from ..strict import Strict
 from .channel import Channel
 
 T = TypeVar("T")
@@ -18,8 +19,10 @@ Value = SupportsIndex | SupportsFloat | str | bytes | bytearray
 """NumPy's numbers are among them."""
 
 
-class _Named(ABC, Generic[T]):
+class _Named(ABC, Strict, Generic[T]):
     """What follows from brackets that raise NoSuchSignal, as for a dictionary."""
+
+    __slots__ = ()
 
     @abstractmethod
     def __getitem__(self, name: str) -> T: ...
@@ -38,8 +41,11 @@ class _Named(ABC, Generic[T]):
 class _OfKind(_Named[T]):
     """Signals of one kind as a dictionary would have them; each access is one message."""
 
+    __slots__ = ("_channel", "_clear", "_get", "_kind", "_put", "_read")
+
     def __init__(
         self,
+        kind: str,
         channel: Channel,
         get: Callable[[Calls, str], Answer[Any]],
         put: Callable[[Calls, str, T], object],
@@ -47,7 +53,10 @@ class _OfKind(_Named[T]):
         read: Callable[[Any], T],
     ) -> None:
         self._channel, self._get, self._put, self._clear = channel, get, put, clear
-        self._read = read
+        self._kind, self._read = kind, read
+
+    def __repr__(self) -> str:
+        return f"<{self._kind} signals {self._channel.state}>"
 
     def __getitem__(self, name: str) -> T:
         answer = self._channel.try_all(lambda calls: self._get(calls, name))
@@ -72,18 +81,23 @@ class Signals(_Named[int | float | str]):
     script of the scene expects a kind, ``ints``, ``floats``, ``strings`` and ``buffers`` say it, and leave the others.
     """
 
+    __slots__ = ("_channel", "buffers", "floats", "ints", "strings")
+
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
         integers = Calls.simxGetIntegerSignal, Calls.simxSetIntegerSignal, Calls.simxClearIntegerSignal
         floats = Calls.simxGetFloatSignal, Calls.simxSetFloatSignal, Calls.simxClearFloatSignal
         strings = Calls.simxGetStringSignal, Calls.simxSetStringSignal, Calls.simxClearStringSignal
-        self.ints = _OfKind[int](channel, *integers, int)
-        self.floats = _OfKind[float](channel, *floats, float)
-        self.strings = _OfKind[str](channel, *strings, _text)
+        self.ints = _OfKind[int]("integer", channel, *integers, int)
+        self.floats = _OfKind[float]("float", channel, *floats, float)
+        self.strings = _OfKind[str]("string", channel, *strings, _text)
         """String signals as text."""
 
-        self.buffers = _OfKind[bytes](channel, *strings, bytes)
+        self.buffers = _OfKind[bytes]("string", channel, *strings, bytes)
         """String signals as bytes, such as packed numbers."""
+
+    def __repr__(self) -> str:
+        return f"<Signals {self._channel.state}>"
 
     def __getitem__(self, name: str) -> int | float | str:
         """The value of the kind it has, one message. Raises NoSuchSignal for none, ValueError for several."""

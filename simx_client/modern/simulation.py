@@ -7,6 +7,7 @@ from enum import StrEnum
 from ..connection import Connection
 from ..errors import SimxError
 from ..protocol import constants as c
+from ..strict import Strict
 from .channel import Channel
 
 _NOT_STOPPED, _PAUSED = 1, 2
@@ -21,11 +22,19 @@ class State(StrEnum):
     PAUSED = "paused"
 
 
-class Simulation:
+class Simulation(Strict):
     """Runs, pauses and ends the simulation that all clients of a server share."""
+
+    __slots__ = ("_channel", "_connection")
 
     def __init__(self, channel: Channel, connection: Connection) -> None:
         self._channel, self._connection = channel, connection
+
+    def __repr__(self) -> str:
+        """With the state that the newest answer told; nothing is asked for."""
+        header = self._connection.last_header
+        known = "" if header is None else f": {_state_of(header.server_state)} at the newest answer"
+        return f"<Simulation {self._channel.state}{known}>"
 
     def start(self) -> None:
         """Start, or go on after a pause; nothing when it runs."""
@@ -44,10 +53,7 @@ class Simulation:
         """Asks the server."""
         self._ask_time_ms()
         header = self._connection.newest_header()
-        bits = 0 if header is None else header.server_state
-        if not bits & _NOT_STOPPED:
-            return State.STOPPED
-        return State.PAUSED if bits & _PAUSED else State.RUNNING
+        return _state_of(0 if header is None else header.server_state)
 
     @property
     def time(self) -> float:
@@ -76,3 +82,9 @@ class Simulation:
         )
         assert answer.reply is not None
         return answer.reply.time_ms
+
+
+def _state_of(bits: int) -> State:
+    if not bits & _NOT_STOPPED:
+        return State.STOPPED
+    return State.PAUSED if bits & _PAUSED else State.RUNNING

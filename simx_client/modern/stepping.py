@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 from ..calls import Calls
 from ..errors import RemoteError
+from ..strict import Strict
 from .channel import Channel
 from .simulation import Simulation, State
 from .watching import Watch
@@ -16,14 +17,21 @@ from .watching import Watch
 T = TypeVar("T")
 
 
-class Stepping(Generic[T]):
+class Stepping(Strict, Generic[T]):
     """The ``with`` block of ``Client.stepping``, and what it gives: call it to make a pass."""
+
+    __slots__ = ("_before", "_channel", "_hold", "_simulation", "_watch", "latest")
 
     def __init__(self, channel: Channel, simulation: Simulation, watch: Callable[[], T]) -> None:
         self._channel, self._simulation = channel, simulation
         self._watch = Watch(channel, watch)
         self._before = State.STOPPED
         self._hold: AbstractContextManager[None] = nullcontext()
+
+    def __repr__(self) -> str:
+        held = f", {self._channel.held_back} calls set for the next step" if self._channel.held_back else ""
+        mode = "in stepped mode" if self._channel.is_stepping else "not in stepped mode"
+        return f"<Stepping {self._channel.state}, {mode}{held}>"
 
     def __enter__(self) -> Stepping[T]:
         """Stepped mode begins, and with it the simulation, if it does not run yet."""

@@ -6,18 +6,24 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
 
 from ..answers import Answer
+from ..strict import Strict
 from .channel import Channel, Reads
 
 T = TypeVar("T")
 
 
-class Watch(Generic[T]):
+class Watch(Strict, Generic[T]):
     """A function that reads, with its answers fetched together: all of one instant, and one message from the second
     time on. What it reads for the first time costs a message of its own."""
+
+    __slots__ = ("_channel", "_read", "_reads")
 
     def __init__(self, channel: Channel, read: Callable[[], T]) -> None:
         self._channel, self._read = channel, read
         self._reads: Reads = {}
+
+    def __repr__(self) -> str:
+        return f"<Watch {self._channel.state}, {len(self._reads)} calls in its message>"
 
     def __call__(self) -> T:
         """What the function returns now. Raises what reading raises."""

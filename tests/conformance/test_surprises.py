@@ -1,6 +1,6 @@
 """The fifteen surprises of the original (the reference's 0.1), each as this server has it.
 
-Where the answer differs from the original on purpose, ``simx_server/differences.py`` says so by number.
+Where the answer differs from the original on purpose, ``simx_client/protocol/differences.py`` says so by number.
 """
 
 from __future__ import annotations

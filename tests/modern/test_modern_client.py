@@ -40,11 +40,9 @@ def test_an_object_of_another_kind_is_said_with_both_kinds(client: Client) -> No
 def test_a_removed_object_is_gone_and_its_name_is_looked_up_anew(client: Client) -> None:
     red, again = client.object("red"), client.object("red")
     v.simxRemoveObject(client.id, red.handle, v.simx_opmode_blocking)
-    with pytest.raises(
-        errors.ObjectGone, match=r"^object 'red' was removed from the scene; look it up again"
-    ):
+    with pytest.raises(errors.ObjectGone, match=r"^shape 'red' was removed from the scene; look it up again"):
         _ = again.position
-    with pytest.raises(errors.ObjectGone, match=r"^object 'red' was removed"):
+    with pytest.raises(errors.ObjectGone, match=r"^shape 'red' was removed"):
         _ = red.parent
     with pytest.raises(errors.NoSuchObject):
         client.object("red")

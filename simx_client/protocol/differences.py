@@ -13,6 +13,10 @@ IN_README = (1, 2, 3, 5, 7, 9, 10)
 """Numbers of those that the README has too: scripts notice them first."""
 
 
+NEVER = "never"
+"""A program that worked with V-REP behaves the same: what differs is of use to it, to scenes or to new programs."""
+
+
 @dataclass(frozen=True, slots=True)
 class Difference:
     """One difference; its number is its place in `DIFFERENCES`, from 1."""
@@ -24,6 +28,9 @@ class Difference:
     """The test that holds it, as pytest names it."""
     commands: str = ""
     """Functions it is seen in, separated by blanks; empty for what is no single function's."""
+    when: str = ""
+    """What a program does that makes it matter there, for simx-check: a call of one of `commands` if empty; nothing for
+    `NEVER`; else a habit that `simx_client/checking/idioms.py` recognises, by its name there."""
 
     @property
     def sentence(self) -> str:
@@ -46,6 +53,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "back. V-REP needed a few passes more.",
         _SURPRISES + "test_08_stop_has_happened_when_it_returns",
         "simxStopSimulation",
+        when=NEVER,
     ),
     Difference(
         "A trigger answers after its pass.",
@@ -53,18 +61,21 @@ DIFFERENCES: tuple[Difference, ...] = (
         "works.",
         _SURPRISES + "test_06_a_trigger_answers_after_its_pass_and_trigger_with_ping_still_works",
         "simxSynchronousTrigger",
+        when="a trigger without a ping",
     ),
     Difference(
         "Pictures are drawn when asked for,",
         "not every pass, but those that a script judges. Equal requests of one pass share one picture.",
         "tests/test_render_thread.py::test_equal_requests_of_one_version_render_once",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer simxReadVisionSensor",
+        when=NEVER,
     ),
     Difference(
         "−1 comes with a reason.",
         "The number is V-REP's; a line in the log says what was tried, what was found and what to do.",
         _ZENOH + "test_nothing_there_is_minus_1_at_once_with_the_way_out",
         "simxStart",
+        when=NEVER,
     ),
     Difference(
         "Blocking calls are answered between simulation steps.",
@@ -72,30 +83,35 @@ DIFFERENCES: tuple[Difference, ...] = (
         "call that repeats one of the same step waits for the next step. `SIMX_PACE` changes this: `free`, `repeat`, "
         "`every`.",
         "tests/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
+        when="a loop of blocking calls",
     ),
     Difference(
         "Several clients on one port.",
         "V-REP served one at a time.",
         "tests/conformance/test_over_zenoh.py::test_two_processes_share_one_port",
         "simxStart",
+        when=NEVER,
     ),
     Difference(
         "Port 19999 is always there.",
         "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one.",
         "tests/test_engine.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
+        when="port 19999",
     ),
     Difference(
         "Images are lists that NumPy reads at once.",
         "`np.array(image, dtype=np.uint8)` works on NumPy 2, where a plain list of V-REP's signed bytes overflows.",
         "tests/test_image_value.py::test_uint8_conversion_wraps_and_resizes_in_place",
         "simxGetVisionSensorImage",
+        when=NEVER,
     ),
     Difference(
         "MuJoCo does the physics.",
         "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's, and heavy contact "
         "differs in detail.",
         "tests/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
+        when="joints are driven",
     ),
     Difference(
         "Scenes are MJCF or URDF.",
@@ -107,23 +123,27 @@ DIFFERENCES: tuple[Difference, ...] = (
         "Nothing listens beyond this machine",
         "unless `--listen` says so.",
         _ZENOH + "test_the_ready_line_names_endpoints_realm_and_scene_and_is_all_of_stdout",
+        when="another host",
     ),
     Difference(
         "Orientations of `simxGetObjectGroupData`",
         "(types 11 and 12) are quaternions, as the manual says. V-REP sent Euler angles and an undefined number.",
         _OBJECTS + "test_group_data_agrees_with_the_single_functions",
         "simxGetObjectGroupData",
+        when="quaternions of group data",
     ),
     Difference(
         "Split modes work like their whole counterparts.",
         "Pieces were a matter of the original's transport.",
         _MODES + "test_oneshot_split_behaves_like_oneshot",
+        when=NEVER,
     ),
     Difference(
         "Signals outlive stop and start",
         "when a client set them; those that a child script set go with the script.",
         _SIGNALS + "test_signals_of_a_client_outlive_stop_and_start",
         "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal",
+        when="signals and a stop",
     ),
     # Only docs/coverage.md has those that follow.
     Difference(
@@ -131,24 +151,28 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP gave those of a oneshot call of the same function that was still on its way.",
         _SURPRISES + "test_04_a_blocking_script_call_returns_its_own_outputs",
         "simxCallScriptFunction",
+        when="script calls in two modes",
     ),
     Difference(
         "A blocking call while communication is paused answers 3 at once.",
         "No reply can come, so nothing is waited for; the call is sent with the batch, as in V-REP.",
         _MODES + "test_a_blocking_call_while_paused_times_out_at_once_and_is_sent_with_the_batch",
         "simxPauseCommunication",
+        when="a blocking call while paused",
     ),
     Difference(
         "A refused connection with doNotReconnectOnceDisconnected is −1 at once.",
         "V-REP let the whole time-out pass, though it tried only once. Without that argument both keep trying.",
         _ZENOH + "test_nothing_there_is_minus_1_at_once_with_the_way_out",
         "simxStart",
+        when=NEVER,
     ),
     Difference(
         "Host names resolve,",
         "`localhost` too; V-REP took dotted addresses only.",
         _ZENOH + "test_host_names_other_loopback_addresses_and_bytes_connect",
         "simxStart",
+        when=NEVER,
     ),
     Difference(
         "A lost connection is taken up again",
@@ -156,11 +180,13 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP's Python binding could not, because of a dangling pointer, and forgot its streams.",
         _ZENOH + "test_a_killed_server_is_noticed_and_a_new_one_is_found_again",
         "simxStart simxGetConnectionId",
+        when=NEVER,
     ),
     Difference(
         "Streaming again with equal arguments changes nothing.",
         "The stream goes on; V-REP armed it anew. Scripts that read with streaming each time cost nothing.",
         "tests/conformance/test_mode_rules.py::test_streaming_again_with_equal_arguments_leaves_the_stream_as_it_is",
+        when=NEVER,
     ),
     Difference(
         "A stream of simxReadStringStream gives (0, empty) between data",
@@ -173,29 +199,34 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP kept one list for each port, in which a client could find those of the one before.",
         _SCRIPTS + "test_errors_are_told_once_oldest_first_at_most_50_and_to_their_own_client",
         "simxGetLastErrors",
+        when=NEVER,
     ),
     Difference(
         "Functions without identifying arguments follow the rules of all others.",
         "In V-REP their old replies stayed in the inbox for ever, also after discontinue.",
         "tests/conformance/test_mode_rules.py::test_commands_without_a_key_are_forgotten_after_discontinue_like_all_others",
         "simxGetLastErrors simxGetObjectSelection simxCreateDummy simxCloseScene",
+        when="an end of a stream",
     ),
     Difference(
         "Mode remove works for script calls.",
         "V-REP looked under the key of another function.",
         _SCRIPTS + "test_script_calls_stream_and_their_reply_can_be_removed",
         "simxCallScriptFunction",
+        when=NEVER,
     ),
     Difference(
         "A failing set-call in a split mode is told like any other.",
         "In V-REP a reply without data never came back in split modes.",
         "tests/conformance/test_mode_rules.py::test_an_error_in_a_split_mode_is_seen",
+        when=NEVER,
     ),
     Difference(
         "The functions for integer signals return their code under all names.",
         "In the newest sim.py three of them returned None.",
         _SIGNALS + "test_getting_an_integer_signal_returns_the_pair_under_both_names",
         "simxSetIntegerSignal simxGetIntegerSignal simxClearIntegerSignal",
+        when=NEVER,
     ),
     Difference(
         "Where nothing is detected, vectors are zeros and the handle is −1.",
@@ -208,29 +239,34 @@ DIFFERENCES: tuple[Difference, ...] = (
         "In V-REP a service had to be enabled for it beforehand.",
         _SURPRISES + "test_07_a_stop_ends_stepped_mode_and_it_must_be_asked_for_again",
         "simxSynchronous",
+        when=NEVER,
     ),
     Difference(
         "simxFinish returns when everything sent has been executed.",
         "V-REP slept for half a second and hoped so.",
         _CONNECTION + "test_finish_lets_the_oneshots_before_it_be_executed",
         "simxFinish",
+        when=NEVER,
     ),
     Difference(
         "Negative ports are refused.",
         "They meant shared memory in V-REP; connections within one machine are fast without.",
         _CONNECTION + "test_start_gives_minus_1_for_a_port_that_cannot_be",
         "simxStart",
+        when="a negative port",
     ),
     Difference(
         "An argument of a wrong kind is a TypeError that names function and argument,",
         "not a ctypes.ArgumentError; arrays of one element are taken as numbers everywhere.",
         _MODES + "test_wrong_arguments_name_the_function_and_the_argument",
+        when=NEVER,
     ),
     Difference(
         "Names of files at the server may be str.",
         "The original wanted bytes there.",
         _SCRIPTS + "test_a_local_file_lands_under_a_plain_name_at_the_server",
         "simxTransferFile",
+        when=NEVER,
     ),
     Difference(
         "The stop takes back what a run loaded, copied, created or removed,",
@@ -238,6 +274,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_editing_properties.py::"
         "test_removing_everything_empties_the_scene_in_one_edit_and_stop_brings_it_back",
         "simxLoadModel simxCopyPasteObjects simxCreateDummy simxRemoveObject simxRemoveModel",
+        when="changes and a stop",
     ),
     Difference(
         "Models are MJCF, URDF, STL or OBJ files;",
@@ -256,18 +293,21 @@ DIFFERENCES: tuple[Difference, ...] = (
         "give it a target. V-REP has no such joints.",
         "tests/test_joints_modes.py::test_tendon_with_a_servo_is_a_prismatic_joint",
         "simxSetJointPosition",
+        when=NEVER,
     ),
     Difference(
         "Velocities are zero when stopped;",
         "V-REP went on giving the last values of the run.",
         "tests/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_passes",
         "simxGetObjectVelocity",
+        when="a stop",
     ),
     Difference(
         "A proximity sensor does not detect the shape that carries it.",
         "V-REP's models declare that shape undetectable instead.",
         "tests/test_sensors_proximity_force.py::test_sensor_sees_the_nearest_thing_in_its_own_frame",
         "simxReadProximitySensor",
+        when=NEVER,
     ),
     Difference(
         "Convex shapes are solid in collision checks;",
@@ -287,6 +327,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "so the second of two quick clicks is not lost; the original kept the last one.",
         "tests/test_user_interface_custom_uis.py::test_people_operate_it_and_each_event_is_read_once_in_order",
         "simxGetUIEventButton",
+        when=NEVER,
     ),
     Difference(
         "Custom UIs are described in TOML or JSON;",
@@ -299,6 +340,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP assembled with the handle plus 0x400000 and keepInPlace false; place the object, then set its parent.",
         _OBJECTS + "test_the_assembly_flag_is_8_unless_the_place_is_kept",
         "simxSetObjectParent",
+        when="an assembly",
     ),
     Difference(
         "One scene is loaded at a time,",
@@ -317,6 +359,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "Numbers that are not finite in single precision are refused (code 8);",
         "V-REP took NaN and infinity.",
         _OBJECTS + "test_numbers_that_are_not_finite_are_8_and_change_nothing",
+        when=NEVER,
     ),
     Difference(
         "Calls are sent at once;",
@@ -324,23 +367,27 @@ DIFFERENCES: tuple[Difference, ...] = (
         "paused; of those within one of V-REP's cycles only the last was.",
         _SURPRISES + "test_03_without_a_pause_every_call_is_sent_at_once_and_executed",
         "simxStart",
+        when="a loop without a pause",
     ),
     Difference(
         "A loop that calls faster than the server executes is slowed to its pace.",
         "After 200 unanswered messages the next call waits for an answer, so that nothing acts later and later.",
         "tests/test_engine.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
+        when="a loop without a pause",
     ),
     Difference(
         "A stream of simxGetLastErrors tells each text once and loses none,",
         "up to 50 unread ones. In V-REP the next, mostly empty reply replaced texts that had not been read.",
         "tests/test_parameters.py::test_streamed_errors_are_each_told_once_however_late_they_are_read",
         "simxGetLastErrors",
+        when=NEVER,
     ),
     Difference(
         "Files above 64 MiB do not travel (code 32).",
         "Put them into the server's workspace yourself.",
         "tests/test_files.py::test_file_that_is_too_large_stays_here",
         "simxTransferFile simxLoadScene simxLoadModel simxLoadUI",
+        when=NEVER,
     ),
     Difference(
         "A timeOut of 0 or less for simxTransferFile means that of all blocking calls.",
@@ -352,12 +399,14 @@ DIFFERENCES: tuple[Difference, ...] = (
         "A blocking call answers 3 at once when no server can come any more:",
         "the connection was lost, or never made, and is not to be taken up again. V-REP let the time-out pass.",
         "tests/test_engine.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
+        when=NEVER,
     ),
     Difference(
         "With several stepped clients a trigger answers when all have triggered.",
         "V-REP answered at once. A script with two stepped clients triggers one of them from another thread.",
         "tests/test_engine.py::test_all_stepped_clients_must_trigger",
         "simxSynchronousTrigger",
+        when="several stepped clients",
     ),
     Difference(
         "simxCheckDistance gives 0 while distance handling is switched off, and 8 when there is nothing to measure.",
@@ -370,18 +419,21 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP gave the background colour and depth 1.",
         "tests/test_handlers_vision.py::test_image_is_rgb_or_grey_bytes_without_a_running_simulation",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
+        when=NEVER,
     ),
     Difference(
         "With vision sensors switched off (boolean parameter 10) pictures are the background.",
         "In V-REP the last picture stayed. simxReadVisionSensor is 8 in both.",
         "tests/test_sensors_vision.py::test_switched_off_handling_shows_the_background",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
+        when="cameras are switched off",
     ),
     Difference(
         "Any options but 0 mean a grey picture.",
         "With 2 and the like V-REP sent colours, of which its Python binding took the first third.",
         _SENSORS + "test_a_grey_picture_is_the_mean_of_the_colours",
         "simxGetVisionSensorImage",
+        when="a grey picture",
     ),
     Difference(
         "An image given to a sensor with external input goes with the stop, and its statistics last until then.",
@@ -409,18 +461,21 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_parameters.py::test_parameters_of_vreps_own_drawing_and_machinery_are_refused",
         "simxGetIntegerParameter simxSetIntegerParameter simxGetFloatingParameter simxSetFloatingParameter "
         "simxGetStringParameter simxGetArrayParameter simxSetArrayParameter",
+        when="parameters but the time step",
     ),
     Difference(
         "Parameters of objects that mean nothing in MuJoCo are not there (code 8);",
         "the text of the error says why, or lists those that are there. A part of the world has no mass and no mask.",
         "tests/test_object_parameters.py::test_what_v_rep_knows_and_means_nothing_here_says_why",
         "simxGetObjectFloatParameter simxSetObjectFloatParameter simxGetObjectIntParameter simxSetObjectIntParameter",
+        when="parameters of objects but common ones",
     ),
     Difference(
         "Random numbers are the same in every run of the server.",
         "So a script that takes them from there does the same again.",
         "tests/test_parameters.py::test_random_numbers_are_the_same_in_every_server",
         "simxGetFloatingParameter simxGetArrayParameter",
+        when="random parameters",
     ),
     Difference(
         "A target drives a joint that has no annotation,",
@@ -428,6 +483,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "are driven; so do annotated ones.",
         "tests/test_joints_modes.py::test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it",
         "simxSetJointTargetPosition simxSetJointTargetVelocity",
+        when=NEVER,
     ),
     Difference(
         "The first simxGetJointForce of a run may be that of the last physics step,",
@@ -440,6 +496,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "V-REP 4.2 ended the script.",
         _SCRIPTS + "test_every_trouble_in_a_script_call_is_8_with_a_text",
         "simxCallScriptFunction",
+        when=NEVER,
     ),
     Difference(
         "Signals, consoles, dialogs and custom UIs have an upper number and length (code 8 above it).",
@@ -447,6 +504,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_signals.py::test_too_many_or_too_large_signals_are_refused",
         "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal simxAuxiliaryConsoleOpen "
         "simxDisplayDialog simxLoadUI",
+        when=NEVER,
     ),
     Difference(
         "Dialogs and custom UIs need no window:",
@@ -459,12 +517,14 @@ DIFFERENCES: tuple[Difference, ...] = (
         "4096 streams of a client (more are executed once), lists of a million items, texts of a million characters, "
         "64 MiB of binary data. What is larger is code 8.",
         _CONNECTION + "test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on",
+        when=NEVER,
     ),
     Difference(
         "A vision sensor's render mode (integer parameter 1017) is 0, colours, or 2, handles.",
         "V-REP's others needed auxiliary channels or renderers that are not here: code 8.",
         "tests/test_sensors_handles.py::test_a_render_mode_that_is_not_here_is_refused",
         "simxSetObjectIntParameter",
+        when="a render mode",
     ),
     Difference(
         "A link of a URDF is one shape, called as the link.",

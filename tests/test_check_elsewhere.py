@@ -1,0 +1,133 @@
+"""``simx-check`` on programs that call no legacy function, or another remote API: it says so, and ends with 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from checked_programs import START, check, page_of, texts_of, write
+
+from simx_client.checking.elsewhere import TWINS
+from simx_client.protocol.commands import BY_NAME
+
+
+def test_a_program_without_a_remote_call_says_so_and_ends_with_2(tmp_path: Path) -> None:
+    write(tmp_path, {"script.py": "import numpy as np\nprint(np.zeros(3))\n"})
+    code, record = check(tmp_path / "script.py")
+    assert (code, record["is_of_a_remote_api"]) == (2, False)
+    assert texts_of(record)[0].startswith("no call of the legacy remote API is found")
+    page = page_of(tmp_path / "script.py")
+    assert page.endswith("no call of the legacy remote API is found, so there is nothing to check\n")
+    assert "nothing is missing" not in page
+    assert "no problem found" not in page
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import vrep\nprint(vrep)\n",
+        "class R:\n  def simxStart(self): pass\nR().simxStart()\n",
+        "import vrep\n# vrep.simxStart()\n",
+        "",
+    ],
+)
+def test_a_program_that_only_looks_like_it_has_no_remote_call(tmp_path: Path, text: str) -> None:
+    write(tmp_path, {"script.py": text})
+    assert check(tmp_path / "script.py")[0] == 2
+
+
+def test_a_wrapper_that_is_not_installed_is_named_as_the_reason(tmp_path: Path) -> None:
+    write(tmp_path, {"script.py": "from surely_not_installed import Robot\nRobot().simxStart(3)\n"})
+    code, record = check(tmp_path / "script.py")
+    assert code == 2
+    assert texts_of(record)[0].endswith(", or install surely_not_installed, if the calls are in there")
+
+
+def test_a_function_that_is_passed_on_counts(tmp_path: Path) -> None:
+    text = (
+        "import vrep, threading\nthreading.Thread(target=vrep.simxStart, args=('', 1, 1, 1, 1, 5)).start()\n"
+    )
+    write(tmp_path, {"script.py": text})
+    code, record = check(tmp_path / "script.py")
+    assert (code, list(record["functions"])) == (0, ["simxStart"])
+
+
+ZMQ = """
+from {module} import RemoteAPIClient
+client = RemoteAPIClient()
+sim = client.{get}('sim')
+class Robot:
+    def __init__(self, sim, name):
+        self.sim, self.handle = sim, sim.getObject(name)
+    def go(self):
+        self.sim.setJointTargetPosition(self.handle, 1)
+        self.sim.moveToConfig({{}})
+Robot(sim, '/UR5')
+sim.startSimulation()
+client.setStepping(True)
+"""
+
+
+@pytest.mark.parametrize("module", ["coppeliasim_zmqremoteapi_client", "zmqRemoteApi"])
+@pytest.mark.parametrize("get", ["require", "getObject"])
+def test_a_zeromq_program_is_told_what_there_is(tmp_path: Path, module: str, get: str) -> None:
+    write(
+        tmp_path,
+        {"script.py": ZMQ.format(module=module, get=get), f"{module}.py": "class RemoteAPIClient: pass\n"},
+    )
+    code, record = check(tmp_path / "script.py")
+    assert (code, record["functions"]) == (2, {})
+    assert {
+        "sim.getObject": "simxGetObjectHandle",
+        "sim.setJointTargetPosition": "simxSetJointTargetPosition",
+        "sim.moveToConfig": None,
+        "sim.startSimulation": "simxStartSimulation",
+        "sim.setStepping": "simxSynchronous",
+    }.items() <= record["other_apis"]["CoppeliaSim's ZeroMQ remote API"].items()
+    [text] = texts_of(record)
+    assert "it uses CoppeliaSim's ZeroMQ remote API, and simx-server has no gateway for that" in text
+    assert "4 of the 5 functions have a legacy counterpart; without one: sim.moveToConfig" in text
+    assert "docs/python.md" in text
+
+
+def test_a_b0_program_is_recognised_and_its_calls_are_not_taken_for_legacy_ones(tmp_path: Path) -> None:
+    text = """
+        import b0RemoteApi
+        with b0RemoteApi.RemoteApiClient('b0_python', 'b0RemoteApi') as client:
+            handle = client.simxGetObjectHandle('it', client.simxServiceCall())
+            client.simxStartSimulation(client.simxDefaultPublisher())
+        """
+    write(tmp_path, {"script.py": text})
+    code, record = check(tmp_path / "script.py")
+    assert (code, record["functions"], record["unknown_functions"]) == (2, {}, [])
+    assert "B0-based remote API" in texts_of(record)[0]
+
+
+def test_a_pyrep_program_is_recognised_and_a_wrapper_of_that_name_is_followed(tmp_path: Path) -> None:
+    write(tmp_path, {"a/script.py": "from pyrep import PyRep\np = PyRep()\np.launch('scene.ttt')\n"})
+    code, record = check(tmp_path / "a/script.py")
+    assert code == 2
+    assert "PyRep, which runs CoppeliaSim inside its own process" in texts_of(record)[0]
+    files = {
+        "b/script.py": "from pyrep import VRep\nVRep('it')\n",
+        "b/pyrep/__init__.py": "from .api import VRep\n",
+        "b/pyrep/api.py": f"import vrep\n{START}class VRep:\n"
+        "  def __init__(self, n): vrep.simxGetObjectHandle(c, n, B)\n",
+    }
+    write(tmp_path, files)
+    code, record = check(tmp_path / "b/script.py")
+    assert (code, [each["name"] for each in record["named"]]) == (0, ["it"])
+
+
+def test_a_program_of_both_apis_has_a_problem_with_one(tmp_path: Path) -> None:
+    text = f"import vrep\nfrom zmqRemoteApi import RemoteAPIClient\n{START}RemoteAPIClient().require('sim').step()\n"
+    write(tmp_path, {"script.py": text})
+    code, record = check(tmp_path / "script.py")
+    assert code == 1
+    assert "1 of the 1 functions have a legacy counterpart" in texts_of(record)[0]
+    assert "  elsewhere   sim.step (simxSynchronousTrigger)\n" in page_of(tmp_path / "script.py")
+
+
+def test_counterparts_are_functions_of_the_table() -> None:
+    assert set(TWINS.values()) <= set(BY_NAME)
+    assert TWINS["sim.getObjectPosition"] == "simxGetObjectPosition"
