@@ -181,12 +181,22 @@ def _serve(settings: Settings) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
-    if settings.count is None:
-        from simx_server.server import serve
-    else:
-        from simx_server.fleet import serve
+    if settings.count is not None:
+        from simx_server.fleet import serve as serve_many
 
-    return serve(settings)
+        return serve_many(settings)
+    from simx_server.library import DEFAULT_SCENE
+    from simx_server.sensors.gl_early import begin_early
+
+    # Before the rest is imported, which takes as long.
+    probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    try:
+        from simx_server.server import serve
+
+        return serve(settings, probe)
+    finally:
+        if probe is not None:
+            probe.close()
 
 
 def _print_settings(settings: Settings) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simx_server.sensors import gl_backend
+from simx_server.sensors import gl_backend, gl_libraries
 from simx_server.sensors.gl_backend import Backend, choose_backend, probe_in_child, requested_backend
 from simx_server.sensors.opengl import OpenGLRenderer
 from simx_server.sensors.picture import RenderError
@@ -101,7 +101,7 @@ def test_a_probe_reports_what_is_wrong_in_one_line() -> None:
 
 
 def test_a_probe_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gl_backend, "_PROBE_LIMIT", 0.0)
+    monkeypatch.setattr(gl_backend, "PROBE_LIMIT", 0.0)
     assert "no answer" in (probe_in_child("egl", threading.Event()) or "")
 
 
@@ -112,6 +112,7 @@ def test_a_context_that_cannot_be_made_says_what_to_do(monkeypatch: pytest.Monke
         raise RuntimeError("no driver")
 
     monkeypatch.setattr("mujoco.glfw.GLContext", broken)
+    monkeypatch.setattr(gl_libraries, "missing_libraries", lambda name: None)
     with pytest.raises(RenderError, match=r"glfw .*no driver.*unset MUJOCO_GL.*disable"):
         OpenGLRenderer(mujoco.MjModel.from_xml_string("<mujoco/>"), "glfw")
 

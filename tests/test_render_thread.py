@@ -33,6 +33,7 @@ class ScriptedRenderer:
         self.started = threading.Event()
         self.seen: list[tuple[float, int, bool, bool]] = []
         self.made = 0
+        self.turned = 0
         self.closed = 0
         self.fail_next = False
         self.threads: set[int] = set()
@@ -41,6 +42,10 @@ class ScriptedRenderer:
         self.made += 1
         self.threads.add(threading.get_ident())
         return self
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        self.threads.add(threading.get_ident())
+        self.turned += 1
 
     def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
         self.threads.add(threading.get_ident())
@@ -179,7 +184,7 @@ def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, t
     with pytest.raises(RenderError, match=r"camera id 0 could not be rendered with raycast: the driver lost"):
         asker.ask(1.0).result(WAIT)
     asker.ask(1.0).result(WAIT)
-    assert (scripted.made, scripted.closed) == (2, 1)
+    assert (scripted.made, scripted.turned, scripted.closed) == (1, 1, 0)
 
 
 def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
@@ -194,7 +199,7 @@ def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
         thread.close()
 
 
-def test_another_model_gets_another_renderer(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+def test_the_renderer_turns_to_another_model(scripted: ScriptedRenderer, thread: RenderThread) -> None:
     one, other = Asker(thread), Asker(thread)
     first = one.ask(1.0).result(WAIT)
     second = other.ask(1.0).result(WAIT)
@@ -261,15 +266,44 @@ def test_a_cancelled_picture_is_not_made_and_not_shared(
     assert [time for time, *_ in scripted.seen] == [1.0, 2.0]
 
 
-def test_preparing_makes_the_renderer_before_a_picture_is_wanted(
+def prepare(thread: RenderThread, asker: Asker) -> "Future[None]":
+    return thread.prepare(asker.model, asker.data, [FRONT], version="prepared")
+
+
+def test_preparing_makes_the_renderer_and_draws_each_view_once(scripted: ScriptedRenderer) -> None:
+    thread = RenderThread(choose=lambda: Backend("egl", "a test asked for it"), make=scripted.make)
+    try:
+        asker = Asker(thread)
+        prepare(thread, asker).result(WAIT)
+        assert thread.backend == Backend("egl", "a test asked for it")
+        assert scripted.seen == [(0.0, 0, True, True)]
+        assert not thread.times.by_camera  # nobody has asked for it
+        asker.ask(1.0).result(WAIT)
+        assert scripted.made == 1
+    finally:
+        thread.close()
+
+
+def test_rays_are_not_cast_before_somebody_asks(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    prepare(thread, Asker(thread)).result(WAIT)
+    assert (scripted.made, scripted.seen) == (1, [])
+
+
+def test_a_later_preparation_takes_the_place_of_one_that_waits(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
-    asker = Asker(thread)
-    thread.prepare(asker.model)
-    assert thread.ready.wait(WAIT)
-    assert thread.backend == Backend("raycast", "a test asked for it")
-    asker.ask(1.0).result(WAIT)
-    assert scripted.made == 1
+    asker, scene = Asker(thread), Asker(thread)
+    scripted.go.clear()
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    before = prepare(thread, asker)
+    after = prepare(thread, scene)
+    before.result(0)
+    assert not after.done()
+    scripted.go.set()
+    running.result(WAIT)
+    after.result(WAIT)
+    assert (scripted.made, scripted.turned) == (1, 1)
 
 
 def test_the_back_end_is_logged_once(
