@@ -14,8 +14,10 @@ import mujoco
 import numpy as np
 import pytest
 from camera_world import FRONT, SCENE, load, pixel_of
+from processes import wait_until
 
 from simx_server.limits import Limits
+from simx_server.sensors import render_thread
 from simx_server.sensors.gl_backend import Backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.render_thread import RenderThread
@@ -184,7 +186,7 @@ def test_a_failed_picture_leaves_the_thread_usable(scripted: ScriptedRenderer, t
     with pytest.raises(RenderError, match=r"camera id 0 could not be rendered with raycast: the driver lost"):
         asker.ask(1.0).result(WAIT)
     asker.ask(1.0).result(WAIT)
-    assert (scripted.made, scripted.turned, scripted.closed) == (1, 1, 0)
+    assert (scripted.made, scripted.closed) == (2, 1)
 
 
 def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
@@ -204,7 +206,7 @@ def test_the_renderer_turns_to_another_model(scripted: ScriptedRenderer, thread:
     first = one.ask(1.0).result(WAIT)
     second = other.ask(1.0).result(WAIT)
     assert first is not second
-    assert (scripted.made, scripted.closed) == (2, 1)
+    assert (scripted.made, scripted.turned, scripted.closed) == (1, 1, 0)
 
 
 def test_closing_fails_what_waits_and_finishes_what_runs(
@@ -304,6 +306,65 @@ def test_a_later_preparation_takes_the_place_of_one_that_waits(
     running.result(WAIT)
     after.result(WAIT)
     assert (scripted.made, scripted.turned) == (1, 1)
+
+
+def test_pictures_fail_while_a_driver_hangs_and_are_made_again_afterwards(
+    scripted: ScriptedRenderer,
+    thread: RenderThread,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    asker = Asker(thread)
+    asker.ask(0.0).result(WAIT)
+    thread.watch()
+    scripted.started.clear()
+    scripted.go.clear()
+    monkeypatch.setattr(render_thread, "DRAWN_WITHIN", -1.0)
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    thread.watch()
+    thread.watch()
+    for picture in (running, asker.ask(1.0), asker.ask(2.0)):
+        with pytest.raises(RenderError, match=r"picture of camera id 0 is being drawn for 0 s.*--doctor"):
+            picture.result(WAIT)
+    monkeypatch.undo()
+    scripted.go.set()
+    assert wait_until(lambda: "there are pictures again" in caplog.text, WAIT)
+    assert asker.ask(1.0).result(WAIT).rgb is not None
+    assert [record.levelname for record in caplog.records if "hangs" in record.message] == ["ERROR"]
+
+
+def test_what_waits_behind_a_hanging_picture_fails_with_it(
+    scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    waiting = asker.ask(2.0)
+    monkeypatch.setattr(render_thread._Doing, "is_overdue", lambda self: True)
+    thread.watch()
+    for picture in (running, waiting):
+        with pytest.raises(RenderError, match="graphics driver"):
+            picture.result(0)
+    assert thread.waiting == 0
+
+
+def test_closing_gives_up_a_picture_that_hangs(
+    scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(render_thread, "_JOIN_TIMEOUT", 0.0)
+    scripted.go.clear()
+    running = Asker(thread).ask(1.0)
+    assert scripted.started.wait(WAIT)
+    thread.close()
+    with pytest.raises(RenderError, match="closed"):
+        running.result(0)
+    assert thread.is_stuck
+    scripted.go.set()
+    monkeypatch.undo()
+    thread.close()
+    assert not thread.is_stuck
 
 
 def test_the_back_end_is_logged_once(

@@ -177,6 +177,6 @@ def make_gl_context(name: str, width: int, height: int) -> Any:
     # A missing library shows as ImportError, OSError, AttributeError or GLError, by back end and its version.
     except Exception as error:
         raise RenderError(
-            f"no OpenGL context with {name}: {why_it_fails(name, error)}; unset MUJOCO_GL to take the "
+            f"no OpenGL context with {name} ({why_it_fails(name, error)}); unset MUJOCO_GL to take the "
             f"first back end that works, or set MUJOCO_GL=disable to cast rays; {INSTALL_HINT}"
         ) from error

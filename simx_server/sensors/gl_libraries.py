@@ -46,8 +46,8 @@ def missing_libraries(name: str) -> str | None:
     if not absent:
         return None
     packages = " ".join(_PACKAGES[library] for library in absent)
-    are = "is" if len(absent) == 1 else "are"
-    return f"{' and '.join(absent)} {are} missing (package {packages})"
+    are, package = ("is", "package") if len(absent) == 1 else ("are", "packages")
+    return f"{' and '.join(absent)} {are} missing ({package} {packages})"
 
 
 def install_advice(name: str) -> str:
