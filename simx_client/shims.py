@@ -16,13 +16,13 @@ from simx_client.command_parser import program
 from simx_client.protocol.exit_codes import DONE, FAILURE
 
 SURFACE = '''\
-"""Stand-in for V-REP's {name}: the same functions and constants, on simx. Needs: pip install simx-vrep."""
+"""Stand-in for V-REP's {name}: the same functions and constants, on simx, which has to be installed."""
 
 from simx_client import *  # noqa: F403
 '''
 
 CONSTANTS = '''\
-"""Stand-in for V-REP's {name}: the same constants, on simx. Needs: pip install simx-vrep."""
+"""Stand-in for V-REP's {name}: the same constants, on simx, which has to be installed."""
 
 from simx_client.protocol.constants import *  # noqa: F403
 '''

@@ -17,6 +17,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from importlib import metadata
 
+from simx_client.protocol import installing
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.terminal import print_what_can_be, while_read
 from simx_server import __version__, log_format
@@ -133,8 +134,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.name is None or error.name.startswith("simx_"):
             raise
         sys.stderr.write(
-            f"{PROGRAM}: the package {error.name} is not installed; pip install simx-vrep brings all that a server "
-            f"needs, and {PROGRAM} --doctor tells what is missing\n"
+            f"{PROGRAM}: the package {error.name} is not installed; {installing.missing_line()} brings all that a "
+            f"server needs, and {PROGRAM} --doctor tells what is missing\n"
         )
         return FAILURE
 

@@ -76,7 +76,7 @@ def _of_program(program: Program) -> Iterator[Finding]:
         yield Finding(PROBLEM, Place(path, 1), reason)
     for name, line in program.imports.items():
         if name not in BINDINGS and not _is_installed(name):
-            text = f"the module {name} is not installed here; pip install the package that brings it"
+            text = f"the module {name} is not installed here; install the package that brings it"
             yield Finding(NOTE, Place(script, line), text)
 
 
