@@ -51,9 +51,10 @@ class _Doing(NamedTuple):
         return time.monotonic() > self.since + self.limit
 
     def reason(self) -> str:
+        seconds = time.monotonic() - self.since
         return (
-            f"{self.what} for {time.monotonic() - self.since:.0f} s, so there are no pictures for now; it may be the "
-            "graphics driver that hangs: simx-server --doctor tries it, MUJOCO_GL=disable does without"
+            f"the render thread has been {self.what} for {seconds:.0f} s, so no picture can be made now; the graphics "
+            "driver may hang: test it with simx-server --doctor, or set MUJOCO_GL=disable to cast rays"
         )
 
 
@@ -322,7 +323,7 @@ class RenderThread:
             self._running = self._doing = None
             if self._is_hanging:
                 self._is_hanging = False
-                logger.warning("the render thread goes on, so there are pictures again")
+                logger.warning("the render thread has come back; pictures can be made again")
             while True:
                 # A program that fails without closing must still be able to end.
                 if self._closing.is_set() or not threading.main_thread().is_alive():
@@ -344,7 +345,7 @@ class RenderThread:
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
             renderer = self._renderer_for(job.model)
-            self._begin(f"the picture of {_told(job.view)} is being drawn", DRAWN_WITHIN)
+            self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
             began = time.perf_counter()
             picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth)
             self.times.made(_camera_name(job), time.perf_counter() - began)
@@ -384,7 +385,7 @@ class RenderThread:
             for view in () if is_cast else preparation.views:
                 if self._waiting or self._closing.is_set() or preparation.snapshot is None:
                     break
-                self._begin(f"the picture of {_told(view)} is being drawn", DRAWN_WITHIN)
+                self._begin(f"drawing {_told(view)}", DRAWN_WITHIN)
                 renderer.render(preparation.snapshot.data, view, True, True)
         except Exception as error:
             self._drop_renderer()
@@ -406,10 +407,10 @@ class RenderThread:
         with self._wake:
             self._newest.clear()
         if self._backend is None:
-            self._begin("OpenGL back ends are being tried", CHOSEN_WITHIN)
+            self._begin("trying OpenGL back ends", CHOSEN_WITHIN)
             self._take_backend()
         assert self._backend is not None
-        self._begin(f"the scene is being made ready for pictures with {self._backend.name}", DRAWN_WITHIN)
+        self._begin(f"loading the scene with {self._backend.name}", DRAWN_WITHIN)
         self._renderer_model = None
         if self._renderer is None:
             self._renderer = self._make(model, self._backend)
