@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -204,6 +205,34 @@ def test_an_early_probe_tells_what_is_wrong_and_leaves_no_process(does: str, the
         check=True,
     )
     assert done.stdout.splitlines() == [said, "gone"], done.stderr
+
+
+_BEGIN = """
+import threading
+from simx_server.sensors.mujoco_import import import_mujoco
+import_mujoco()
+from simx_server.sensors.gl_early import begin_early
+for scene in ("ur5_rg2_kinect", "two_link_arm", "no such scene"):
+    if (probe := begin_early(scene)) is not None:
+        print(scene)
+        probe.close()
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+assert begin_early("ur5_rg2_kinect") is None
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a server forks to try a back end")
+def test_a_back_end_is_tried_early_for_a_scene_with_cameras_by_a_process_of_one_thread() -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
+    done = subprocess.run(
+        [sys.executable, "-c", _BEGIN],
+        env=environment | {"OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout.split()) == (0, ["ur5_rg2_kinect"]), done.stderr
 
 
 def test_other_back_ends_than_the_first_are_tried_as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
