@@ -30,8 +30,11 @@ from simx_server.sensors.gl_backend import (
 from simx_server.sensors.gl_probe import what_is_wrong
 
 _INCLUDE = re.compile(rb"""<include[^>]*\sfile\s*=\s*["']([^"']+)""")
-_CAMERA = re.compile(rb"<camera\b[^>]*>")
-"""One without a name is a default, one of this class V-REP's camera of a view, which is no vision sensor."""
+_CAMERA = re.compile(rb"""<camera\b[^>]*\sname\s*=\s*["']([^"']+)""")
+"""The name of one; without a name it is mostly a default."""
+
+_VIEW = re.compile(rb"""["']simx:camera:([^"']+)["']""")
+"""A name that an annotation makes V-REP's camera of a view, which is no vision sensor."""
 
 _DEEPEST = 4
 _GLANCE = 0.1
@@ -66,7 +69,7 @@ def may_have_cameras(scene: Path, depth: int = 0) -> bool:
         text = scene.read_bytes()
     except OSError:
         return False  # who loads it tells what is wrong with it
-    if any(b"name=" in camera and b'class="view"' not in camera for camera in _CAMERA.findall(text)):
+    if set(_CAMERA.findall(text)) - set(_VIEW.findall(text)):
         return True
     included = (scene.parent / os.fsdecode(name) for name in _INCLUDE.findall(text))
     return depth < _DEEPEST and any(may_have_cameras(each, depth + 1) for each in included)
