@@ -24,7 +24,12 @@ import numpy as np
 import vrep
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-import pygame
+try:
+    import pygame
+except ModuleNotFoundError:
+    from simx_client.protocol.installing import extra_line
+
+    sys.exit(f"the package pygame is not installed, which opens the window: {extra_line('demo')}")
 
 WAIT = vrep.simx_opmode_blocking
 SEND = vrep.simx_opmode_oneshot

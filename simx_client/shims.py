@@ -22,7 +22,7 @@ example:
 """
 
 SURFACE = '''\
-"""Stand-in for V-REP's {name}: the same functions and constants, on simx. Needs: pip install simx-vrep."""
+"""Stand-in for V-REP's {name}: the same functions and constants, on simx, which has to be installed."""
 
 from os import environ as _environ
 
@@ -32,7 +32,7 @@ from simx_client import *  # noqa: F403
 '''
 
 CONSTANTS = '''\
-"""Stand-in for V-REP's {name}: the same constants, on simx. Needs: pip install simx-vrep."""
+"""Stand-in for V-REP's {name}: the same constants, on simx, which has to be installed."""
 
 from simx_client.protocol.constants import *  # noqa: F403
 '''

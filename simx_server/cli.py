@@ -17,6 +17,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from importlib import metadata
 
+from simx_client.protocol import installing
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.parser import Parser
 from simx_client.protocol.terminal import print_what_can_be, while_read
@@ -140,8 +141,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.name is None or error.name.startswith("simx_"):
             raise
         sys.stderr.write(
-            f"{PROGRAM}: the package {error.name} is not installed; pip install simx-vrep brings all that a server "
-            f"needs, and {PROGRAM} --doctor tells what is missing\n"
+            f"{PROGRAM}: the package {error.name} is not installed; {installing.missing_line()} brings all that a "
+            f"server needs, and {PROGRAM} --doctor tells what is missing\n"
         )
         return FAILURE
 
@@ -188,12 +189,22 @@ def _serve(settings: Settings) -> int:
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
-    if settings.count is None:
-        from simx_server.server import serve
-    else:
-        from simx_server.fleet import serve
+    if settings.count is not None:
+        from simx_server.fleet import serve as serve_many
 
-    return serve(settings)
+        return serve_many(settings)
+    from simx_server.library import DEFAULT_SCENE
+    from simx_server.sensors.gl_early import begin_early
+
+    # Before the rest is imported, which takes as long.
+    probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    try:
+        from simx_server.server import serve
+
+        return serve(settings, probe)
+    finally:
+        if probe is not None:
+            probe.close()
 
 
 def _print_settings(settings: Settings) -> int:

@@ -22,6 +22,7 @@ from .batches import Batches
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
+from .hooks import Listener, call
 from .inbox import Arrival, Event, Inbox, Read, interfere
 from .metrics import Metrics
 from .outbox import LINGER, Outbox
@@ -75,6 +76,9 @@ class Engine:
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
+        self.watches: list[Listener] = []
+        """Called after every turn, so at least once in a second: time-outs of what other threads do."""
+
         self._is_ending = False
         self.recorder: Recorder | None = None
         """Told of all that is done for clients, in order."""
@@ -108,12 +112,13 @@ class Engine:
 
     # --- the loop --------------------------------------------------------------------------------
 
-    def run(self, deadline: float | None = None) -> None:
-        """Serve until ``end``, or until a time on the monotonic clock."""
-        while not self._is_ending and (deadline is None or time.monotonic() < deadline):
+    def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
+        """Serve until ``end``, until a time on the monotonic clock, or until something is so; a post makes it look."""
+        while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
             self.metrics.tick()
+            call(self.watches)
         self._outbox.send()
 
     def turn(self, max_wait: float = 0.0) -> None:

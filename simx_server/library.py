@@ -10,6 +10,9 @@ from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
 from simx_client.protocol.nearest import did_you_mean, file_like
 from simx_server.errors import CommandError
 
+DEFAULT_SCENE = "ur5_rg2_kinect"
+"""The tutorial's scene, which the package ships."""
+
 MODELS = "models"
 """The folder beside a scene in which its models, and the scripts that these name, may lie."""
 

@@ -6,6 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from simx_client.protocol.installing import extra_line
+
 
 class OutputError(Exception):
     """What a flag asks for cannot be written; the text says why and what to do."""
@@ -17,7 +19,7 @@ def package(name: str, flag: str, extra: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise OutputError(
-            f"{flag} needs the package {error.name}, which is not installed; pip install 'simx-vrep[{extra}]'"
+            f"{flag} needs the package {error.name}, which is not installed; {extra_line(extra)}"
         ) from None
 
 

@@ -26,7 +26,8 @@ from .errors import CommandError
 from .filming import Film, Moment, Shot, write_snapshot
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
-from .library import find_scene
+from .hooks import nothing
+from .library import DEFAULT_SCENE, find_scene
 from .outputs import OutputError
 from .parts import attach_parts
 from .recording import LogError, Recorder
@@ -37,9 +38,11 @@ from .recording.replaying import replay
 from .scene.objects import ObjectKind
 from .scene.saving import save_mjcf
 from .scene.sources import Sources
+from .sensors.gl_backend import Probe
 from .sensors.render_thread import RenderThread
+from .sensors.warm_up import keep_warm, warm_up
 from .settings import Settings
-from .simulation import Simulation
+from .simulation import Simulation, SimulationState
 from .state_log import StateLog
 from .viewer.feed import Feed
 from .viewer.launching import listen, missing, page
@@ -47,24 +50,30 @@ from .viewer.messages import ADD_ON
 
 logger = logging.getLogger(__name__)
 
-DEFAULT_SCENE = "ur5_rg2_kinect"
-"""The tutorial's scene, which the package ships."""
+READY_ANYWAY = 10.0
+"""Seconds that the ready line waits for pictures; the log says then what hangs."""
 
 
 def build_simulation(
-    settings: Settings, stack: ExitStack, prepare: Callable[[Simulation, Path], None] | None = None
+    settings: Settings,
+    stack: ExitStack,
+    prepare: Callable[[Simulation, Path], None] | None = None,
+    rendering: RenderThread | None = None,
 ) -> Simulation:
     """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
 
     Args:
         prepare: called when it has its parts, before it loads this file.
+        rendering: makes its pictures; somebody else closes it.
 
     Raises:
         CommandError: the scene cannot be used.
     """
     simulation = Simulation()
-    simulation.rendering = RenderThread(limits=settings.limits)
-    stack.callback(simulation.rendering.close)
+    if rendering is None:
+        rendering = RenderThread(limits=settings.limits)
+        stack.callback(rendering.close)
+    simulation.rendering = rendering
     attach_parts(simulation, settings.workspace, settings.limits)
     simulation.parameters.arguments = settings.arguments
     simulation.scripts.allows_code = settings.allow_code
@@ -82,17 +91,36 @@ def build_simulation(
     return simulation
 
 
-def serve(settings: Settings) -> int:
-    """Run a server until it is told to end. Returns the process's exit code."""
+def serve(settings: Settings, probe: Probe | None = None) -> int:
+    """Run a server until it is told to end. Returns the process's exit code.
+
+    Args:
+        probe: tries OpenGL back ends, see `choose_backend`.
+    """
     if settings.view is not None and (problem := missing()):
         logger.error("%s", problem)
         return FAILURE
-    if settings.replay is not None:
-        return _replay(settings.replay, settings)
-    if settings.save_mjcf is not None:
-        return _save(settings.save_mjcf, settings)
-    if settings.snapshot is not None:
-        return _picture(settings.snapshot, settings)
+    rendering = RenderThread(probe=probe, limits=settings.limits)
+    try:
+        if settings.replay is not None:
+            exit_code = _replay(settings.replay, settings, rendering)
+        elif settings.save_mjcf is not None:
+            exit_code = _save(settings.save_mjcf, settings)
+        elif settings.snapshot is not None:
+            exit_code = _picture(settings.snapshot, settings, rendering)
+        else:
+            exit_code = _serve(settings, rendering)
+    finally:
+        rendering.close()
+    if rendering.is_stuck:
+        # Python would wait for that thread, and a driver's own clean-up for the driver.
+        logging.shutdown()
+        sys.stdout.flush()
+        os._exit(exit_code)
+    return exit_code
+
+
+def _serve(settings: Settings, rendering: RenderThread) -> int:
     with ExitStack() as stack:
         recorder = page_listener = None
         if settings.view is not None:
@@ -105,7 +133,7 @@ def serve(settings: Settings) -> int:
             if settings.record is not None:
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
-            simulation = build_simulation(settings, stack, recorder and recorder.watch)
+            simulation = build_simulation(settings, stack, recorder and recorder.watch, rendering)
             attach_outputs(simulation, settings, stack, recorder.began if recorder else time.time_ns())
         except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
@@ -139,10 +167,10 @@ def _save(path: Path, settings: Settings) -> int:
     return DONE
 
 
-def _picture(path: Path, settings: Settings) -> int:
+def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
     with ExitStack() as stack:
         try:
-            simulation = build_simulation(settings, stack)
+            simulation = build_simulation(settings, stack, rendering=rendering)
             shot = Shot(simulation, settings.camera, settings.size)
             write_snapshot(simulation, path, shot, settings.duration)
         except (CommandError, OutputError) as error:
@@ -151,12 +179,14 @@ def _picture(path: Path, settings: Settings) -> int:
     return DONE
 
 
-def _replay(recording: Path, settings: Settings) -> int:
+def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
         try:
             opened = Opened(LogReader(recording), folder)
-            simulation = build_simulation(opened.settings(settings), stack, lambda sim, _: opened.attach(sim))
+            simulation = build_simulation(
+                opened.settings(settings), stack, lambda sim, _: opened.attach(sim), rendering
+            )
             attach_outputs(simulation, settings, stack, opened.began)
             moment = None
             if settings.snapshot is not None:
@@ -187,11 +217,12 @@ def run_server(
     """Serve one simulation until it is told to end. Returns the process's exit code.
 
     Args:
-        say_ready: called when it can be reached.
+        say_ready: called when it can be reached, and pictures can be made: calls are answered a little before.
         page_listener: where there is to be a page in the browser.
         is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
             which comes half a second late then.
     """
+    warm = None if is_one_of_many else warm_up(simulation)
     pacer = Pacer(settings.speed)
     engine = Engine(
         simulation,
@@ -215,6 +246,9 @@ def run_server(
         return FAILURE
     simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
     engine.metrics.pictures = simulation.rendering.times
+    engine.watches.append(simulation.rendering.watch)
+    if not is_one_of_many:
+        keep_warm(simulation)
     simulation.parameters.pace = pacer
     simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
     simulation.parameters.end = engine.end
@@ -232,16 +266,18 @@ def run_server(
         ):
             if recorder is not None:
                 recorder.begin(engine)
-            if settings.start:
-                if recorder is not None:
-                    recorder.started()
-                simulation.start()
             # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
-            say_ready(gateway, simulation)
-            if not is_one_of_many and simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
-                simulation.rendering.prepare(simulation.model)
+            if warm is not None:
+                warm.add_done_callback(lambda _: engine.post(nothing))
+                engine.run(time.monotonic() + READY_ANYWAY, until=warm.done)
+            if settings.start and simulation.state is SimulationState.STOPPED:
+                if recorder is not None:
+                    recorder.started()
+                simulation.start()
+            if not engine.is_ending:
+                say_ready(gateway, simulation)
             if page_listener is not None:
                 pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)

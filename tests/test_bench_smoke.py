@@ -35,7 +35,7 @@ from bench import (
 from bench.machine import Watch, description
 from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
 from bench.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
-from simx_server.viewer.launching import INSTALL, missing
+from simx_server.viewer.launching import missing
 
 TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)
 
@@ -313,7 +313,7 @@ def test_an_unknown_measurement_is_a_usage_error_that_lists_them(capsys: pytest.
     assert all(name in message for name in bench.MEASUREMENTS)
 
 
-@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+@pytest.mark.skipif(missing() is not None, reason="needs the extra viewer")
 def test_the_page_is_told_beside_a_server_without_one() -> None:
     found = view.measure(TINY)
     told = {row.what for row in found.rows}

@@ -24,7 +24,7 @@ RADIUS = 0.05
 example = partial(import_from, FOLDER)
 needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None,
-    reason="PyTorch is not installed; pip install '.[detect]' brings it",
+    reason="needs the extra detect: PyTorch is not installed",
 )
 
 

@@ -19,7 +19,7 @@ from simx_client.protocol.keys import VIEWER
 from simx_server import cli
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.snapshot import get_state
-from simx_server.viewer.launching import INSTALL, missing
+from simx_server.viewer.launching import missing
 
 PASSES = 30
 
@@ -157,7 +157,7 @@ def test_clients_of_two_server_processes_read_the_same_numbers(busy: str) -> Non
     assert courses[0] == courses[1]
 
 
-@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+@pytest.mark.skipif(missing() is not None, reason="needs the extra viewer")
 def test_a_run_is_the_same_while_a_page_is_looked_at_and_its_recording_replays(
     busy: str, tmp_path: Path
 ) -> None:

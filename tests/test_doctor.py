@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from simx_client.protocol import installing
 from simx_client.protocol.terminal import Paint
 from simx_server import cli
 from simx_server.doctor import child, graphics, machine, network, page
@@ -211,10 +212,10 @@ def test_missing_packages_and_extras_say_how_to_install_them() -> None:
         "numpy<3,>=1.26", "surely-not-there>=1", "also-not-there; extra == 'learning'", "pytest; extra == 'dev'",
     ]  # fmt: skip
     problem, there, extra = machine.check_packages(requirements)
-    assert (problem.level, problem.advice) == (PROBLEM, "pip install surely-not-there")
+    assert (problem.level, problem.advice) == (PROBLEM, installing.line(["surely-not-there>=1"]))
     assert there.text.startswith("numpy ")
     assert extra.level == OK
-    assert "pip install 'simx-vrep[learning]'" in extra.advice
+    assert extra.advice == f"if you want it: {installing.line(['also-not-there'])}"
 
 
 def test_old_python_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ from real_world import BLOCKING, RealWorld, start_stepped, step
 
 import simx_client as v
 from simx_client.protocol.exit_codes import DONE, FAILURE
+from simx_client.protocol.installing import extra_line
 from simx_server.cli import make_parser
 from simx_server.errors import CommandError
 from simx_server.filming import Film, Shot, film
@@ -32,7 +33,7 @@ from simx_server.outputs import NewFile, OutputError
 from simx_server.server import serve
 from simx_server.settings import SettingError, Settings
 
-av = pytest.importorskip("av", reason="pip install 'simx-vrep[video]'")
+av = pytest.importorskip("av", reason="needs the extra video")
 
 SCENE = """
 <mujoco>
@@ -426,9 +427,7 @@ def test_without_the_package_a_film_prints_the_line_that_installs_it(
     monkeypatch.setitem(sys.modules, "av", None)
     flags = {"scene": str(scene), "video": str(scene.with_name("a.mp4"))}
     assert serve(Settings.gather(flags, {})) == FAILURE
-    assert (
-        "--video needs the package av, which is not installed; pip install 'simx-vrep[video]'" in caplog.text
-    )
+    assert f"--video needs the package av, which is not installed; {extra_line('video')}" in caplog.text
     assert not scene.with_name("a.mp4").exists()
 
 

@@ -5,11 +5,13 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from simx_server.sensors import gl_backend
+from simx_server.sensors import gl_backend, gl_libraries
 from simx_server.sensors.gl_backend import Backend, choose_backend, probe_in_child, requested_backend
+from simx_server.sensors.gl_probe import what_is_wrong
 from simx_server.sensors.opengl import OpenGLRenderer
 from simx_server.sensors.picture import RenderError
 
@@ -101,8 +103,72 @@ def test_a_probe_reports_what_is_wrong_in_one_line() -> None:
 
 
 def test_a_probe_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gl_backend, "_PROBE_LIMIT", 0.0)
+    monkeypatch.setattr(gl_backend, "PROBE_LIMIT", 0.0)
     assert "no answer" in (probe_in_child("egl", threading.Event()) or "")
+
+
+def without_libraries(monkeypatch: pytest.MonkeyPatch, *absent: str) -> None:
+    """The system's loader finds none whose name begins so."""
+
+    def load(name: str, *_: Any, **__: Any) -> None:
+        if name.startswith(absent):
+            raise OSError(f"{name}: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(gl_libraries.ctypes, "CDLL", load)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names Linux's libraries")
+def test_the_warning_without_opengl_names_the_libraries_and_an_install_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    without_libraries(monkeypatch, "libEGL", "libOpenGL", "libGL", "libOSMesa")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    backend = choose_backend(probe=lambda name, give_up: what_is_wrong(name))
+    assert backend.name == "raycast"
+    assert "egl: libEGL.so.1 and libOpenGL.so.0 are missing (packages libegl1 libopengl0)" in backend.reason
+    assert "osmesa: libOSMesa.so.8 is missing (package libosmesa6)" in backend.reason
+    assert "glfw: there is no display" in backend.reason
+    assert "apt-get install libegl1 libopengl0 libgl1-mesa-dri" in backend.reason
+    assert "NoneType" not in backend.reason
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names Linux's libraries")
+def test_one_library_that_is_missing_is_named_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    without_libraries(monkeypatch, "libEGL")
+    assert gl_libraries.missing_libraries("egl") == "libEGL.so.1 is missing (package libegl1)"
+    without_libraries(monkeypatch, "libOpenGL")  # PyOpenGL takes libGL.so.1 then
+    assert gl_libraries.missing_libraries("egl") is None
+    monkeypatch.setenv("DISPLAY", ":9")
+    assert gl_libraries.missing_libraries("glfw") is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="hides the drivers in the way of Linux's libglvnd")
+def test_libraries_without_a_driver_are_told_apart_from_none() -> None:
+    if gl_libraries.missing_libraries("egl"):
+        pytest.skip("libEGL is not installed here")
+    done = python(
+        "import sys; from simx_server.sensors.gl_probe import main; sys.exit(main(['egl']))",
+        __EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent.json",
+        __EGL_VENDOR_LIBRARY_DIRS="/nonexistent",
+    )
+    assert done.returncode == 1
+    assert "no OpenGL driver works (package libgl1-mesa-dri" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names Linux's libraries")
+def test_a_back_end_that_was_asked_for_names_its_libraries_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    import mujoco
+
+    def broken(width: int, height: int) -> None:
+        raise AttributeError("'NoneType' object has no attribute 'eglQueryString'")
+
+    monkeypatch.setitem(gl_backend._CONTEXT_MODULES, "egl", "mujoco.glfw")
+    monkeypatch.setattr("mujoco.glfw.GLContext", broken)
+    without_libraries(monkeypatch, "libEGL")
+    with pytest.raises(RenderError, match=r"with egl \(libEGL.so.1 is missing .*apt-get install") as failed:
+        OpenGLRenderer(mujoco.MjModel.from_xml_string("<mujoco/>"), "egl")
+    assert "NoneType" not in str(failed.value)
 
 
 def test_a_context_that_cannot_be_made_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,6 +178,7 @@ def test_a_context_that_cannot_be_made_says_what_to_do(monkeypatch: pytest.Monke
         raise RuntimeError("no driver")
 
     monkeypatch.setattr("mujoco.glfw.GLContext", broken)
+    monkeypatch.setattr(gl_libraries, "missing_libraries", lambda name: None)
     with pytest.raises(RenderError, match=r"glfw .*no driver.*unset MUJOCO_GL.*disable"):
         OpenGLRenderer(mujoco.MjModel.from_xml_string("<mujoco/>"), "glfw")
 

@@ -152,7 +152,7 @@ def test_where_only_a_client_is_installed_it_works_and_a_server_tells_what_is_mi
         [sys.executable, "-W", "error", "-c", WITH_A_CLIENT_ONLY], cwd=ROOT, capture_output=True, text=True
     )
     assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
-    assert "the package mujoco is not installed; pip install simx-vrep" in done.stderr
+    assert "the package mujoco is not installed; " in done.stderr
 
 
 def test_a_recording_needs_no_flag_that_windows_lacks(

@@ -146,7 +146,7 @@ def test_the_curve_is_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.skipif(
     importlib.util.find_spec("stable_baselines3") is None,
-    reason="Stable-Baselines3 is not installed; pip install '.[learning]' brings it, and PyTorch",
+    reason="needs the extra learning: Stable-Baselines3 is not installed",
 )
 def test_a_few_hundred_steps_of_training_run_and_are_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

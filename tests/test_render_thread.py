@@ -14,8 +14,10 @@ import mujoco
 import numpy as np
 import pytest
 from camera_world import FRONT, SCENE, load, pixel_of
+from processes import wait_until
 
 from simx_server.limits import Limits
+from simx_server.sensors import render_thread
 from simx_server.sensors.gl_backend import Backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.render_thread import RenderThread
@@ -33,6 +35,7 @@ class ScriptedRenderer:
         self.started = threading.Event()
         self.seen: list[tuple[float, int, bool, bool]] = []
         self.made = 0
+        self.turned = 0
         self.closed = 0
         self.fail_next = False
         self.threads: set[int] = set()
@@ -41,6 +44,10 @@ class ScriptedRenderer:
         self.made += 1
         self.threads.add(threading.get_ident())
         return self
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        self.threads.add(threading.get_ident())
+        self.turned += 1
 
     def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
         self.threads.add(threading.get_ident())
@@ -194,12 +201,12 @@ def test_a_back_end_that_cannot_be_chosen_fails_the_picture() -> None:
         thread.close()
 
 
-def test_another_model_gets_another_renderer(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+def test_the_renderer_turns_to_another_model(scripted: ScriptedRenderer, thread: RenderThread) -> None:
     one, other = Asker(thread), Asker(thread)
     first = one.ask(1.0).result(WAIT)
     second = other.ask(1.0).result(WAIT)
     assert first is not second
-    assert (scripted.made, scripted.closed) == (2, 1)
+    assert (scripted.made, scripted.turned, scripted.closed) == (1, 1, 0)
 
 
 def test_closing_fails_what_waits_and_finishes_what_runs(
@@ -261,15 +268,103 @@ def test_a_cancelled_picture_is_not_made_and_not_shared(
     assert [time for time, *_ in scripted.seen] == [1.0, 2.0]
 
 
-def test_preparing_makes_the_renderer_before_a_picture_is_wanted(
+def prepare(thread: RenderThread, asker: Asker) -> "Future[None]":
+    return thread.prepare(asker.model, asker.data, [FRONT], version="prepared")
+
+
+def test_preparing_makes_the_renderer_and_draws_each_view_once(scripted: ScriptedRenderer) -> None:
+    thread = RenderThread(choose=lambda: Backend("egl", "a test asked for it"), make=scripted.make)
+    try:
+        asker = Asker(thread)
+        prepare(thread, asker).result(WAIT)
+        assert thread.backend == Backend("egl", "a test asked for it")
+        assert scripted.seen == [(0.0, 0, True, True)]
+        assert not thread.times.by_camera  # nobody has asked for it
+        asker.ask(1.0).result(WAIT)
+        assert scripted.made == 1
+    finally:
+        thread.close()
+
+
+def test_rays_are_not_cast_before_somebody_asks(scripted: ScriptedRenderer, thread: RenderThread) -> None:
+    prepare(thread, Asker(thread)).result(WAIT)
+    assert (scripted.made, scripted.seen) == (1, [])
+
+
+def test_a_later_preparation_takes_the_place_of_one_that_waits(
     scripted: ScriptedRenderer, thread: RenderThread
 ) -> None:
+    asker, scene = Asker(thread), Asker(thread)
+    scripted.go.clear()
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    before = prepare(thread, asker)
+    after = prepare(thread, scene)
+    before.result(0)
+    assert not after.done()
+    scripted.go.set()
+    running.result(WAIT)
+    after.result(WAIT)
+    assert (scripted.made, scripted.turned) == (1, 1)
+
+
+def test_pictures_fail_while_a_driver_hangs_and_are_made_again_afterwards(
+    scripted: ScriptedRenderer,
+    thread: RenderThread,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     asker = Asker(thread)
-    thread.prepare(asker.model)
-    assert thread.ready.wait(WAIT)
-    assert thread.backend == Backend("raycast", "a test asked for it")
-    asker.ask(1.0).result(WAIT)
-    assert scripted.made == 1
+    asker.ask(0.0).result(WAIT)
+    thread.watch()
+    scripted.started.clear()
+    scripted.go.clear()
+    monkeypatch.setattr(render_thread, "DRAWN_WITHIN", -1.0)
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    thread.watch()
+    thread.watch()
+    for picture in (running, asker.ask(1.0), asker.ask(2.0)):
+        with pytest.raises(RenderError, match=r"has been drawing camera id 0 for 0 s.*--doctor"):
+            picture.result(WAIT)
+    monkeypatch.undo()
+    scripted.go.set()
+    assert wait_until(lambda: "pictures can be made again" in caplog.text, WAIT)
+    assert asker.ask(1.0).result(WAIT).rgb is not None
+    assert [record.levelname for record in caplog.records if "may hang" in record.message] == ["ERROR"]
+
+
+def test_what_waits_behind_a_hanging_picture_fails_with_it(
+    scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    running = asker.ask(1.0)
+    assert scripted.started.wait(WAIT)
+    waiting = asker.ask(2.0)
+    monkeypatch.setattr(render_thread._Doing, "is_overdue", lambda self: True)
+    thread.watch()
+    for picture in (running, waiting):
+        with pytest.raises(RenderError, match="graphics driver"):
+            picture.result(0)
+    assert thread.waiting == 0
+
+
+def test_closing_gives_up_a_picture_that_hangs(
+    scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(render_thread, "_JOIN_TIMEOUT", 0.0)
+    scripted.go.clear()
+    running = Asker(thread).ask(1.0)
+    assert scripted.started.wait(WAIT)
+    thread.close()
+    with pytest.raises(RenderError, match="closed"):
+        running.result(0)
+    assert thread.is_stuck
+    scripted.go.set()
+    monkeypatch.undo()
+    thread.close()
+    assert not thread.is_stuck
 
 
 def test_the_back_end_is_logged_once(

@@ -242,6 +242,45 @@ def test_both_renderers_see_the_same(opengl_name: str) -> None:
     assert np.mean(colours_apart > 12) < 0.08
 
 
+TEXTURED = """
+<mujoco>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="1 0 0" rgb2="0 1 0" width="64" height="384"/>
+    <texture name="squares" type="2d" builtin="checker" rgb1="{0}" rgb2="0 0 0" width="64" height="64"/>
+    <texture name="sides" type="cube" builtin="flat" mark="cross" rgb1="{0}" markrgb="1 1 1" width="64" height="384"/>
+    <material name="floor" texture="squares" texrepeat="4 4"/>
+    <material name="crate" texture="sides"/>
+    <material name="dome" texture="sky"/>
+  </asset>
+  <worldbody>
+    <light type="directional" dir="1 1 -1"/>
+    <geom type="plane" size="2 2 0.1" material="floor"/>
+    <geom type="box" size="0.2 0.2 0.2" pos="-0.4 0.3 0.2" material="crate"/>
+    <geom type="box" size="0.2 0.2 0.2" pos="0.4 0.3 0.2" material="dome"/>
+    <camera name="eye" pos="0 -1.6 1.2" xyaxes="1 0 0 0 0.6 0.8"/>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(opengl_name: str) -> None:
+    blue, red = load(TEXTURED.format("0 0 1")), load(TEXTURED.format("1 0 0"))
+    renderers = [OpenGLRenderer(red[0], opengl_name), OpenGLRenderer(blue[0], opengl_name)]
+    try:
+        fresh = renderers[0].render(red[1], FRONT, rgb=True, depth=True)
+        before = renderers[1].render(blue[1], FRONT, rgb=True, depth=True)
+        renderers[1].turn_to(red[0])
+        turned = renderers[1].render(red[1], FRONT, rgb=True, depth=True)
+    finally:
+        for renderer in renderers:
+            renderer.close()
+    assert np.array_equal(turned.rgb, fresh.rgb)
+    assert np.array_equal(turned.depth, fresh.depth)
+    assert not np.array_equal(before.rgb, fresh.rgb)
+    # Squares, a cross on a crate, and a sky's gradient used as a crate's: not one pixel's colour each.
+    assert len(np.unique(fresh.rgb.reshape(-1, 3), axis=0)) > 100
+
+
 def row_of_cylinders(distance: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     stands = "".join(
         f'<geom type="cylinder" size="0.05 0.3" pos="{x / 5} {distance} 0" euler="20 {30 * x} 0"/>'

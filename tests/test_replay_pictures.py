@@ -19,6 +19,7 @@ from test_state_log import Logged, read
 import simx_client as v
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
+from simx_client.protocol.installing import extra_line
 from simx_server.filming import film
 from simx_server.filming.shot import Shot, first_picture
 from simx_server.recording.log_file import MAGIC, LogReader
@@ -275,9 +276,9 @@ def test_what_cannot_be_made_is_told_before_anything_is_replayed(
     monkeypatch.setitem(sys.modules, "av", None)
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
     assert replay(quarter_turn, video=tmp_path / "b.mp4") == FAILURE
-    assert caplog.messages[-1].endswith("is not installed; pip install 'simx-vrep[video]'")
+    assert caplog.messages[-1].endswith(f"is not installed; {extra_line('video')}")
     assert replay(quarter_turn, state_log=tmp_path / "b.mcap") == FAILURE
-    assert caplog.messages[-1].endswith("is not installed; pip install 'simx-vrep[log]'")
+    assert caplog.messages[-1].endswith(f"is not installed; {extra_line('log')}")
 
 
 @pytest.mark.parametrize(

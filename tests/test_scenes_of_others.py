@@ -31,7 +31,7 @@ def files_of(package: str) -> list[Path]:
     """Every MJCF and URDF file of an installed package; skips the test where it is not installed."""
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
-        pytest.skip(f"{package} is not installed; pip install {package.replace('_', '-')}")
+        pytest.skip(f"{package}, of the extra dev, is not installed")
     folder = Path(spec.submodule_search_locations[0]) / PACKAGES[package]
     found = sorted(path for ending in ("*.xml", "*.urdf") for path in folder.rglob(ending))
     return [path for path in found if any(word in path.read_bytes() for word in _SOURCES)]

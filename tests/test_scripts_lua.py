@@ -359,7 +359,7 @@ def test_missing_lupa_is_said_with_the_line_that_installs_it(
         raise ImportError
 
     monkeypatch.setattr(lua.importlib, "import_module", missing)
-    with caplog.at_level(logging.ERROR), pytest.raises(ScriptError, match="pip install lupa"):
+    with caplog.at_level(logging.ERROR), pytest.raises(ScriptError, match="install 'lupa>="):
         script("")
 
 

@@ -19,6 +19,7 @@ from real_world import BLOCKING, RealWorld, start_stepped, step
 
 import simx_client as v
 from simx_client.protocol.exit_codes import FAILURE
+from simx_client.protocol.installing import extra_line
 from simx_server.errors import CommandError
 from simx_server.filming import Shot
 from simx_server.outputs import NewFile, OutputError
@@ -32,10 +33,10 @@ from simx_server.state_log.mcap_file import McapWriter
 from simx_server.state_log.pictures import Pictures
 from simx_server.state_log.places import Places
 
-INSTALL = "pip install 'simx-vrep[log]'"
-pytest.importorskip("foxglove_schemas_protobuf", reason=INSTALL)
-reader = pytest.importorskip("mcap.reader", reason=INSTALL)
-exceptions = pytest.importorskip("mcap.exceptions", reason=INSTALL)
+NEEDED = "needs the extra log"
+pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)
+reader = pytest.importorskip("mcap.reader", reason=NEEDED)
+exceptions = pytest.importorskip("mcap.exceptions", reason=NEEDED)
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # noqa: E402
 
@@ -413,7 +414,9 @@ def test_without_the_packages_it_prints_the_line_that_installs_them(
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     assert serve(Settings.gather({"scene": str(scene), "state_log": str(path)}, {})) == FAILURE
-    assert f"--state-log needs the package {missing}, which is not installed; {INSTALL}" in caplog.text
+    assert (
+        f"--state-log needs the package {missing}, which is not installed; {extra_line('log')}" in caplog.text
+    )
 
 
 def test_flags_that_cannot_be_used_say_what_is_valid() -> None:

@@ -20,7 +20,7 @@ from real_world import BLOCKING
 import simx_client as v
 from bench.lookers import looking, messages
 from simx_client import Client
-from simx_server.viewer.launching import INSTALL, missing
+from simx_server.viewer.launching import missing
 
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
@@ -55,9 +55,9 @@ def load(name: str, path: Path) -> ModuleType:
 
 
 if missing() is not None:
-    pytest.skip(f"needs the extra viewer: {INSTALL}", allow_module_level=True)
+    pytest.skip("needs the extra viewer", allow_module_level=True)
 if find_spec("playwright") is None:
-    pytest.skip("needs playwright: pip install 'simx-vrep[dev]'", allow_module_level=True)
+    pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
 pictures = load("view_pictures", ROOT / "docs" / "view_pictures.py")
 if pictures.find_chromium() is None:
     pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)

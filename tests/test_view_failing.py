@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+pytest.importorskip("viser", reason="needs the extra viewer")
 
 from browser_panels import Stage
 from real_world import Open

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import pytest
 from processes import wait_until
 
-from simx_server.viewer.launching import INSTALL, listen, missing
+from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.page import gate as gate_module
 from simx_server.viewer.page.gate import Gate, is_loopback
 
@@ -376,7 +376,7 @@ def test_addresses_of_the_sixth_version_stand_in_brackets(behind: Behind, closin
 # --- what is behind ------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+@pytest.mark.skipif(missing() is not None, reason="needs the extra viewer")
 def test_viser_itself_is_not_where_a_web_site_would_look(monkeypatch: pytest.MonkeyPatch) -> None:
     import viser
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+pytest.importorskip("viser", reason="needs the extra viewer")
 
 import viser
 from browser_panels import Stage

@@ -22,11 +22,12 @@ from processes import PENDULUM, ROOT, read_line, running, wait_until
 
 from simx_client import Client
 from simx_client.protocol.exit_codes import INTERRUPTED
+from simx_client.protocol.installing import extra_line
 from simx_server import cli
-from simx_server.viewer.launching import INSTALL, NEEDED
+from simx_server.viewer.launching import NEEDED
 from simx_server.viewer.launching import missing as what_is_missing
 
-needs_viewer = pytest.mark.skipif(what_is_missing() is not None, reason=f"needs the extra viewer: {INSTALL}")
+needs_viewer = pytest.mark.skipif(what_is_missing() is not None, reason="needs the extra viewer")
 
 
 @dataclass
@@ -166,7 +167,7 @@ def test_without_its_packages_it_says_how_to_install_them(
         monkeypatch.setitem(sys.modules, needed, sys)
     monkeypatch.setitem(sys.modules, name, None)
     assert cli.main(["--view", "0", "--port", "0"]) == 1
-    assert f"--view needs {name}; install with: pip install 'simx-vrep[viewer]'" in caplog.text
+    assert f"--view needs {name}; install with: {extra_line('viewer')}" in caplog.text
 
 
 @needs_viewer

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import pytest
 
-pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+pytest.importorskip("viser", reason="needs the extra viewer")
 
 from page_elements import Elements, page_without_browser
 from processes import PENDULUM, ServerProcess, server, wait_until

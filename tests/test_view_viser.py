@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+pytest.importorskip("viser", reason="needs the extra viewer")
 
 import viser
 

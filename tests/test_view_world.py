@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-viser = pytest.importorskip("viser", reason="the page needs viser: pip install 'simx-vrep[viewer]'")
+viser = pytest.importorskip("viser", reason="needs the extra viewer")
 
 from simx_server.viewer.page.bodies import Body, appearance, meshes_of  # noqa: E402
 from simx_server.viewer.page.drawings import Drawings  # noqa: E402

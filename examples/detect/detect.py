@@ -26,9 +26,9 @@ try:
     import torch
     from detector import Detector
 except ModuleNotFoundError as missing:
-    sys.exit(
-        f"the package {missing.name} is not installed; pip install '.[detect]' brings what the detector needs"
-    )
+    from simx_client.protocol.installing import extra_line
+
+    sys.exit(f"the package {missing.name} is not installed, which the detector needs: {extra_line('detect')}")
 
 WAIT, SEND = vrep.simx_opmode_blocking, vrep.simx_opmode_oneshot
 VIEW = np.array([90.0, -45.0, 90.0, 0.0, -100.0, 0.0])

@@ -1,6 +1,6 @@
 """Train the detector on what collect.py has taken: ``python examples/detect/train.py``.
 
-Needs ``pip install '.[detect]'``. It says what it reaches on the pictures that were held out. The weights lie in
+Needs PyTorch, the extra ``detect``. It says what it reaches on the pictures that were held out. The weights lie in
 detect_output/ball.pt then, and a curve beside them.
 """
 
@@ -23,9 +23,9 @@ try:
     import torch
     from detector import SIZE, Detector, as_tensor, boxes_of, loss_of
 except ModuleNotFoundError as missing:
-    sys.exit(
-        f"the package {missing.name} is not installed; pip install '.[detect]' brings what the detector needs"
-    )
+    from simx_client.protocol.installing import extra_line
+
+    sys.exit(f"the package {missing.name} is not installed, which the detector needs: {extra_line('detect')}")
 
 WEIGHTS = SET.parent / "ball.pt"
 SURE = 0.5

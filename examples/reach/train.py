@@ -1,4 +1,4 @@
-"""DDPG learns the tutorial's reach task: ``python examples/reach/train.py``. Needs ``pip install '.[learning]'``.
+"""DDPG learns the tutorial's reach task: ``python examples/reach/train.py``. Needs the extra ``learning``.
 
 The algorithm is Stable-Baselines3's; this file chooses its parameters, and draws how the reward grew.
 """
@@ -26,9 +26,9 @@ try:
     from stable_baselines3.common.noise import NormalActionNoise, VectorizedActionNoise
     from stable_baselines3.common.vec_env import VecMonitor
 except ModuleNotFoundError as missing:
-    sys.exit(
-        f"the package {missing.name} is not installed; pip install '.[learning]' brings what learning needs"
-    )
+    from simx_client.protocol.installing import extra_line
+
+    sys.exit(f"the package {missing.name} is not installed, which learning needs: {extra_line('learning')}")
 
 logger = logging.getLogger("reach")
 

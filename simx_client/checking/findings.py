@@ -84,7 +84,7 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
         if name not in (*BINDINGS, *OTHER_APIS, "simx_client") and not is_installed(name)
     }
     for name, place in missing.items():
-        text = f"the module {name} is not installed here; pip install the package that brings it"
+        text = f"the module {name} is not installed here; install the package that brings it"
         yield Finding(NOTE, place, text)
     if not (wants.is_of_a_remote_api or others):
         where = f", or install {', '.join(missing)}, if the calls are in there" if missing else ""

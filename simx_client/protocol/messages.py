@@ -54,7 +54,7 @@ def no_common_version(client: Spoken, server: Spoken) -> str:
     older = "client" if client[1] < server[0] else "server"
     return (
         f"client and server share no version of the protocol (the client speaks {listed(client)}, the server "
-        f"{listed(server)}); upgrade the {older}: pip install --upgrade simx-vrep"
+        f"{listed(server)}); upgrade the {older}, to the release that the other side has"
     )
 
 

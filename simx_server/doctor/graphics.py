@@ -6,19 +6,13 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
-from ..sensors.gl_backend import INSTALL_HINT, RAYCAST, candidates, probe_in_child, requested_backend
+from ..sensors.gl_backend import RAYCAST, candidates, probe_in_child, requested_backend
+from ..sensors.gl_libraries import INSTALL_HINT, install_advice
 from .child import ProbeFailed, run_probe
 from .findings import OK, PROBLEM, WARNING, Finding
 
 PICTURE_PATIENCE = 120.0
 """Seconds, for a large scene on a busy machine."""
-
-LIBRARIES = {
-    "egl": "libegl1, libopengl0 and libgl1-mesa-dri, or a graphics card's driver",
-    "osmesa": "libosmesa6",
-    "glfw": "a display, and libgl1",
-}
-"""What makes a back end work, in Debian's and Ubuntu's names."""
 
 
 def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_in_child) -> Iterator[Finding]:
@@ -38,11 +32,9 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
             yield Finding(OK, "graphics", f"{name} rendered a test picture")
         elif name == asked:
             text = f"MUJOCO_GL asks for {name}, which cannot render: {wrong}"
-            yield Finding(
-                PROBLEM, "graphics", text, f"unset MUJOCO_GL, or install {LIBRARIES.get(name, 'its driver')}"
-            )
+            yield Finding(PROBLEM, "graphics", text, f"unset MUJOCO_GL; or {install_advice(name)}")
         else:
-            advice = "" if working else f"install {LIBRARIES.get(name, 'its driver')}"
+            advice = "" if working else install_advice(name)
             yield Finding(OK if working else WARNING, "graphics", f"{name} cannot render: {wrong}", advice)
     if asked == RAYCAST:
         yield Finding(OK, "graphics", "MUJOCO_GL asks for pictures by casting rays, which needs no OpenGL")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import re
 import shutil
 import sys
 import tempfile
@@ -12,9 +11,17 @@ from collections.abc import Iterable, Iterator
 from importlib import metadata
 from pathlib import Path
 
+from simx_client.protocol.installing import (
+    DISTRIBUTION,
+    by_extra,
+    declared,
+    line,
+    name_of,
+    package_line,
+)
+
 from .findings import OK, PROBLEM, WARNING, Finding
 
-DISTRIBUTION = "simx-vrep"
 LEAST_PYTHON = (3, 11)
 LEAST_MEMORY = 512 << 20
 """Bytes; a server with the tutorial's scene and pictures takes about 300 MB."""
@@ -23,8 +30,6 @@ LEAST_SHARED = 32 << 20
 """Bytes; twice what Zenoh takes for the pictures of one server (16 MB)."""
 
 LEAST_DISK = 100 << 20
-_REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)")
-_EXTRA = re.compile(r"extra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _FOR_DEVELOPERS = "dev"
 
 
@@ -40,47 +45,35 @@ def check_python() -> Finding:
 
 def check_packages(requirements: Iterable[str] | None = None) -> Iterator[Finding]:
     """What the package requires, and its extras. `requirements`: as its metadata has them, by default those."""
-    if requirements is None:
-        try:
-            requirements = metadata.requires(DISTRIBUTION) or ()
-        except metadata.PackageNotFoundError:
-            text = f"{DISTRIBUTION} is not installed, so nobody knows what it requires"
-            yield Finding(WARNING, "packages", text, "in its folder: pip install -e .")
-            return
-    needed: list[str] = []
-    here_perhaps: list[str] = []
-    extras: dict[str, list[str]] = {}
-    for text in requirements:
-        name = _REQUIREMENT.match(text)
-        extra = _EXTRA.search(text)
-        if name is not None and extra is None and ";" in text:
-            here_perhaps.append(name["name"])
-        elif name is not None and extra is None:
-            needed.append(name["name"])
-        elif name is not None and extra is not None:
-            extras.setdefault(extra["extra"], []).append(name["name"])
-    versions = {name: _version(name) for name in (*needed, *here_perhaps)}
-    missing = [name for name in here_perhaps if versions[name] is None]
-    if missing:
-        text = f"not installed, since there is no wheel for every system: {', '.join(missing)}"
-        advice = f"where there is a C++ compiler: pip install {' '.join(missing)}"
-        yield Finding(WARNING, "packages", text, advice)
-    missing = [name for name in needed if versions[name] is None]
-    if missing:
-        text = f"not installed: {', '.join(missing)}"
-        yield Finding(PROBLEM, "packages", text, f"pip install {' '.join(missing)}")
-    there = ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None)
+    wanted = declared() if requirements is None else by_extra(requirements)
+    if not wanted:
+        text = f"{DISTRIBUTION} is not installed, so nobody knows what it requires"
+        yield Finding(WARNING, "packages", text, "install it with the path of its clone, or of its wheel")
+        return
+    versions = {each: _version(name_of(each)) for each in wanted.get(None, ())}
+    missing = [each for each, version in versions.items() if version is None]
+    here_perhaps = [each for each in missing if ";" in each]
+    needed = [each for each in missing if ";" not in each]
+    if here_perhaps:
+        names = [name_of(each) for each in here_perhaps]
+        text = f"not installed, since there is no wheel for every system: {', '.join(names)}"
+        yield Finding(WARNING, "packages", text, f"where there is a C++ compiler: {package_line(*names)}")
+    if needed:
+        text = f"not installed: {', '.join(map(name_of, needed))}"
+        yield Finding(PROBLEM, "packages", text, line(needed))
+    there = ", ".join(
+        f"{name_of(each)} {version}" for each, version in versions.items() if version is not None
+    )
     yield Finding(OK, "packages", there or "none")
-    for extra, names in extras.items():
-        if extra == _FOR_DEVELOPERS:
+    for extra, packages in wanted.items():
+        if extra is None or extra == _FOR_DEVELOPERS:
             continue
-        missing = [name for name in names if _version(name) is None]
+        missing = [each for each in packages if _version(name_of(each)) is None]
         if missing:
-            text = f"{extra} is not installed (without: {', '.join(missing)})"
-            advice = f"if you want it: pip install '{DISTRIBUTION}[{extra}]'"
-            yield Finding(OK, "extras", text, advice)
+            text = f"{extra} is not installed (without: {', '.join(map(name_of, missing))})"
+            yield Finding(OK, "extras", text, f"if you want it: {line(missing)}")
         else:
-            yield Finding(OK, "extras", f"{extra} is installed ({', '.join(names)})")
+            yield Finding(OK, "extras", f"{extra} is installed ({', '.join(map(name_of, packages))})")
 
 
 def _version(name: str) -> str | None:

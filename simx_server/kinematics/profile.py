@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from types import ModuleType
 
+from simx_client.protocol.installing import package_line
+
 from ..errors import CommandError
 
 MOST_VALUES = 100
@@ -180,7 +182,7 @@ def _library() -> ModuleType:
     except ImportError:
         raise CommandError(
             f"motion profiles need the package ruckig, which is not installed (for {platform.machine()} on "
-            f"{platform.system()} there may be no wheel); pip install ruckig builds it where there is a C++ compiler"
+            f"{platform.system()} there may be no wheel); where there is a C++ compiler: {package_line('ruckig')}"
         ) from None
     return ruckig
 

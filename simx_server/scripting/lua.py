@@ -15,6 +15,8 @@ import time
 from collections.abc import Callable, Generator
 from typing import Any
 
+from simx_client.protocol.installing import package_line
+
 from ..errors import CommandError
 from .interpreter import (
     ENDING_LIMIT,
@@ -38,8 +40,6 @@ from .sandbox import GUARD
 
 logger = logging.getLogger(__name__)
 
-INSTALL = "Lua scripts need the package lupa, which is not installed: pip install lupa"
-
 _PLUGIN = re.compile(r"attempt to index a nil value \(global '(sim[A-Z]\w*)'\)$")
 _OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
 
@@ -49,7 +49,9 @@ def load_lupa() -> Any:
     try:
         return importlib.import_module("lupa.lua54")
     except ImportError as problem:
-        raise ScriptError(INSTALL) from problem
+        raise ScriptError(
+            f"Lua scripts need the package lupa, which is not installed: {package_line('lupa')}"
+        ) from problem
 
 
 _PARTS = {"watch": WATCH, "text": TEXT, "debug": DEBUG, "library": LIBRARY}

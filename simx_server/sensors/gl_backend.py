@@ -2,12 +2,13 @@
 
 Proof is a small picture rendered and checked in a child process (`gl_probe`), because a broken graphics
 driver may kill or hang the process that tries it. That takes about half a second, so choose on the thread
-that renders, at first use, not while the server starts.
+that renders; a server forks a child for the first back end while it starts (`gl_early`), which takes a quarter of it.
 
 mujoco's own choice at import is not used: each back end's context class is taken from its module. Those
 modules set PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
 """
 
+import contextlib
 import importlib
 import logging
 import os
@@ -22,15 +23,11 @@ from pathlib import Path
 from typing import Any
 
 from simx_server.errors import RenderError
+from simx_server.sensors.gl_libraries import INSTALL_HINT, why_it_fails
 
 logger = logging.getLogger(__name__)
 
 RAYCAST = "raycast"
-INSTALL_HINT = (
-    "for faster pictures install OpenGL, on Debian or Ubuntu libegl1 with libopengl0 and libgl1-mesa-dri, "
-    "or libosmesa6"
-)
-
 _CONTEXT_MODULES = {
     "egl": "mujoco.egl",
     "osmesa": "mujoco.osmesa",
@@ -43,8 +40,20 @@ _ASKED_FOR = {name: name for name in _CONTEXT_MODULES} | {
     **dict.fromkeys(("disable", "disabled", "off", "false", "0", RAYCAST), RAYCAST),
     **dict.fromkeys(("", "enable", "enabled", "on", "true", "1"), None),
 }
-_PROBE_LIMIT = 20.0
+PROBE_LIMIT = 20.0
+"""Seconds for one back end; on a busy machine one that works has needed five."""
+
+DIES_WITHIN = 1.0
+"""Seconds for a probe that is killed. One that hangs in the kernel's part of a driver never dies; it is left behind."""
+
+_TOLD = 240
+"""Characters of what a probe says."""
+
 _PACKAGE_ROOT = Path(__file__).resolve().parents[2]
+
+
+Probe = Callable[[str, threading.Event], str | None]
+"""Tries a back end by name, until an event is set: None if it works, else what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +93,7 @@ def candidates() -> Sequence[str]:
 def choose_backend(
     requested: str | None = None,
     *,
-    probe: Callable[[str, threading.Event], str | None] | None = None,
+    probe: Probe | None = None,
     give_up: threading.Event | None = None,
 ) -> Backend:
     """The back end to render with.
@@ -124,7 +133,7 @@ def probe_in_child(name: str, give_up: threading.Event) -> str | None:
     environment["PYTHONPATH"] = os.pathsep.join(
         filter(None, (str(_PACKAGE_ROOT), environment.get("PYTHONPATH")))
     )
-    with subprocess.Popen(
+    child = subprocess.Popen(
         [sys.executable, "-P", "-m", "simx_server.sensors.gl_probe", name],
         env=environment,
         stdin=subprocess.DEVNULL,
@@ -132,22 +141,29 @@ def probe_in_child(name: str, give_up: threading.Event) -> str | None:
         stderr=subprocess.PIPE,
         text=True,
         errors="replace",
-    ) as child:
-        deadline = time.monotonic() + _PROBE_LIMIT
-        while True:
-            try:
-                _, complaint = child.communicate(timeout=0.1)
-                break
-            except subprocess.TimeoutExpired:
-                if time.monotonic() > deadline or give_up.is_set():
-                    child.kill()
-                    return "given up" if give_up.is_set() else f"no answer within {_PROBE_LIMIT:.0f} s"
-    if child.returncode == 0:
+    )
+    deadline = time.monotonic() + PROBE_LIMIT
+    while True:
+        try:
+            _, complaint = child.communicate(timeout=0.1)
+            break
+        except subprocess.TimeoutExpired:
+            if time.monotonic() > deadline or give_up.is_set():
+                child.kill()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.communicate(timeout=DIES_WITHIN)
+                return "given up" if give_up.is_set() else f"no answer within {PROBE_LIMIT:.0f} s"
+    return outcome(child.returncode, complaint)
+
+
+def outcome(exit_code: int, complaint: str) -> str | None:
+    """What a probe's process found: None, or what is wrong, by how it ended and the last line that it wrote."""
+    if exit_code == 0:
         return None
-    if child.returncode < 0:
-        return f"the driver ended its process with signal {-child.returncode}"
+    if exit_code < 0:
+        return f"the driver ended its process with signal {-exit_code}"
     lines = complaint.strip().splitlines()
-    return textwrap.shorten(lines[-1], 120) if lines else f"exit status {child.returncode}"
+    return textwrap.shorten(lines[-1], _TOLD) if lines else f"exit status {exit_code}"
 
 
 def make_gl_context(name: str, width: int, height: int) -> Any:
@@ -161,6 +177,6 @@ def make_gl_context(name: str, width: int, height: int) -> Any:
     # A missing library shows as ImportError, OSError, AttributeError or GLError, by back end and its version.
     except Exception as error:
         raise RenderError(
-            f"no OpenGL context with {name} ({type(error).__name__}: {error}); unset MUJOCO_GL to take the "
+            f"no OpenGL context with {name} ({why_it_fails(name, error)}); unset MUJOCO_GL to take the "
             f"first back end that works, or set MUJOCO_GL=disable to cast rays; {INSTALL_HINT}"
         ) from error

@@ -1,15 +1,13 @@
 """Run as a child process, `python -m simx_server.sensors.gl_probe NAME`: does this OpenGL back end render?
 
-Exit status 0 if a small picture has the right pixels, otherwise 1 and the reason as the last line of stderr.
+Exit status 0 if a small picture has the right pixels, otherwise 1 and the reason as the last line of stderr. Nothing
+large is imported before the libraries are known to be there.
 """
 
 import sys
 
-import mujoco
-import numpy as np
-
-from simx_server.sensors.opengl import OpenGLRenderer
-from simx_server.sensors.picture import CameraView, RenderError
+from simx_server.errors import RenderError
+from simx_server.sensors.gl_libraries import missing_libraries, why_it_fails
 
 _SCENE = """
 <mujoco>
@@ -27,6 +25,12 @@ def check_backend(name: str) -> None:
     Raises:
         RenderError: the context cannot be made, or the picture is wrong.
     """
+    import mujoco
+    import numpy as np
+
+    from simx_server.sensors.opengl import OpenGLRenderer
+    from simx_server.sensors.picture import CameraView
+
     model = mujoco.MjModel.from_xml_string(_SCENE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -46,11 +50,21 @@ def check_backend(name: str) -> None:
         raise RenderError(f"the test picture has wrong depth: {picture.depth[12, 16]:.3f} where 0.45 belongs")
 
 
-def main(arguments: list[str]) -> int:
+def what_is_wrong(name: str) -> str | None:
+    """Try a back end in this process: None if it works, else what is wrong. The driver may crash or hang."""
+    if missing := missing_libraries(name):
+        return missing
     try:
-        check_backend(arguments[0])
-    except (RenderError, mujoco.FatalError) as error:
-        sys.stderr.write(f"{error.__cause__ or error}\n")
+        check_backend(name)
+    except Exception as error:
+        wrong = str(error) if error.__cause__ is None else why_it_fails(name, error.__cause__)
+        return " ".join(wrong.split()) or type(error).__name__
+    return None
+
+
+def main(arguments: list[str]) -> int:
+    if wrong := what_is_wrong(arguments[0]):
+        sys.stderr.write(f"{wrong}\n")
         return 1
     return 0
 

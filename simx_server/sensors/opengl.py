@@ -7,6 +7,11 @@ Each view brings its own frustum. Its far plane is the view's own, so OpenGL its
 exactly where V-REP did, and what it cleared is where nothing is seen.
 
 Round things get half the corners where nobody can tell (see `roundness`).
+
+Making a context of MuJoCo's holds Python's lock, so other threads stand still, and a driver that compiles a shader for
+the first texture of its kind takes a third of a second. So contexts are made with textures of one pixel, and the real
+ones follow by `mjr_uploadTexture`, which lets other threads run. A new model is drawn in the same OpenGL context, in
+which that is compiled already.
 """
 
 import copy
@@ -41,32 +46,45 @@ _CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DY
 
 
 class OpenGLRenderer:
-    """Renders one model in one OpenGL context. Belongs to the thread that made it.
+    """Renders one model at a time in one OpenGL context. Belongs to the thread that made it.
 
     Raises:
         RenderError: the context cannot be made.
     """
 
     def __init__(self, model: mujoco.MjModel, backend_name: str) -> None:
-        self._model = model
         self._closed = False
         self._option = _visible_things()
-        self._round = round_geoms(model)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
-        self._scene.flags[:] = 0
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
         self._camera = mujoco.MjvCamera()
         # Pictures go to an offscreen buffer of their own, so the context's own surface can be tiny.
         self._gl = make_gl_context(backend_name, 16, 16)
         try:
             self._gl.make_current()
-            self._fine = _drawing(_without_effects(model))
-            self._coarse: mujoco.MjrContext | None = None
+            self._take(model)
             if self._fine.currentBuffer != _OFFSCREEN:
                 raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
         except BaseException:
             self._gl.free()
             raise
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        """Render another model from now on.
+
+        Raises:
+            mujoco.FatalError: OpenGL failed; make a new renderer.
+        """
+        self._gl.make_current()
+        self._free_drawings()
+        self._take(model)
+
+    def _take(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._round = round_geoms(model)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
+        self._scene.flags[:] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
+        self._fine = _drawing(model)
+        self._coarse: mujoco.MjrContext | None = None
 
     def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
         """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
@@ -109,10 +127,13 @@ class OpenGLRenderer:
             return
         self._closed = True
         self._gl.make_current()
-        if self._coarse is not None:
-            self._coarse.free()
-        self._fine.free()
+        self._free_drawings()
         self._gl.free()
+
+    def _free_drawings(self) -> None:
+        for drawing in (self._fine, self._coarse):
+            if drawing is not None:
+                drawing.free()
 
     def _drawing_for(
         self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_]
@@ -123,7 +144,7 @@ class OpenGLRenderer:
         chosen = np.flatnonzero(near & self._round)
         if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
             # Made when first wanted: it holds all meshes and textures once more.
-            drawing = self._coarse = self._coarse or _drawing(_coarsely(_without_effects(self._model)))
+            drawing = self._coarse = self._coarse or _drawing(self._model, is_coarse=True)
         mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
         if view.width > drawing.offWidth or view.height > drawing.offHeight:
             width, height = max(view.width, drawing.offWidth), max(view.height, drawing.offHeight)
@@ -187,26 +208,24 @@ def _visible_things() -> mujoco.MjvOption:
     return option
 
 
-def _without_effects(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy to make the context from: buffer sizes are read from the model, which is not ours to change."""
+def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrContext:
+    """What a model is drawn with: its meshes, its textures and an offscreen buffer.
+
+    Args:
+        is_coarse: round things have half the corners.
+    """
+    # A copy: sizes are read from the model, which is not ours to change.
     plain = copy.copy(model)
-    plain.vis.quality.offsamples = 0
-    plain.vis.quality.shadowsize = 0
-    plain.vis.global_.offwidth = 1
-    plain.vis.global_.offheight = 1
-    return plain
-
-
-def _coarsely(model: mujoco.MjModel) -> mujoco.MjModel:
-    """The same model with half the corners, changed in place."""
-    model.vis.quality.numslices //= 2
-    model.vis.quality.numstacks //= 2
-    return model
-
-
-def _drawing(model: mujoco.MjModel) -> mujoco.MjrContext:
-    """What a model is drawn with: its meshes, its textures and an offscreen buffer."""
-    drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+    quality = plain.vis.quality
+    quality.offsamples = quality.shadowsize = 0
+    plain.vis.global_.offwidth = plain.vis.global_.offheight = 1
+    plain.tex_width[:] = plain.tex_height[:] = 1
+    if is_coarse:
+        quality.numslices //= 2
+        quality.numstacks //= 2
+    drawing = mujoco.MjrContext(plain, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+    for texture in np.unique(model.mat_texid[model.mat_texid >= 0]):  # none is left for the skybox
+        mujoco.mjr_uploadTexture(model, drawing, texture)
     mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
     # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
     drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR

@@ -146,7 +146,9 @@ class Picture:
 
 
 class Renderer(Protocol):
-    """What makes pictures of one model. Used by one thread from creation to close."""
+    """What makes pictures of one model at a time. Used by one thread from creation to close."""
+
+    def turn_to(self, model: mujoco.MjModel) -> None: ...
 
     def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture: ...
 

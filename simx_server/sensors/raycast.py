@@ -20,9 +20,13 @@ _RAYS_AT_ONCE = 40_000
 
 
 class RaycastRenderer:
-    """Casts rays into one model. Belongs to the thread that made it."""
+    """Casts rays into one model at a time. Belongs to the thread that made it."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
+        self.turn_to(model)
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        """Render another model from now on."""
         self._model = model
         self._surfaces = Surfaces(model)
 

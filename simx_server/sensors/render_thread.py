@@ -5,6 +5,8 @@ for the same view of the same version share one picture, also those of two camer
 colours and one for depth are one device), and several views of one version share one copy of the state.
 Whoever asks for both channels of each version, one after the other, gets them from one pass.
 The renderer, and with it every OpenGL call, lives and dies on this thread.
+
+A graphics driver may hang. `watch` notices, and pictures fail with the reason until the thread comes back.
 """
 
 import functools
@@ -12,23 +14,48 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import mujoco
 
 from simx_server.limits import Limits
 from simx_server.metrics import PictureTimes
 from simx_server.sensors.camera_places import CameraPlaces
-from simx_server.sensors.gl_backend import RAYCAST, Backend, choose_backend
+from simx_server.sensors.gl_backend import RAYCAST, Backend, Probe, choose_backend
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.snapshots import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
 
+CHOSEN_WITHIN = 10.0
+"""Seconds until a back end must be chosen, or pictures fail for the time being."""
+
+DRAWN_WITHIN = 30.0
+"""As that, to make a renderer or one picture: of a large scene, by rays, on a busy machine it takes a while."""
+
 _JOIN_TIMEOUT = 2.0
 _OWNER_CHECK = 1.0
+
+
+class _Doing(NamedTuple):
+    """What the render thread is at, for the case that it never ends."""
+
+    what: str
+    since: float
+    limit: float
+
+    def is_overdue(self) -> bool:
+        return time.monotonic() > self.since + self.limit
+
+    def reason(self) -> str:
+        seconds = time.monotonic() - self.since
+        return (
+            f"the render thread has been {self.what} for {seconds:.0f} s, so no picture can be made now; the graphics "
+            "driver may hang: test it with simx-server --doctor, or set MUJOCO_GL=disable to cast rays"
+        )
 
 
 @dataclass(eq=False)
@@ -47,10 +74,22 @@ class _Job:
     snapshot: Snapshot | None
     """None once the picture is made."""
     future: "Future[Picture]" = field(default_factory=Future)
+    is_given_up: bool = False
+    """It has failed although it is being made."""
 
     @property
     def key(self) -> tuple[int, CameraView, Hashable]:
         return id(self.model), self.view, self.version
+
+
+@dataclass(eq=False)
+class _Preparation:
+    """A model to make the renderer for, and views to draw once."""
+
+    model: mujoco.MjModel
+    views: Sequence[CameraView]
+    snapshot: Snapshot | None
+    done: "Future[None]" = field(default_factory=Future)
 
 
 def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
@@ -73,6 +112,7 @@ class RenderThread:
     Args:
         choose: chooses the back end, on the render thread; by default `choose_backend`.
         make: makes a renderer for a model, on the render thread.
+        probe: tries back ends for `choose_backend`.
         limits: of which `pictures` counts here.
     """
 
@@ -81,13 +121,14 @@ class RenderThread:
         choose: Callable[[], Backend] | None = None,
         make: Callable[[mujoco.MjModel, Backend], Renderer] = make_renderer,
         limits: Limits | None = None,
+        probe: Probe | None = None,
     ) -> None:
         self._limits = limits or Limits()
         self.ready = threading.Event()
         """Set once the back end is chosen."""
         self.times = PictureTimes()
         self._closing = threading.Event()
-        self._choose = choose or functools.partial(choose_backend, give_up=self._closing)
+        self._choose = choose or functools.partial(choose_backend, probe=probe, give_up=self._closing)
         self._make = make
         self._backend: Backend | None = None
 
@@ -96,7 +137,10 @@ class RenderThread:
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
         self._newest: dict[int, _Job] = {}  # by camera
         self._places = CameraPlaces()
-        self._to_prepare: mujoco.MjModel | None = None
+        self._running: _Job | None = None
+        self._doing: _Doing | None = None
+        self._is_hanging = False
+        self._to_prepare: _Preparation | None = None
         self._pool = SnapshotPool()
         self._thread: threading.Thread | None = None
 
@@ -108,6 +152,16 @@ class RenderThread:
     def backend(self) -> Backend | None:
         """The back end taken; None until the first picture was wanted."""
         return self._backend
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether anything was asked for yet, so that a back end is chosen or about to be."""
+        return self._thread is not None
+
+    @property
+    def is_stuck(self) -> bool:
+        """After `close`: the thread is still there and cannot be ended, nor the process by returning from it."""
+        return self._closing.is_set() and self._thread is not None and self._thread.is_alive()
 
     @property
     def waiting(self) -> int:
@@ -133,6 +187,8 @@ class RenderThread:
         with self._wake:
             if self._closing.is_set():
                 return _failed("rendering is closed; the server is shutting down")
+            if self._doing is not None and self._doing.is_overdue():
+                return _failed(self._doing.reason())
             camera, asked = view.camera_id, _names(rgb, depth)
             view = self._places.by_first(model, data, view)
             key = (id(model), view, version)
@@ -164,22 +220,74 @@ class RenderThread:
         """A picture that is there already. Needs the lock."""
         return next((job for job in self._newest.values() if job.key == key), None)
 
-    def prepare(self, model: mujoco.MjModel) -> None:
-        """Choose the back end and make the renderer ahead of the first picture; failure is only logged."""
+    def prepare(
+        self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
+    ) -> "Future[None]":
+        """Have all ready for the first picture: the back end, the renderer, and what a driver makes at first use.
+
+        For that each of `views` is drawn once of the state `data`, unless somebody asks for a picture meanwhile.
+        Failure is only logged.
+
+        Returns:
+            A future that is done afterwards, or when a later preparation takes the place of this one.
+        """
         with self._wake:
-            if not self._closing.is_set():
-                self._to_prepare = model
-                self._start_or_wake()
+            if self._closing.is_set():
+                return _nothing_to_do()
+            snapshot = self._pool.take(model, data, version) if views else None
+            preparation = _Preparation(model, views, snapshot)
+            before, self._to_prepare = self._to_prepare, preparation
+            if before is not None:
+                self._end_preparation(before)
+            self._start_or_wake()
+        if before is not None:
+            before.done.set_result(None)
+        return preparation.done
+
+    def watch(self) -> None:
+        """Fail all pictures if the render thread hangs. To be called every second or so, on any thread."""
+        doing = self._doing
+        if doing is None or not doing.is_overdue():
+            return
+        with self._wake:
+            if self._doing is not doing:
+                return
+            failed = list(self._waiting)
+            self._waiting.clear()
+            for job in failed:
+                self._forget(job)
+            running = self._give_up_running()
+            is_news, self._is_hanging = not self._is_hanging, True
+        reason = doing.reason()
+        if is_news:
+            logger.error("%s", reason)
+        for job in failed:
+            if job.future.set_running_or_notify_cancel():
+                job.future.set_exception(RenderError(reason))
+        if running is not None:
+            running.future.set_exception(RenderError(reason))
+
+    def _give_up_running(self) -> _Job | None:
+        """The job that is being made, which is to fail now; what becomes of it is not used. Needs the lock."""
+        job = self._running
+        if job is None or job.is_given_up:
+            return None
+        job.is_given_up = True
+        self._pending.pop(job.key, None)
+        return job
 
     def close(self) -> None:
         """Fail what waits, finish what is under way, end the thread. Twice does no harm."""
         with self._wake:
             self._closing.set()
+            preparation, self._to_prepare = self._to_prepare, None
             waiting = list(self._waiting)
             self._waiting.clear()
             self._pending.clear()
             self._newest.clear()
             self._wake.notify()
+        if preparation is not None:
+            preparation.done.set_result(None)
         for job in waiting:
             if job.future.set_running_or_notify_cancel():
                 job.future.set_exception(RenderError("the picture was not made because rendering is closing"))
@@ -187,6 +295,12 @@ class RenderThread:
             self._thread.join(_JOIN_TIMEOUT)
             if self._thread.is_alive():
                 logger.error("the render thread is still busy after %.0f s", _JOIN_TIMEOUT)
+                with self._wake:
+                    running = self._give_up_running()
+                if running is not None:
+                    running.future.set_exception(
+                        RenderError("the picture was not made, as rendering is closed")
+                    )
 
     def _start_or_wake(self) -> None:
         if self._thread is None:
@@ -204,8 +318,12 @@ class RenderThread:
             self._drop_renderer()
 
     def _next(self) -> Callable[[], None] | None:
-        """The next picture to make, else the model to prepare for; None when closing."""
+        """The next picture to make, else what to prepare; None when closing."""
         with self._wake:
+            self._running = self._doing = None
+            if self._is_hanging:
+                self._is_hanging = False
+                logger.warning("the render thread has come back; pictures can be made again")
             while True:
                 # A program that fails without closing must still be able to end.
                 if self._closing.is_set() or not threading.main_thread().is_alive():
@@ -213,16 +331,21 @@ class RenderThread:
                 while self._waiting:
                     job = self._waiting.popleft()
                     if job.snapshot is not None and job.future.set_running_or_notify_cancel():
+                        self._running = job
                         return functools.partial(self._do, job, job.snapshot)
                     self._forget(job)
                 if self._to_prepare is not None:
-                    model, self._to_prepare = self._to_prepare, None
-                    return functools.partial(self._prepare, model)
+                    preparation, self._to_prepare = self._to_prepare, None
+                    return functools.partial(self._prepare, preparation)
                 self._wake.wait(_OWNER_CHECK)
+
+    def _begin(self, what: str, limit: float) -> None:
+        self._doing = _Doing(what, time.monotonic(), limit)
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
             renderer = self._renderer_for(job.model)
+            self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
             began = time.perf_counter()
             picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth)
             self.times.made(_camera_name(job), time.perf_counter() - began)
@@ -231,15 +354,19 @@ class RenderThread:
             self._drop_renderer()
             with self._wake:
                 self._forget(job)
+                self._running = None
             explained = _explained(job, self._backend, error)
             self.times.not_made(str(explained))
-            job.future.set_exception(explained)
+            if not job.is_given_up:
+                job.future.set_exception(explained)
             return
         with self._wake:
             self._forget(job)
-            if not self._closing.is_set():
+            self._running = None
+            if not self._closing.is_set() and not job.is_given_up:
                 self._newest |= dict.fromkeys(job.cameras, job)
-        job.future.set_result(picture)
+        if not job.is_given_up:
+            job.future.set_result(picture)
 
     def _forget(self, job: _Job) -> None:
         """Give back what a job holds while it is pending. Needs the lock."""
@@ -249,31 +376,55 @@ class RenderThread:
             self._pool.give_back(job.snapshot)
             job.snapshot = None
 
-    def _prepare(self, model: mujoco.MjModel) -> None:
+    def _prepare(self, preparation: _Preparation) -> None:
         try:
-            self._renderer_for(model)
+            renderer = self._renderer_for(preparation.model)
+            is_cast = (
+                self._backend is not None and self._backend.name == RAYCAST
+            )  # nothing is made at first use
+            for view in () if is_cast else preparation.views:
+                if self._waiting or self._closing.is_set() or preparation.snapshot is None:
+                    break
+                self._begin(f"drawing {_told(view)}", DRAWN_WITHIN)
+                renderer.render(preparation.snapshot.data, view, True, True)
         except Exception as error:
             self._drop_renderer()
             if not self._closing.is_set():
                 logger.warning("cannot render: %s", error)
+        with self._wake:
+            self._end_preparation(preparation)
+        preparation.done.set_result(None)
+
+    def _end_preparation(self, preparation: _Preparation) -> None:
+        """Give back what it holds. Needs the lock."""
+        if preparation.snapshot is not None:
+            self._pool.give_back(preparation.snapshot)
+            preparation.snapshot = None
 
     def _renderer_for(self, model: mujoco.MjModel) -> Renderer:
-        if self._renderer is None or self._renderer_model is not model:
-            self._drop_renderer()
-            with self._wake:
-                self._newest.clear()
-            backend = self._backend or self._take_backend()
-            self._renderer = self._make(model, backend)
-            self._renderer_model = model
+        if self._renderer is not None and self._renderer_model is model:
+            return self._renderer
+        with self._wake:
+            self._newest.clear()
+        if self._backend is None:
+            self._begin("trying OpenGL back ends", CHOSEN_WITHIN)
+            self._take_backend()
+        assert self._backend is not None
+        self._begin(f"loading the scene with {self._backend.name}", DRAWN_WITHIN)
+        self._renderer_model = None
+        if self._renderer is None:
+            self._renderer = self._make(model, self._backend)
+        else:
+            self._renderer.turn_to(model)
+        self._renderer_model = model
         return self._renderer
 
-    def _take_backend(self) -> Backend:
+    def _take_backend(self) -> None:
         backend = self._choose()
         level = logging.WARNING if backend.name == RAYCAST else logging.INFO
         logger.log(level, "pictures are made with %s: %s", backend.name, backend.reason)
         self._backend = backend
         self.ready.set()
-        return backend
 
     def _drop_renderer(self) -> None:
         renderer, self._renderer, self._renderer_model = self._renderer, None, None
@@ -299,6 +450,12 @@ def _camera_name(job: _Job) -> str:
 
 def _told(view: CameraView) -> str:
     return "the overview" if view.viewpoint is not None else f"camera id {view.camera_id}"
+
+
+def _nothing_to_do() -> "Future[None]":
+    future: Future[None] = Future()
+    future.set_result(None)
+    return future
 
 
 def _failed(reason: str) -> "Future[Picture]":

@@ -232,6 +232,11 @@ class VisionSensors:
         """As `look`, for a view that is no object's."""
         return then(self._ask(view, rgb=True, depth=False), lambda made: _shown(made, shows_depth=False))
 
+    def views(self) -> list[CameraView]:
+        """What each vision sensor sees with its settings of now."""
+        handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
+        return [self._view(handle) for handle in handles]
+
     def _sensor(self, handle: int) -> VisionSettings:
         self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR)
         settings = self.settings(handle)

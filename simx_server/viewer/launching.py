@@ -12,10 +12,11 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from simx_client.protocol.installing import extra_line
+
 logger = logging.getLogger(__name__)
 
 NEEDED = ("viser", "mjviser")
-INSTALL = "pip install 'simx-vrep[viewer]'"
 _END_TIMEOUT = 5.0
 _ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE")
 """Variables that would lead the page to another server than its own, or have it look at nothing."""
@@ -24,7 +25,7 @@ _ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE")
 def missing() -> str | None:
     """What to install before there can be a page; None when all is there."""
     absent = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-    return f"--view needs {' and '.join(absent)}; install with: {INSTALL}" if absent else None
+    return f"--view needs {' and '.join(absent)}; install with: {extra_line('viewer')}" if absent else None
 
 
 def listen(address: str, flag: str) -> socket.socket:

@@ -1,0 +1,73 @@
+"""What an OpenGL back end needs of a Linux machine, and what of it is missing. Imports no OpenGL and no mujoco.
+
+Loading says more than looking: a library that is there and whose own libraries are not fails too. A library stays
+loaded in the process that tries, so that is a child (`gl_probe`), or one in which a back end has failed already.
+"""
+
+import ctypes
+import os
+import sys
+from collections.abc import Sequence
+
+_LINES = {
+    "egl": "apt-get install libegl1 libopengl0 libgl1-mesa-dri, or a graphics card's driver",
+    "osmesa": "apt-get install libosmesa6",
+    "glfw": "apt-get install libgl1, on a machine with a display",
+}
+INSTALL_HINT = f"for faster pictures install OpenGL, on Debian or Ubuntu: {_LINES['egl']}"
+
+_LIBRARIES: dict[str, Sequence[Sequence[str]]] = {
+    "egl": (("libEGL.so.1",), ("libOpenGL.so.0", "libGL.so.1")),
+    "osmesa": (("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),),
+    "glfw": (("libGL.so.1",),),
+}
+"""Of each group one is enough."""
+
+_PACKAGES = {
+    "libEGL.so.1": "libegl1",
+    "libOpenGL.so.0": "libopengl0",
+    "libOSMesa.so.8": "libosmesa6",
+    "libGL.so.1": "libgl1",
+}
+"""Debian's and Ubuntu's names."""
+
+
+def missing_libraries(name: str) -> str | None:
+    """What a back end lacks, in words, with the packages that bring it; None when all can be loaded.
+
+    Args:
+        name: egl, osmesa, glfw; of others nothing is known.
+    """
+    if sys.platform != "linux":
+        return None
+    if name == "glfw" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return "there is no display (DISPLAY and WAYLAND_DISPLAY are unset)"
+    absent = [group[0] for group in _LIBRARIES.get(name, ()) if not any(map(_can_be_loaded, group))]
+    if not absent:
+        return None
+    packages = " ".join(_PACKAGES[library] for library in absent)
+    are, package = ("is", "package") if len(absent) == 1 else ("are", "packages")
+    return f"{' and '.join(absent)} {are} missing ({package} {packages})"
+
+
+def install_advice(name: str) -> str:
+    """How to get what a back end needs."""
+    return f"install {name}'s libraries, on Debian or Ubuntu: {_LINES[name]}" if name in _LINES else ""
+
+
+def why_it_fails(name: str, error: BaseException) -> str:
+    """Why no context could be made: the libraries that are missing; else the driver, and what was said of it."""
+    if missing := missing_libraries(name):
+        return missing
+    said = f"{type(error).__name__}: {error}"
+    if name == "egl" and sys.platform == "linux":
+        return f"no OpenGL driver works (package libgl1-mesa-dri, or a graphics card's driver; {said})"
+    return said
+
+
+def _can_be_loaded(library: str) -> bool:
+    try:
+        ctypes.CDLL(library, mode=ctypes.RTLD_GLOBAL)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,242 @@
+"""The first picture of a server that has just started: made before anybody asks, and nobody waits for a driver."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+from both_renderers import opengl_name
+from processes import START_TIMEOUT, read_line, running, server, spawn, wait_until
+from real_world import RealWorld
+
+import simx_client as vrep
+from simx_client.discovery import measure_servers
+from simx_client.protocol.reports import Metrics
+from simx_server.sensors import gl_backend
+from simx_server.sensors.gl_early import EarlyProbe, may_have_cameras
+from simx_server.sensors.picture import CameraView
+from simx_server.sensors.warm_up import keep_warm, warm_up
+
+__all__ = ["opengl_name"]
+
+TUTORIAL = "ur5_rg2_kinect"
+SENSOR = "kinect_rgb"
+ROOM = '<mujoco><worldbody>{}<geom name="box" type="box" size="1 1 1"/></worldbody></mujoco>'
+EYE = '<camera name="eye" pos="0 0 3" resolution="16 16"/>'
+
+HANGING = """
+import sys, threading
+from simx_server import server
+from simx_server.sensors import render_thread
+from simx_server.settings import Settings
+
+def hang(name, give_up):
+    threading.Event().wait()
+
+server.READY_ANYWAY = render_thread.CHOSEN_WITHIN = 0.1
+sys.exit(server.serve(Settings(scene=sys.argv[1], ports=(0,)), hang))
+"""
+"""A server whose graphics driver never comes back."""
+
+
+def metrics_of(port: int) -> Metrics:
+    (found,), _ = measure_servers([f"tcp/127.0.0.1:{port}"])
+    assert found.metrics is not None
+    return found.metrics
+
+
+def connect(port: int) -> int:
+    client = vrep.simxStart("127.0.0.1", port, True, True, 5000, 5)
+    assert client >= 0
+    return client
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts on the back end that Linux has")
+def test_a_fresh_server_has_its_first_picture_within_a_fifth_of_a_second(opengl_name: str) -> None:
+    """By the server's own time: the processor's, which runs no faster on a machine with much else to do."""
+    with server(TUTORIAL, "--start") as fresh:
+        client = connect(fresh.port)
+        before = metrics_of(fresh.port)
+        assert before["pictures"]["backend"] == opengl_name
+        handle = vrep.simxGetObjectHandle(client, SENSOR, vrep.simx_opmode_blocking)[1]
+        vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_streaming)
+        read = lambda: vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_buffer)  # noqa: E731
+        assert wait_until(lambda: read()[0] == vrep.simx_return_ok, START_TIMEOUT)
+        after = metrics_of(fresh.port)
+        assert after["process"]["processor_seconds"] - before["process"]["processor_seconds"] < 0.2
+        vrep.simxFinish(client)
+
+
+@pytest.fixture
+def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld]:
+    """A scene without cameras, whose server keeps warm."""
+    for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
+        (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
+    world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
+    keep_warm(world.simulation)
+    monkeypatch.setattr(gl_backend, "candidates", lambda: ())
+    yield world
+    world.close()
+
+
+def test_a_server_without_cameras_makes_no_renderer(world: RealWorld) -> None:
+    assert warm_up(world.simulation) is None
+    world.simulation.load(world.simulation.workspace / "plain.xml")
+    assert not world.simulation.rendering.is_begun
+
+
+def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[list[int]] = []
+    rendering = world.simulation.rendering
+    prepare = rendering.prepare
+
+    def noting(model: Any, data: Any, views: Sequence[CameraView], *, version: Any) -> Future[None]:
+        drawn.append([view.camera_id for view in views])
+        return prepare(model, data, views, version=version)
+
+    monkeypatch.setattr(rendering, "prepare", noting)
+    world.simulation.load(world.simulation.workspace / "eyes.xml")
+    assert drawn == [[0, 1]]
+
+
+def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_edits_are_not(
+    world: RealWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = world.client()
+    vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
+    assert not world.simulation.rendering.is_begun
+    eyes = str(world.simulation.workspace / "eyes.xml")
+    assert vrep.simxLoadModel(client, eyes, 0, vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
+    assert world.simulation.rendering.is_begun
+    monkeypatch.setattr(world.simulation.rendering, "prepare", pytest.fail)
+    vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
+
+
+@pytest.fixture
+def hanging(tmp_path: Path):
+    """Port and process of a server whose pictures hang, with one camera."""
+    scene = tmp_path / "room.xml"
+    scene.write_text(ROOM.format(EYE))
+    with running(spawn("-c", HANGING, scene)) as process:
+        line = read_line(process)
+        assert line.startswith("ready "), line
+        yield int(re.findall(r"127\.0\.0\.1:(\d+)", line)[0]), process
+
+
+def test_calls_are_answered_while_a_driver_hangs_and_pictures_say_why(
+    hanging: tuple[int, subprocess.Popen[str]],
+) -> None:
+    port, _ = hanging
+    client = connect(port)
+    code, box = vrep.simxGetObjectHandle(client, "box", vrep.simx_opmode_blocking)
+    assert code == vrep.simx_return_ok
+    assert vrep.simxGetObjectPosition(client, box, -1, vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
+    eye = vrep.simxGetObjectHandle(client, "eye", vrep.simx_opmode_blocking)[1]
+    code, _, _ = vrep.simxGetVisionSensorImage(client, eye, 0, vrep.simx_opmode_blocking)
+    assert code == vrep.simx_return_remote_error_flag
+    errors = vrep.simxGetLastErrors(client, vrep.simx_opmode_blocking)[1]
+    assert any("trying OpenGL back ends" in error and "--doctor" in error for error in errors)
+    vrep.simxFinish(client)
+
+
+def test_a_server_whose_driver_hangs_ends_when_it_is_told_to(
+    hanging: tuple[int, subprocess.Popen[str]],
+) -> None:
+    _, process = hanging
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(START_TIMEOUT) == 0
+
+
+def test_a_scene_is_looked_through_for_cameras_with_what_it_includes(tmp_path: Path) -> None:
+    (tmp_path / "eye.xml").write_text(f"<mujocoinclude>{EYE}</mujocoinclude>")
+    scene = tmp_path / "scene.xml"
+    scene.write_text(ROOM.format('<camera class="x"/>'))
+    assert not may_have_cameras(scene)
+    scene.write_text(ROOM.format("<include file='eye.xml'/><include file='scene.xml'/>"))
+    assert may_have_cameras(scene)
+    assert not may_have_cameras(tmp_path / "not there.xml")
+
+
+_FORK = """
+import os, threading, time
+from simx_server.sensors import gl_early
+
+def what_is_wrong(name):
+    {does}
+
+gl_early.what_is_wrong = what_is_wrong
+probe, give_up = gl_early.EarlyProbe(), threading.Event()
+child = probe._child
+{then}
+print(probe(gl_early.candidates()[0], give_up))
+probe.close()
+try:
+    os.kill(child, 0)
+except ProcessLookupError:
+    print("gone")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a server forks to try a back end")
+@pytest.mark.parametrize(
+    ("does", "then", "said"),
+    [
+        ("return None", "", "None"),
+        ("return 'no such\\nlibrary'", "", "library"),
+        ("os.kill(os.getpid(), 11)", "", "the driver ended its process with signal 11"),
+        ("time.sleep(60)", "give_up.set()", "given up"),
+        ("time.sleep(60)", "gl_early.PROBE_LIMIT = 0", "no answer within 0 s"),
+    ],
+)
+def test_an_early_probe_tells_what_is_wrong_and_leaves_no_process(does: str, then: str, said: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _FORK.format(does=does, then=then)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout.splitlines() == [said, "gone"], done.stderr
+
+
+_BEGIN = """
+import threading
+from simx_server.sensors.mujoco_import import import_mujoco
+import_mujoco()
+from simx_server.sensors.gl_early import begin_early
+for scene in ("ur5_rg2_kinect", "two_link_arm", "no such scene"):
+    if (probe := begin_early(scene)) is not None:
+        print(scene)
+        probe.close()
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+assert begin_early("ur5_rg2_kinect") is None
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a server forks to try a back end")
+def test_a_back_end_is_tried_early_for_a_scene_with_cameras_by_a_process_of_one_thread() -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
+    done = subprocess.run(
+        [sys.executable, "-c", _BEGIN],
+        env=environment | {"OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout.split()) == (0, ["ur5_rg2_kinect"]), done.stderr
+
+
+def test_other_back_ends_than_the_first_are_tried_as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("simx_server.sensors.gl_early.probe_in_child", lambda name, give_up: f"{name} asked")
+    probe = EarlyProbe.__new__(EarlyProbe)
+    probe._name, probe._child = "egl", None
+    assert probe("osmesa", None) == "osmesa asked"  # type: ignore[arg-type]
