@@ -150,7 +150,11 @@ def _start_server(options: argparse.Namespace) -> None:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
 
-    signal.signal(signal.SIGTERM, stop_too)
+    # With SIGHUP ignored, as nohup does, the run goes on without its terminal.
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, stop_too)
     server.start(options.server_timeout)
 
 
