@@ -4,8 +4,8 @@ Scripts carry ``vrep.py`` or ``sim.py`` beside them or inside a package, with a 
 another system more often than not; some carry the binding itself compiled, as ``vrep.pyc``, ``vrep.so`` or
 ``vrep.pyd``. The finder here sits before all others, lets them find the file, and looks into it: only a file that *is*
 a legacy binding is replaced, so that somebody's own ``sim.py`` or ``sim.so`` is imported as ever. Where nothing is
-found at all, the four legacy names are ours; so is a folder without an ``__init__.py`` of that name, which keeps its own
-modules besides.
+found at all, the four legacy names are ours; so is a folder without an ``__init__.py`` of that name, which keeps its
+own modules besides.
 """
 
 from __future__ import annotations
