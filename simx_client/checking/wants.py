@@ -12,6 +12,7 @@ from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from ..surface import functions
 from .names import Called, Names
+from .ports import Ports
 from .program import BINDINGS, Program
 from .texts import ANY, Texts, is_known
 
@@ -94,7 +95,7 @@ class Wants:
 def wants_of(program: Program, names: Names) -> Wants:
     """Read them off the calls."""
     wants = Wants()
-    texts = Texts(names)
+    texts = Ports(names)
     public = functions()
     for call in names.calls:
         name = _name_of(call, names)
@@ -138,16 +139,15 @@ def _parameters(name: str, call: Called, names: Names) -> tuple[str, ...]:
 
 
 def _read(
-    wants: Wants, called: str, texts: Texts, call: Called, parameters: tuple[str, ...], place: Place
+    wants: Wants, called: str, texts: Ports, call: Called, parameters: tuple[str, ...], place: Place
 ) -> None:
     command = BY_NAME[called]
     if "functionName" in parameters:
         _script_call(wants, texts, call, parameters, place)
         return
     if called == "simxStart":
-        for text in texts.argument(call, "connectionPort", parameters):
-            if text.isdecimal():
-                wants.ports.setdefault(int(text), place)
+        for port in texts.ports(call, parameters):
+            wants.ports.setdefault(port, place)
     for name in parameters:
         if name in NAMING:
             found = texts.argument(call, name, parameters)
