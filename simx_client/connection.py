@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from .attempts import Attempts
-from .errors import ConnectionFailed
+from .errors import ConnectionFailed, NoAnswer
 from .hold import Hold
 from .message_header import client_time
 from .modes import MODE_MASK, Modes
@@ -26,7 +26,7 @@ from .patience import (
 from .protocol import constants as c
 from .protocol.codec import CodecError, decode_delivery, encode
 from .protocol.commands import BY_NAME
-from .protocol.messages import Batch, Call, Delivery, Operation, Pace, Reply
+from .protocol.messages import Batch, Call, Delivery, Operation, Pace, Reply, Welcome
 from .shape import Shape
 from .transport import Transport
 
@@ -105,7 +105,7 @@ class Connection:
         try:
             transport = self._open_transport()
             try:
-                welcome = transport.greet(min(WELCOME_TIMEOUT, deadline - time.monotonic()))
+                welcome = self._greet(transport, deadline)
             except BaseException:
                 transport.close()
                 raise
@@ -119,6 +119,16 @@ class Connection:
             self._transport = transport
             self._count_connection()
         logger.info("connected to %s (realm %s, scene %s)", self.where, welcome.realm, welcome.scene)
+
+    @staticmethod
+    def _greet(transport: Transport, deadline: float) -> Welcome:
+        """Greet the server, again if it is there and only slow, as long as the deadline allows."""
+        while True:
+            try:
+                return transport.greet(min(WELCOME_TIMEOUT, deadline - time.monotonic()))
+            except NoAnswer:
+                if time.monotonic() + RETRY_PAUSE >= deadline:
+                    raise
 
     def connect_in_background(self) -> None:
         """As ``connect``, again and again until it succeeds; once if there is to be one attempt only."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from .errors import ConnectionFailed
-from .protocol import keys, link
+from .protocol import keys, link, roster
 from .protocol.codec import CodecError, decode_status
 from .protocol.messages import Status
 from .protocol.reports import Metrics, decode_metrics
@@ -77,6 +77,16 @@ class _Question(Generic[T]):
 
     def identity(self, answer: _Answer[T]) -> tuple[str, str, int]:
         return (answer.realm, "", 0) if answer.value is None else (answer.realm, *self.process(answer.value))
+
+
+def silent_servers(unreachable: Iterable[Unreachable]) -> list[str]:
+    """Describe the servers of this host that could not be asked; one that has ended meanwhile is left out."""
+    alive = roster.endpoints()
+    return [
+        f"the server of this host at {one.endpoint} does not answer; it is frozen, or just starts or ends"
+        for one in unreachable
+        if one.endpoint in alive
+    ]
 
 
 def find_servers(endpoints: Iterable[str], timeout: float = TIMEOUT) -> tuple[list[Found], list[Unreachable]]:

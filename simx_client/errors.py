@@ -2,6 +2,7 @@
 
     SimxError
     ├── ConnectionFailed     no connection; the message says what was tried, what was found, what to do
+    │   └── NoAnswer         something is there and did not answer in time: it may only be slow
     ├── CallsFailed          calls of a batch; the message names each, its server and the reason
     │   ├── RemoteError      the server refused; with its text, as simxGetLastErrors gives it
     │   │   ├── NoSuchObject     a LookupError; with the nearest names
@@ -27,6 +28,10 @@ class SimxError(Exception):
 
 class ConnectionFailed(SimxError):
     """There is no usable server at that address."""
+
+
+class NoAnswer(ConnectionFailed):
+    """Something is there and did not answer in time: it may only be slow."""
 
 
 class Failure(NamedTuple):

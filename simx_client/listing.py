@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from . import asking
 from .command_parser import command_parser
-from .discovery import Found, find_servers
+from .discovery import Found, find_servers, silent_servers
 from .protocol import roster
 from .protocol.exit_codes import DONE, FAILURE
 
@@ -39,7 +39,8 @@ def main(argv: Sequence[str]) -> int:
         sys.stdout.write(json.dumps([_record(server) for server in found], indent=1) + "\n")
     else:
         sys.stdout.write("\n".join(_table(found)) + "\n")
-    if is_local:  # a server of this host that ends while it is asked is no failure
+    if is_local:
+        sys.stderr.writelines(f"{sentence}\n" for sentence in silent_servers(unreachable))
         return DONE
     for place in unreachable:
         sys.stderr.write(f"{place.reason}; check the address, and that the router runs\n")

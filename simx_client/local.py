@@ -43,6 +43,7 @@ def simxStart(
     """Connect to the server at an address (host names too) and port, or to ``REALM@ROUTER`` and the router's port.
 
     Args:
+        connectionPort: a negative one, which selected shared memory in V-REP, means its absolute value.
         waitUntilConnected: False returns an id at once and connects in the background.
         doNotReconnectOnceDisconnected: one attempt only, and no new one after a loss.
         timeOutInMs: how long to keep trying. Negative: the time-out of this client's blocking calls
@@ -62,13 +63,9 @@ def simxStart(
             commThreadCycleInMs,
         )
     )
+    port = abs(port)  # negative: V-REP's shared memory at the port of that number
     if not 0 < port < 65536:
-        logger.warning(
-            "no connection to %s:%d: the port must be 1..65535; the shared-memory transport behind negative "
-            "ports is not needed here, local connections are as fast",
-            address,
-            port,
-        )
+        logger.warning("no connection to %s:%d: the port must be 1..65535, or negative", address, port)
         return -1
     try:
         place, pace = find_place(address, port), chosen_pace()

@@ -21,7 +21,10 @@ from types import FrameType
 from simx_client.launch import script
 from simx_client.launch.after_import import AfterImport, Patch
 from simx_client.launch.bindings import BindingFinder
-from simx_client.launch.numpy_aliases import give_back_aliases
+from simx_client.launch.hints import hint
+from simx_client.launch.libraries import LIBRARIES
+from simx_client.launch.matplotlib_aliases import MATPLOTLIB
+from simx_client.launch.numpy_arrays import NUMPY
 from simx_client.launch.paths import BackslashPaths
 from simx_client.launch.python2.convert import Converted, decode
 from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
@@ -38,7 +41,8 @@ EXAMPLES = """\
 what a script gets, in this process only:
   its vrep.py, sim.py, vrepConst.py, simConst.py replaced at import; its own other modules left alone
   Python 2 converted, in memory: the script, and its own modules where it imports them
-  np.int, time.clock and other names that NumPy and Python dropped
+  np.int, float(array of one), fig.gca(projection='3d'), time.clock and what else NumPy, matplotlib,
+    SciPy, Pillow and Python dropped
   "folder\\\\file.jpg" read and written as folder/file.jpg, on systems where \\ is no separator
 
 examples:
@@ -72,7 +76,9 @@ def make_parser() -> argparse.ArgumentParser:
         f"same simulation step waits for the next step; every: each waits, as in V-REP ({OLD_SCRIPTS})",
     )
     parser.add_argument("--no-path-translation", action="store_true", help="leave backslashes in paths")
-    parser.add_argument("--no-numpy-aliases", action="store_true", help="leave NumPy as it is")
+    parser.add_argument(
+        "--no-numpy-aliases", action="store_true", help="leave NumPy, matplotlib, SciPy, Pillow as they are"
+    )
     parser.add_argument("--plain", action="store_true", help="both, and leave Python's modules as they are")
     parser.add_argument(
         "--print-converted",
@@ -132,6 +138,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(error, IsPython2):
             return _refuse(str(error), USAGE)
         script.show(error)
+        if sentence := hint(error):
+            _say(sentence)
         return FAILURE
     return DONE
 
@@ -139,7 +147,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: bool) -> None:
     patches: dict[str, Patch] = {} if options.plain else dict(ALIASES)
     if not (options.plain or options.no_numpy_aliases):
-        patches["numpy"] = give_back_aliases
+        patches |= {**NUMPY, **MATPLOTLIB, **LIBRARIES}
     if os.name == "posix" and not (options.plain or options.no_path_translation):
         paths = BackslashPaths(script_folder)
         paths.install()
@@ -161,7 +169,11 @@ def _start_server(options: argparse.Namespace) -> None:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
 
-    signal.signal(signal.SIGTERM, stop_too)
+    # With SIGHUP ignored, as nohup does, the run goes on without its terminal.
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, stop_too)
     server.start(options.server_timeout)
 
 

@@ -32,6 +32,10 @@ _KNOCK_TIMEOUT = 0.5
 """Seconds."""
 
 
+class Unanswered(OSError):
+    """Something accepts connections at a port and sends nothing in time."""
+
+
 def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
     """A session with these options. A value of `defaults` gives way to the one in the user's file.
 
@@ -86,6 +90,7 @@ def why_closed(address: str, port: int, is_secret: bool = False, deadline: float
         Half a sentence; None when something listens that does not speak Zenoh.
 
     Raises:
+        Unanswered: something accepts connections there and sends nothing.
         OSError: nothing can be reached.
     """
 
@@ -99,6 +104,8 @@ def why_closed(address: str, port: int, is_secret: bool = False, deadline: float
         knocking.sendall(len(_KNOCK).to_bytes(2, "little") + _KNOCK)
         try:
             answer = knocking.recv(16)
+        except TimeoutError:
+            raise Unanswered from None
         except OSError:
             return None
     if answer[:2] == b"\x15\x03":  # an alert of TLS

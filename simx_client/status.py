@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from . import asking
 from .command_parser import command_parser, program
-from .discovery import Measured, Unreachable, measure_servers
+from .discovery import Measured, Unreachable, measure_servers, silent_servers
 from .listing import NO_ANSWER
 from .places import Place
 from .prometheus import exposition
@@ -132,12 +132,7 @@ def _problems(
     if place.realm is not None and is_found:
         return []  # of several places one that knows the name is enough
     if is_local:
-        alive = roster.endpoints()  # one that ended meanwhile is no failure
-        return [
-            f"the server of this host at {one.endpoint} does not answer; it is frozen, or just starts or ends"
-            for one in unreachable
-            if one.endpoint in alive
-        ]
+        return silent_servers(unreachable)
     return [f"{one.reason}; check the address, and that something runs there" for one in unreachable]
 
 

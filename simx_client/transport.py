@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from .alarm import Alarm
-from .diagnosis import diagnose
-from .errors import ConnectionFailed
+from .diagnosis import busy_server, diagnose
+from .errors import ConnectionFailed, NoAnswer
 from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
@@ -125,7 +125,8 @@ class ZenohTransport:
         Args:
             connect_timeout: seconds that opening may take, and finding out why it failed; 0: as long as one attempt
                 takes.
-            retry: keep trying for so long; otherwise one attempt is made.
+            retry: keep trying for so long; otherwise one attempt is made, and further ones only where something
+                is there that does not answer yet.
             asked_port: the port the script asked for, when it was sent here instead; without it, that of the place.
 
         Raises:
@@ -169,8 +170,11 @@ class ZenohTransport:
             try:
                 return open_session(self._zenoh, options, defaults)
             except self._zenoh.ZError:
-                if not retry or not patience or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline:
-                    raise ConnectionFailed(diagnose(self._place, deadline)) from None
+                is_last = not patience or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline
+                if is_last or not retry:
+                    failure = diagnose(self._place, deadline)
+                    if is_last or not isinstance(failure, NoAnswer):
+                        raise failure from None
             time.sleep(OPENING_PAUSE)
 
     @property
@@ -231,7 +235,7 @@ class ZenohTransport:
             if welcomes:
                 return welcomes
             if time.monotonic() >= deadline:
-                raise ConnectionFailed(self._silence(until - time.monotonic()))
+                raise self._silence(until - time.monotonic())
             time.sleep(0.005)
 
     def _read(self, payload: bytes) -> Welcome:
@@ -246,24 +250,26 @@ class ZenohTransport:
             raise ConnectionFailed(f"the program at {self._place} refused the connection: {welcome.refusal}")
         return welcome
 
-    def _silence(self, patience: float) -> str:
-        """Why nobody answered, as far as it can be found out in so many seconds, and what to do."""
+    def _silence(self, patience: float) -> ConnectionFailed:
+        """Return why nobody answered, as far as it can be found out in so many seconds, and what to do."""
         wanted = self._place.realm or self._realm
-        if wanted is None:
-            return (
-                f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
-                "start one with 'simx-server', or ask for its port"
-            )
         tokens = self._session.liveliness().get(keys.ANY_ALIVE, timeout=max(0.01, patience))
         realms = sorted({keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None})
-        if wanted in realms:
-            return (
+        if realms if wanted is None else wanted in realms:
+            return NoAnswer(
                 f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded, or its "
                 "access rules do not let this user in so (who may only read: SIMX_ROLE=viewer)"
             )
+        if wanted is None:
+            if busy := busy_server(self._place):
+                return NoAnswer(busy)
+            return ConnectionFailed(
+                f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
+                "start one with 'simx-server', or ask for its port"
+            )
         near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
         there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
-        return (
+        return ConnectionFailed(
             f"no simulator of that name answered at {self._place}; there: {there}; check the name, "
             f"or start one: simx-server --realm {wanted} --connect {self._place.endpoints[0]}"
         )

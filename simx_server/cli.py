@@ -22,6 +22,7 @@ from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.parser import Parser
 from simx_client.protocol.terminal import print_what_can_be, while_read
 from simx_server import __version__, log_format
+from simx_server.lifeline import end_with
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
 
@@ -181,6 +182,8 @@ def _run(argv: Sequence[str] | None) -> int:
 
 
 def _serve(settings: Settings) -> int:
+    if settings.until_eof and settings.count is None:
+        end_with(sys.stdin.fileno())
     import_mujoco()
     from simx_server.sensors.gl_backend import requested_backend
 

@@ -15,7 +15,6 @@ import os
 import selectors
 import signal
 import sys
-import threading
 import time
 from collections.abc import Generator
 from contextlib import ExitStack
@@ -28,6 +27,7 @@ from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 
 from .errors import CommandError
 from .gateways.zenoh import ZenohGateway
+from .lifeline import end_with
 from .server import build_simulation, run_server
 from .settings import Settings
 from .simulation import Simulation
@@ -92,6 +92,8 @@ def serve(settings: Settings) -> int:
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
             fleet.fork(loaded, settings.member(number), number)
+        if settings.until_eof:  # not before the forks, which want a process without threads
+            end_with(sys.stdin.fileno(), ENDS_WITHIN)
         return fleet.supervise()
 
 
@@ -226,7 +228,7 @@ def _become_server(
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
-        threading.Thread(target=_end_with, args=(lifeline[0],), name="simx-lifeline", daemon=True).start()
+        end_with(lifeline[0], ENDS_WITHIN)
         simulation = simulation or build_simulation(settings, ExitStack())
         exit_code = run_server(simulation, settings, partial(_tell_parent, writer), is_one_of_many=True)
         simulation.rendering.close()
@@ -240,12 +242,6 @@ def _become_server(
 def _may_be_copied(simulation: Simulation) -> bool:
     """Whether nothing of it lives in another process: scripts that run while it is stopped may do so."""
     return all(script.interpreter is None for script in simulation.scripts.all())
-
-
-def _end_with(lifeline: int) -> None:
-    """Wait until the parent is gone, then end as if it had asked for it."""
-    os.read(lifeline, 1)
-    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _tell_parent(writer: int, gateway: ZenohGateway, simulation: Simulation) -> None:

@@ -35,7 +35,6 @@ from .recording.log_file import LogReader
 from .recording.opened import Opened
 from .recording.replay_engine import Divergence
 from .recording.replaying import replay
-from .scene.objects import ObjectKind
 from .scene.saving import save_mjcf
 from .scene.sources import Sources
 from .sensors.gl_backend import Probe

@@ -110,6 +110,9 @@ class Settings:
     quit_after_stop: bool = _setting(
         False, "--quit-after-stop", "leave when the simulation stops", _YES_OR_NO, yes_or_no
     )
+    until_eof: bool = _setting(
+        False, "--until-eof", "leave when standard input ends, as with its starter", _YES_OR_NO, yes_or_no
+    )
     count: int | None = _setting(
         None,
         "--count",

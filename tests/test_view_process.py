@@ -186,7 +186,7 @@ def test_a_second_signal_ends_a_page_that_waits_at_once(
     monkeypatch.setattr(command.os, "_exit", leave)
     before = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
-        command._ended_by(cast(Any, SimpleNamespace(end=end)), until_eof=False)
+        command._ended_by(cast(Any, SimpleNamespace(end=end)))
         with pytest.raises(SystemExit) as left:
             signal.raise_signal(number)
     finally:

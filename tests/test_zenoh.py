@@ -1,15 +1,20 @@
 """Client and server as real processes over real Zenoh: connecting, dying, coming back."""
 
+import contextlib
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 from processes import ROOT, read_line, running, server, spawn, wait_until
 
 import simx_client as v
+from simx_client import transport
+from simx_client.diagnosis import diagnose
+from simx_client.errors import NoAnswer
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 
@@ -39,6 +44,14 @@ def _connect(port, **more):
     )
 
 
+def _greet_all(listener):
+    """Say hello to everyone, as an SMTP server does, until the listener is shut down."""
+    with contextlib.suppress(OSError):
+        while True:
+            with listener.accept()[0] as caller:
+                caller.sendall(b"220 hello there, this is another program\r\n")
+
+
 def _free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -64,6 +77,12 @@ def test_a_script_connects_asks_and_leaves(pendulum):
 @pytest.mark.parametrize("address", ["localhost", "127.0.0.2", b"127.0.0.1"])
 def test_host_names_other_loopback_addresses_and_bytes_connect(pendulum, address):
     assert _connect(pendulum.port, address=address) == 0
+
+
+def test_a_negative_port_is_the_port_of_its_absolute_value(pendulum):
+    """V-REP's shared memory."""
+    assert _connect(-pendulum.port) == 0
+    assert _connect(pendulum.port) == -1, "the same place twice"
 
 
 def test_both_ports_lead_to_the_same_simulation(pendulum):
@@ -93,13 +112,48 @@ def test_another_program_on_the_port_is_named_as_such(caplog):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
+        greeting = threading.Thread(target=_greet_all, args=(other,), daemon=True)
+        greeting.start()
         assert _connect(other.getsockname()[1], timeOutInMs=300) == -1
+        other.shutdown(socket.SHUT_RDWR)
+        greeting.join(10)
     assert "does not speak Zenoh" in caplog.text
+
+
+def test_a_port_that_accepts_and_keeps_silent_may_be_a_slow_server(caplog):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        assert _connect(other.getsockname()[1], timeOutInMs=300) == -1
+    assert "did not answer in time" in caplog.text
+    assert "a simx-server that is busy" in caplog.text
+    assert "nothing listens" not in caplog.text
+
+
+def test_a_frozen_server_is_not_called_missing_and_one_attempt_lasts_until_it_answers(
+    scene, caplog, monkeypatch
+):
+    with server(scene) as process:
+        process.process.send_signal(signal.SIGSTOP)
+        assert _connect(process.port, timeOutInMs=300) == -1
+        assert (
+            f"the simx-server at 127.0.0.1:{process.port} is there but did not answer in time" in caplog.text
+        )
+        reasons = []
+
+        def wake_after(place, deadline):
+            reasons.append(diagnose(place, deadline))
+            process.process.send_signal(signal.SIGCONT)
+            return reasons[-1]
+
+        monkeypatch.setattr(transport, "diagnose", wake_after)
+        assert _connect(process.port, timeOutInMs=30_000) == 0
+        assert [type(each) for each in reasons] == [NoAnswer]
 
 
 def test_an_unknown_host_and_a_wrong_port_are_minus_1_with_a_reason(caplog):
     assert _connect(19997, address="no-such-host.invalid", timeOutInMs=200) == -1
-    assert _connect(-3) == -1
+    assert _connect(-70000) == -1
     assert "not known" in caplog.text
     assert "1..65535" in caplog.text
 

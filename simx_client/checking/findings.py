@@ -114,7 +114,9 @@ def _of_calls(wants: Wants) -> Iterator[Finding]:
         )
     for port, place in wants.ports.items():
         if port not in USUAL_PORTS:
-            text = f"it connects to port {port}: start the server with --port {port}"
+            text = (
+                f"it connects to port {port}: start the server with --port {port}, or use simx-run --server"
+            )
             yield Finding(NOTE, place, text)
     for what, places in wants.unclear.items():
         lines = ", ".join(str(each.line) for each in places)

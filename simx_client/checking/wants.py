@@ -13,6 +13,7 @@ from pathlib import Path
 from ..modes import MODE_MASK
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
+from .ports import Ports
 from .program import BINDING, OTHER_APIS, Library, Program
 from .scopes import Called, Names
 from .texts import ANY, Texts, is_known
@@ -153,7 +154,7 @@ def wants_of(program: Program, names: Names) -> Wants:
     """Read them off the calls."""
     wants = Wants()
     meaning = Meaning(names)
-    texts = Texts(names, meaning)
+    texts = Ports(names, meaning)
     for call in names.calls:
         place = Place(call.scope.file, call.line)
         for name, is_sure in called_functions(call, names, meaning):
@@ -242,16 +243,15 @@ def _short(path: str) -> str:
 
 
 def _read(
-    wants: Wants, called: str, texts: Texts, call: Called, parameters: tuple[str, ...], place: Place
+    wants: Wants, called: str, texts: Ports, call: Called, parameters: tuple[str, ...], place: Place
 ) -> None:
     command = BY_NAME[called]
     if "functionName" in parameters:
         _script_call(wants, texts, call, parameters, place)
         return
     if called == "simxStart":
-        for text in texts.argument(call, "connectionPort", parameters):
-            if text.isdecimal():
-                wants.ports.setdefault(int(text), place)
+        for port in texts.ports(call, parameters):
+            wants.ports.setdefault(port, place)
     for name in parameters:
         if name in NAMING:
             found = texts.argument(call, name, parameters)

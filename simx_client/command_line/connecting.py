@@ -12,7 +12,7 @@ from ..asking import add_waiting
 from ..clients import CLIENTS
 from ..command_parser import program
 from ..connection import Connection
-from ..discovery import find_servers
+from ..discovery import find_servers, silent_servers
 from ..errors import ConnectionFailed, SimxError
 from ..local import simxFinish, simxStart
 from ..patience import DEFAULT_TIMEOUT
@@ -94,13 +94,14 @@ def _usual() -> tuple[str, int]:
 def _called(realm: str, timeout: float) -> tuple[str, int]:
     if connect_endpoints():
         return f"{realm}@", USUAL_PORT
-    found, _ = find_servers(roster.endpoints(), timeout)
+    found, unreachable = find_servers(roster.endpoints(), timeout)
     for server in found:
         place = host_and_port(server.endpoint)
         if server.realm == realm and place is not None:
             return place
     there = ", ".join(server.realm for server in found) or "none"
+    silent = "".join(f"; {sentence}" for sentence in silent_servers(unreachable))
     raise Unclear(
-        f"--at: no simulator of this host is called {realm!r}; there are: {there}; "
+        f"--at: no simulator of this host is called {realm!r}; there are: {there}{silent}; "
         f"others are found by REALM@HOST:PORT, or through the routers of {CONNECT_VARIABLE}"
     )

@@ -1,17 +1,21 @@
 """Replaces a carried legacy binding by ``simx_client`` at the moment it is imported.
 
 Scripts carry ``vrep.py`` or ``sim.py`` beside them or inside a package, with a compiled library that is for
-another system more often than not. The finder here sits before all others, lets them find the file, and
-looks into it: only a file that *is* a legacy binding is replaced, so that somebody's own ``sim.py`` is
-imported as ever. Where nothing is found at all, the four legacy names are ours; so is a folder without an
-``__init__.py`` of that name, which keeps its own modules besides.
+another system more often than not; some carry the binding itself compiled, as ``vrep.pyc``, ``vrep.so`` or
+``vrep.pyd``. The finder here sits before all others, lets them find the file, and looks into it: only a file that *is*
+a legacy binding is replaced, so that somebody's own ``sim.py`` or ``sim.so`` is imported as ever. Where nothing is
+found at all, the four legacy names are ours; so is a folder without an ``__init__.py`` of that name, which keeps its
+own modules besides.
 """
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import logging
 import re
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -24,6 +28,8 @@ logger = logging.getLogger(__name__)
 
 FUNCTIONS_AND_CONSTANTS = ("vrep", "sim")
 CONSTANTS_ONLY = ("vrepConst", "simConst")
+COMPILED = (".pyc", ".pyo", ".so", ".pyd", ".dylib")
+"""How files of compiled modules end: byte code of any Python, extension modules of any system."""
 
 # Statements at the left margin, so that a text that only speaks of remoteApi.dll does not count. Bytes and
 # regular expressions instead of a syntax tree: old bindings need not be valid Python 3, nor UTF-8.
@@ -43,6 +49,28 @@ def is_legacy_binding(source: bytes) -> bool:
     if _DECLARES_C_FUNCTIONS.search(source):
         return True
     return bool(_NAMES_LIBRARY.search(source) and _LOADS_LIBRARY.search(source))
+
+
+_MODE = re.compile(rb"simx_opmode_\w")
+_FUNCTION = re.compile(rb"simx[A-Z]\w+")
+_C_LIBRARY = re.compile(rb"\bextApi_\w")
+_MOST_OF_A_PROGRAM = 60
+"""Functions of the remote API that a program or its own wrapper names; a binding has more than a hundred."""
+
+
+def is_compiled_binding(content: bytes) -> bool:
+    """Is this a binding or constants module as byte code, or as an extension module for any system?
+
+    Names survive every compiler. Constants stand without a single function, which a program that uses them would name;
+    functions stand with what loads the library, or with the library itself.
+    """
+    if b"simxStart" not in content:
+        return bool(_MODE.search(content)) and not _FUNCTION.search(content)
+    if b"CFUNCTYPE" in content or _C_LIBRARY.search(content):
+        return True
+    if _NAMES_LIBRARY.search(content) and _LOADS_LIBRARY.search(content):
+        return True
+    return len(set(_FUNCTION.findall(content))) > _MOST_OF_A_PROGRAM
 
 
 def fill_with_surface(module: ModuleType, *, constants_only: bool = False) -> None:
@@ -66,13 +94,16 @@ class BindingFinder(MetaPathFinder):
             return None
         found = found_by_others(self, fullname, path, target)
         folders: list[str] | None = None
-        if found is None or found.loader is None:
+        if found is None:
+            if not is_legacy_name and not _is_carried_for_others(name, path):
+                return None
+        elif found.loader is None:
             if not is_legacy_name:
                 return None
-        elif not self._is_binding(found):
+        elif not _is_binding(found):
             return None
         if found is None:
-            logger.info("simx_client stands in for %s, of which there is no file", fullname)
+            logger.info("simx_client stands in for %s, of which there is no file for this Python", fullname)
         else:
             folders = found.submodule_search_locations and list(found.submodule_search_locations)
             logger.info("simx_client replaces %s", found.origin or folders)
@@ -82,11 +113,36 @@ class BindingFinder(MetaPathFinder):
             spec.submodule_search_locations = folders
         return spec
 
-    @staticmethod
-    def _is_binding(spec: ModuleSpec) -> bool:
-        if not spec.has_location or not spec.origin or not spec.origin.endswith((".py", ".pyw")):
-            return False
-        return is_legacy_binding(Path(spec.origin).read_bytes())
+
+def _is_binding(spec: ModuleSpec) -> bool:
+    if not spec.has_location or not spec.origin:
+        return False
+    if spec.origin.endswith((".py", ".pyw")):
+        return is_legacy_binding(_content(spec))
+    return spec.origin.endswith(COMPILED) and is_compiled_binding(_content(spec))
+
+
+def _content(spec: ModuleSpec) -> bytes:
+    """The bytes of a module's file, also of one in an egg; empty where they cannot be read."""
+    try:
+        return Path(spec.origin or "").read_bytes()
+    except OSError:
+        inside: Callable[[str], bytes] | None = getattr(spec.loader, "get_data", None)
+        try:
+            return inside(spec.origin or "") if inside else b""
+        except OSError:
+            return b""
+
+
+def _is_carried_for_others(name: str, path: Sequence[str] | None) -> bool:
+    """Whether a compiled binding of this name lies where an import looks, for another Python or system."""
+    for folder in sys.path if path is None else path:
+        for file in Path(folder or ".").glob(f"{glob.escape(name)}.*"):
+            if file.name.endswith(COMPILED):
+                with contextlib.suppress(OSError):
+                    if is_compiled_binding(file.read_bytes()):
+                        return True
+    return False
 
 
 class _SurfaceLoader(Loader):

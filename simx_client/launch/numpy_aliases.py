@@ -6,8 +6,13 @@ and 2.0 (the migration guide's list of removed members), 2.4 (``np.trapz``, ``np
 
 from __future__ import annotations
 
+import math
 import warnings
+from collections.abc import Callable
 from types import ModuleType
+from typing import Any
+
+from .keywords import calling
 
 PYTHON_TYPES: dict[str, type] = {
     "bool": bool,
@@ -44,18 +49,46 @@ RENAMED = {
     "trapz": "trapezoid",
     "in1d": "isin",
     "mat": "asmatrix",
+    "bool8": "bool_",
+    "int0": "intp",
+    "uint0": "uintp",
+    "object0": "object_",
+    "rank": "ndim",
 }
+
+EXCEPTIONS = ("VisibleDeprecationWarning", "ComplexWarning", "RankWarning", "AxisError", "TooHardError")
+"""Members of numpy.exceptions that were numpy's own."""
+
+OTHERS: dict[str, Callable[[Any], Any]] = {
+    "NINF": lambda numpy: -numpy.inf,
+    "math": lambda numpy: math,
+    "asscalar": lambda numpy: calling("item"),
+    "asfarray": lambda numpy: _asfarray(numpy),
+}
+"""By name, how it is made of the module."""
+
+
+def _asfarray(numpy: Any) -> Callable[..., Any]:
+    def asfarray(a: Any, dtype: Any = float) -> Any:
+        return numpy.asarray(a, dtype)
+
+    return asfarray
 
 
 def give_back_aliases(numpy: ModuleType) -> None:
     """Add the missing names to the imported module; what is there stays as it is."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # merely asking for a dropped name warns
-        missing = {name for name in (*PYTHON_TYPES, *RENAMED, "NINF") if not hasattr(numpy, name)}
+        missing = {
+            name for name in (*PYTHON_TYPES, *RENAMED, *OTHERS, *EXCEPTIONS) if not hasattr(numpy, name)
+        }
     for name in missing:
         if name in PYTHON_TYPES:
             setattr(numpy, name, PYTHON_TYPES[name])
-        elif name == "NINF":
-            setattr(numpy, name, -numpy.inf)
-        elif hasattr(numpy, RENAMED[name]):
-            setattr(numpy, name, getattr(numpy, RENAMED[name]))
+        elif name in OTHERS:
+            setattr(numpy, name, OTHERS[name](numpy))
+        else:
+            owner = getattr(numpy, "exceptions", None) if name in EXCEPTIONS else numpy
+            new = RENAMED.get(name, name)
+            if hasattr(owner, new):
+                setattr(numpy, name, getattr(owner, new))

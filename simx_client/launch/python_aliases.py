@@ -1,14 +1,17 @@
 """Gives back what old scripts use and newer Python versions dropped from their modules, where it is missing.
 
-Sources: "What's New in Python" 3.8 (``time.clock``), 3.9 (``fractions.gcd``), 3.10 (the abstract
-classes in ``collections``), 3.11 (``inspect.getargspec``). Wrappers around the legacy binding read the parameter
-names of its functions with the last one.
+Sources: "What's New in Python" 3.8 (``time.clock``), 3.9 (``fractions.gcd``, ``Thread.isAlive``, ``array.tostring``,
+``base64.encodestring``), 3.10 (the abstract classes in ``collections``), 3.11 (``inspect.getargspec``). Wrappers around
+the legacy binding read the parameter names of its functions with the last one.
 """
 
 from __future__ import annotations
 
+import array
+import base64
 import inspect
 import math
+import threading
 import time
 from collections import abc
 from collections.abc import Callable
@@ -16,6 +19,8 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from .after_import import Patch
+from .immutable import set_attributes
+from .keywords import give_missing
 
 
 class ArgSpec(NamedTuple):
@@ -33,12 +38,17 @@ def getargspec(func: Callable[..., Any]) -> ArgSpec:
 
 
 def _giving(**members: Any) -> Patch:
-    def give(module: ModuleType) -> None:
-        for name, value in members.items():
-            if not hasattr(module, name):
-                setattr(module, name, value)
+    return lambda module: give_missing(module, **members)
 
-    return give
+
+def _threads(_: ModuleType) -> None:
+    give_missing(threading.Thread, isAlive=threading.Thread.is_alive)
+
+
+def _arrays(_: ModuleType) -> None:
+    if not hasattr(array.array, "tostring"):
+        kind: Any = array.array
+        set_attributes(kind, {"tostring": kind.tobytes, "fromstring": kind.frombytes})
 
 
 ALIASES: dict[str, Patch] = {
@@ -46,5 +56,8 @@ ALIASES: dict[str, Patch] = {
     "inspect": _giving(getargspec=getargspec, ArgSpec=ArgSpec),
     "collections": _giving(**{name: getattr(abc, name) for name in dir(abc) if name[0].isupper()}),
     "fractions": _giving(gcd=math.gcd),
+    "threading": _threads,
+    "array": _arrays,
+    "base64": _giving(encodestring=base64.encodebytes, decodestring=base64.decodebytes),
 }
 """By the name of the module, what is done to it."""

@@ -1,7 +1,12 @@
-"""A simx-server of the script's own: started before it, ready before the script begins, stopped after it."""
+"""A private simx-server for the script: started before it, ready before the script starts, ended after it.
+
+The server ends with this process, however this process ends: its standard input is a pipe from here, and
+`simx-server --until-eof` leaves when that pipe closes.
+"""
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import re
@@ -12,71 +17,75 @@ from collections.abc import Sequence
 from typing import IO
 
 from simx_client.errors import SimxError
-from simx_client.redirect import VARIABLE, format_redirects
+from simx_client.redirect import ANY_PORT, VARIABLE, Redirects, format_redirects, read_redirects
 from simx_client.session import CONFIG_VARIABLE
 
 logger = logging.getLogger(__name__)
 
-USUAL_PORTS = (19997, 19999)
-"""What old scripts have written in them."""
+FIRST_PORT = 19997
+"""Where old scripts look for the first of several simulators; the others follow."""
 
 STOP_WITHIN_S = 5.0  # the server promises two seconds after SIGTERM
 
 
 class ServerNotReady(SimxError):
-    """The server ended, or said nothing, instead of getting ready."""
+    """The server ended, or printed nothing, instead of getting ready."""
 
 
 class OwnServer:
-    """One ``python -m simx_server SCENE`` on free ports, to which the script's hard-wired ones are redirected.
+    """One ``python -m simx_server SCENE`` on a free port, to which all connections of the script are redirected.
 
-    The simulation is not started: a script that comes by port 19999 finds it running, as in V-REP, and one that
-    comes by 19997 starts it itself, perhaps after setting a time step or stepped mode.
+    The simulation is not started: a script that connects to port 19999 finds it running, as in V-REP, and one that
+    connects to 19997 starts it itself, perhaps after setting a time step or stepped mode.
     """
 
     def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
-        free = [] if "--port" in arguments else ["--port", "0"] * len(USUAL_PORTS)
+        has_port = any(re.match(r"-p|--port\b", argument) for argument in arguments)
+        free = [] if has_port else ["--port", "0"]
         # -P: the working folder is its workspace, where clients may put modules.
-        self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments]
+        self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments, "--until-eof"]
         self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)
-        self._redirects: dict[int, tuple[str, int]] = {}
+        self._redirects: Redirects = {}
         self._process: subprocess.Popen[str] | None = None
         self._is_ready = False
         self._ready_or_ended = threading.Event()
 
     def start(self, timeout_s: float) -> None:
-        """Returns when the server has said that it is ready; raises ServerNotReady otherwise."""
+        """Return when the server has printed that it is ready; raises ServerNotReady otherwise."""
+        of_user = _rules_of_user()
         self._process = subprocess.Popen(
             self._command,
             # What the variable names is the client's configuration, with its login and keys.
             env={name: value for name, value in os.environ.items() if name != CONFIG_VARIABLE},
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             # a group of its own: Ctrl-C is for the script, which may still want its server
             start_new_session=os.name == "posix",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
+        if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+            os.register_at_fork(after_in_child=self._let_go)
         assert self._process.stdout is not None
         threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()
         has_answered = self._ready_or_ended.wait(timeout_s)
         if self._is_ready:
-            if self._redirects and VARIABLE not in os.environ:
-                os.environ[VARIABLE] = format_redirects(self._redirects)
+            os.environ[VARIABLE] = format_redirects({**self._redirects, **of_user})
             if not self._has_config and os.environ.pop(CONFIG_VARIABLE, ""):
                 logger.info("%s is left out: the script's own server asks for no login", CONFIG_VARIABLE)
             return
         if has_answered:
-            code, self._process = self._process.wait(), None
+            code = self._process.wait()
+            self._let_go()
             raise ServerNotReady(f"simx-server ended with code {code} before it was ready; see above for why")
         self.stop()
         raise ServerNotReady(
-            f"simx-server was not ready within {timeout_s:g} s; see what it says by itself "
-            f"(python {' '.join(self._command[1:])}) or give it longer with --server-timeout"
+            f"simx-server was not ready within {timeout_s:g} s; see what it prints on its own "
+            f"(python {' '.join(self._command[1:-1])}) or give it longer with --server-timeout"
         )
 
     def stop(self) -> None:
-        """End the server and wait for it; a server that is gone already is said so in the log."""
+        """End the server and wait for it; a server that has ended already is logged."""
         if self._process is None:
             return
         if (code := self._process.poll()) is not None:
@@ -89,18 +98,56 @@ class OwnServer:
                 logger.warning("simx-server did not end within %g s and was killed", STOP_WITHIN_S)
                 self._process.kill()
                 self._process.wait()
-        self._process = None
+        self._let_go()
+
+    def _let_go(self) -> None:
+        """Close the pipe by which the server notices the end of this process, and forget the server.
+
+        A forked child of the script does the same: with its copy of the pipe it would keep the server alive.
+        """
+        if self._process is not None:
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+            self._process = None
 
     def _read(self, stdout: IO[str]) -> None:
         """Wait for the ready line, then keep the pipe empty so that the server can never block on it."""
         with stdout:
             for line in stdout:
                 logger.debug("simx-server: %s", line.rstrip())
-                if re.match(r"ready\b", line) and not self._is_ready:
-                    ports = map(int, re.findall(r"tcp/127\.0\.0\.1:(\d+)", line))
-                    self._redirects = {
-                        usual: ("127.0.0.1", port) for usual, port in zip(USUAL_PORTS, ports, strict=False)
-                    }
+                if not self._is_ready and (redirects := _redirects(line)) is not None:
+                    self._redirects = redirects
                     self._is_ready = True
                     self._ready_or_ended.set()
         self._ready_or_ended.set()
+
+
+def _redirects(line: str) -> Redirects | None:
+    """Where the script's ports lead once a server has printed this line; None when it is not the ready line.
+
+    A single server gets all of them. Of a fleet (``--count``) the first server gets 19997, the second 19998, and so on;
+    their own ports, where they were chosen with ``--port``, need no redirection.
+    """
+    if line.startswith('{"servers": '):
+        places = json.loads(line)["servers"]
+        return {
+            FIRST_PORT + number: ("127.0.0.1", place["ports"][0])
+            for number, place in enumerate(places)
+            if place["ports"]
+        }
+    if not re.match(r"ready\b", line):
+        return None
+    ports = re.findall(r"tcp/127\.0\.0\.1:(\d+)", line)
+    return {ANY_PORT: ("127.0.0.1", int(ports[0]))} if ports else {}
+
+
+def _rules_of_user() -> Redirects:
+    """Return the redirections of single ports, which stay; one of all ports would leave the server unused.
+
+    Raises:
+        ServerNotReady: the variable cannot be read.
+    """
+    try:
+        return {asked: place for asked, place in read_redirects().items() if asked != ANY_PORT}
+    except ValueError as error:
+        raise ServerNotReady(str(error)) from None

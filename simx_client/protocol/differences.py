@@ -249,9 +249,9 @@ DIFFERENCES: tuple[Difference, ...] = (
         when=NEVER,
     ),
     Difference(
-        "Negative ports are refused.",
-        "They meant shared memory in V-REP; connections within one machine are fast without.",
-        _CONNECTION + "test_start_gives_minus_1_for_a_port_that_cannot_be",
+        "A negative port is the port of its absolute value.",
+        "It meant shared memory in V-REP; connections within one machine are as fast without.",
+        "tests/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
         "simxStart",
         when="a negative port",
     ),

@@ -47,8 +47,18 @@ def noted(endpoints: Sequence[str]) -> Generator[None]:
 
 def endpoints() -> list[str]:
     """One Zenoh endpoint of each server of this host that has left a note; notes of dead ones are removed."""
+    return [listed[0] for listed in _notes()]
+
+
+def is_noted(endpoint: str) -> bool:
+    """Return whether a server of this host that is alive has left a note of this Zenoh endpoint."""
+    return any(endpoint in listed for listed in _notes())
+
+
+def _notes() -> list[list[str]]:
+    """Read the endpoints of each server of this host that is alive."""
     place = folder()
-    found: list[str] = []
+    found: list[list[str]] = []
     if not place.is_dir() or not _is_ours(place):
         return found
     for note in sorted(place.glob("*.json")):
@@ -63,7 +73,7 @@ def endpoints() -> list[str]:
         if isinstance(value, dict):
             listed = cast(dict[str, Any], value).get("endpoints")
             if isinstance(listed, list) and listed:
-                found.append(str(cast(list[Any], listed)[0]))
+                found.append([str(each) for each in cast(list[Any], listed)])
     return found
 
 

@@ -8,8 +8,6 @@ import os
 import signal
 import socket
 import sys
-import threading
-import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from types import FrameType
@@ -18,6 +16,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.parser import Parser
 from simx_server import log_format
+from simx_server.lifeline import end_with
 from simx_server.setting_rules import web_address
 from simx_server.settings import LOG_LEVELS
 from simx_server.viewer.launching import listen, missing
@@ -32,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 PROGRAM = "python -m simx_server.viewer"
 _END_TIMEOUT = 2.0
-"""Seconds in which the page ends when its server has."""
+"""Seconds in which the page ends when its server has; it may wait for an answer that will not come."""
 
 EXAMPLES = f"""\
 examples:
@@ -56,6 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         logger.error("%s", error)
         return FAILURE
     if options.until_eof:
+        end_with(sys.stdin.fileno(), _END_TIMEOUT)
         for name in ("simx_client", "simx_server.viewer"):  # that it ends the server says itself
             logging.getLogger(name).setLevel(logging.ERROR)
     sys.argv[0] = OWN_NAME  # what the server knows this process's clients by
@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             stack.callback(gate.close)
         except KeyboardInterrupt:
             return INTERRUPTED
-        _ended_by(page, until_eof=options.until_eof)
+        _ended_by(page)
         sys.stdout.write(f"page {gate.url}\n")
         sys.stdout.flush()
         page.run()
@@ -86,8 +86,8 @@ def _listener(options: argparse.Namespace) -> socket.socket:
     return listen(options.at, "--at")
 
 
-def _ended_by(page: Page, *, until_eof: bool) -> None:
-    """Let the page be ended by SIGINT or SIGTERM, the process by a second one; or by the end of stdin."""
+def _ended_by(page: Page) -> None:
+    """Let the page be ended by SIGINT or SIGTERM, the process by a second one."""
     has_come = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:
@@ -99,17 +99,6 @@ def _ended_by(page: Page, *, until_eof: bool) -> None:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
-    if until_eof:
-        threading.Thread(target=_end_at_eof, args=(page,), name="simx-eof", daemon=True).start()
-
-
-def _end_at_eof(page: Page) -> None:
-    while os.read(sys.stdin.fileno(), 4096):
-        pass
-    page.end()
-    # It may wait for an answer that will not come. Nothing is lost with it.
-    time.sleep(_END_TIMEOUT)
-    os._exit(DONE)
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -1,0 +1,46 @@
+"""One line about an exception that ended a script because of a newer library, where nothing can be given back."""
+
+from __future__ import annotations
+
+import re
+
+_NUMPY_1 = (
+    "or give the script a Python environment of its own with NumPy 1: "
+    "pip install 'numpy<2' 'opencv-python-headless<4.12'"
+)
+
+_HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
+    (
+        OverflowError,
+        r"Python integer -?\d+ out of bounds for u?int\d+",
+        f"NumPy 2 refuses numbers that do not fit, NumPy 1 wrapped them round: convert with "
+        f"np.asarray(x, dtype=int).astype(np.uint8), {_NUMPY_1}",
+    ),
+    (
+        TypeError,
+        r"only 0-dimensional arrays can be converted",
+        "NumPy 2.4 no longer takes an array of one element for a number: leave out --plain and --no-numpy-aliases, "
+        "write x.item(), or pip install 'numpy<2.4'",
+    ),
+    (
+        ValueError,
+        r"setting an array element with a sequence",
+        "NumPy 1.24 and later makes no array of parts that differ in length; make them equal, or write "
+        "np.array(parts, dtype=object)",
+    ),
+    (
+        ValueError,
+        r"Object arrays cannot be loaded when allow_pickle=False",
+        "NumPy 1.16.3 and later loads Python objects only on request: np.load(file, allow_pickle=True), for files "
+        "that you trust",
+    ),
+)
+
+
+def hint(error: BaseException) -> str | None:
+    """Return what to install or to write; None for an exception of another kind."""
+    text = str(error)
+    for kind, pattern, sentence in _HINTS:
+        if isinstance(error, kind) and re.search(pattern, text):
+            return sentence
+    return None
