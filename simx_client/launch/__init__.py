@@ -4,7 +4,8 @@
     numpy_aliases   np.int and the others that NumPy dropped
     python_aliases  time.clock, inspect.getargspec and others that Python itself dropped
     paths           "folder\\\\file.jpg" means folder/file.jpg on POSIX
-    after_import    how the last three reach a module: as soon as it has been imported
+    windows         cv2.imshow, waitKey and the like, where OpenCV was built without windows
+    after_import    how the last four reach a module: as soon as it has been imported
     python2         a script of Python 2, and its modules, converted in memory
     script          run a file as ``__main__`` the way ``python FILE`` does
     server          a simx-server of the script's own
