@@ -28,8 +28,9 @@ def patch_cv2(cv2: ModuleType) -> None:
     """Give the module windows, unless it has its own and they can be opened here."""
     if not hasattr(cv2, "getBuildInformation"):  # not OpenCV, but a file of the script's by that name
         return
-    # Editors' advice of some years was `from cv2 import cv2`, which OpenCV's loader no longer allows.
-    if not hasattr(cv2, "cv2"):
+    # Editors' advice of some years was `from cv2 import cv2`, which OpenCV's loader no longer allows. It imports its
+    # compiled module under the same name before the package, so this is called for both.
+    if hasattr(cv2, "__path__") and not hasattr(cv2, "cv2"):
         setattr(cv2, "cv2", cv2)  # noqa: B010 - a module's attribute
         sys.modules.setdefault("cv2.cv2", cv2)
     if not works_by_itself(cv2):

@@ -7,6 +7,9 @@ from typing import Any
 
 from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener, NoBackend
 
+_WITH_WINDOWS = ("x11", "wayland", "windows", "cocoa")
+"""SDL's drivers that open windows."""
+
 _BUTTONS = {1: LEFT, 2: MIDDLE, 3: RIGHT}
 _UNICODE = 0x01000000
 """Added to a code point above Latin-1 it is an X keysym."""
@@ -23,6 +26,7 @@ _KEYSYMS = {
 def open_sdl() -> Backend:
     """Raises NoBackend."""
     os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
+    os.environ["SDL_VIDEO_X11_WMCLASS"] = "simx"
     # A script's choice of a driver without windows is for its own pygame.
     if os.environ.get("SDL_VIDEODRIVER") in ("dummy", "offscreen"):
         del os.environ["SDL_VIDEODRIVER"]
@@ -35,6 +39,8 @@ def open_sdl() -> Backend:
         pygame.display.init()
     except pygame.error as error:
         raise NoBackend(f"pygame cannot open the display: {error}") from None
+    if (driver := pygame.display.get_driver()) not in _WITH_WINDOWS:  # SDL takes any, such as one without a screen
+        raise NoBackend(f"pygame finds no window system (SDL's driver is '{driver}')")
     pygame.key.set_repeat(400, 30)
     return _Sdl(pygame, video)
 
