@@ -15,6 +15,7 @@ from .program import BINDINGS, Program
 from .scene import SceneView
 from .texts import ANY
 from .wants import Place, Wanted, Wants
+from .windows import windows_of
 
 PROBLEM, NOTE = "problem", "note"
 USUAL_PORTS = (19997, 19999)
@@ -45,6 +46,7 @@ def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
         found += _signals(wants, scene)
+    found += [Finding(NOTE, place, text) for place, text in windows_of(program)]
     return sorted(found, key=lambda each: (each.level != PROBLEM, each.place))
 
 

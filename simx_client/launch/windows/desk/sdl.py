@@ -39,7 +39,9 @@ def open_sdl() -> Backend:
         pygame.display.init()
     except pygame.error as error:
         raise NoBackend(f"pygame cannot open the display: {error}") from None
-    if (driver := pygame.display.get_driver()) not in _WITH_WINDOWS:  # SDL takes any, such as one without a screen
+    if (
+        driver := pygame.display.get_driver()
+    ) not in _WITH_WINDOWS:  # SDL takes any, such as one without a screen
         raise NoBackend(f"pygame finds no window system (SDL's driver is '{driver}')")
     pygame.key.set_repeat(400, 30)
     return _Sdl(pygame, video)
