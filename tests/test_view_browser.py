@@ -233,7 +233,6 @@ def test_windows_of_a_script_without_a_display_are_shown_and_keys_typed(place: P
     process = subprocess.Popen(command, cwd=tmp_path, env=here, stdout=subprocess.PIPE, text=True)
     with running(process):
         place.tab("Cameras")
-        place.page.get_by_text("what the robot sees", exact=True).wait_for()
         picture = place.page.locator("img[alt='what the robot sees']")
         picture.wait_for()
         assert picture.evaluate(SPREAD) == [64, 48, 255]

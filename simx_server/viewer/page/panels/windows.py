@@ -80,18 +80,18 @@ class Windows:
         for key, each in told.items():
             if key not in self._windows:
                 with self._place:
-                    self._windows[key] = _Window(self._gui, self._hands, key)
+                    self._windows[key] = _Window(self._gui, self._hands, key, each[w.TITLE])
             self._windows[key].update(each)
 
 
 class _Window:
     """One window: image, trackbars, and a box that takes keys."""
 
-    def __init__(self, gui: viser.GuiApi, hands: Hands, key: Key) -> None:
+    def __init__(self, gui: viser.GuiApi, hands: Hands, key: Key, title: str) -> None:
         self.version = 0
         self._gui, self._hands = gui, hands
         self._owner, self._number = key
-        self._folder = gui.add_folder("Window")
+        self._folder = gui.add_folder(title[:80] or "Window")
         with self._folder:
             self._image = gui.add_html("")
             self._text = gui.add_html("", visible=False)
