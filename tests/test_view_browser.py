@@ -236,7 +236,7 @@ def test_windows_of_a_script_without_a_display_are_shown_and_keys_typed(place: P
         picture = place.page.locator("img[alt='what the robot sees']")
         picture.wait_for()
         assert picture.evaluate(SPREAD) == [64, 48, 255]
-        box = place.page.get_by_label("Keys", exact=True)
+        box = place.page.locator("input:right-of(:text-is('Keys'))").first
         box.press("q")
         assert read_line(process) == "key 113\n"
         place.button("Esc").click()
