@@ -82,6 +82,11 @@ class Clients:
         with self._lock:
             return next((each for each, other in self._connections.items() if other is connection), -1)
 
+    def all(self) -> list[Connection]:
+        """Return the connections that have an id, in the order of their ids."""
+        with self._lock:
+            return [each for _, each in sorted(self._connections.items())]
+
     def remove(self, client_id: int) -> None:
         """Close one connection, or all with -1. Unknown ids are ignored."""
         with self._lock:

@@ -19,7 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 from simx_client.launch import script
-from simx_client.launch.after_import import AfterImport, Patch
+from simx_client.launch.after_import import AfterImport, Patch, in_turn
 from simx_client.launch.bindings import BindingFinder
 from simx_client.launch.hints import hint
 from simx_client.launch.libraries import LIBRARIES
@@ -30,6 +30,7 @@ from simx_client.launch.python2.convert import Converted, decode
 from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
 from simx_client.launch.python_aliases import ALIASES
 from simx_client.launch.server import OwnServer, ServerNotReady
+from simx_client.launch.windows.patch import patch_cv2
 from simx_client.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.nearest import file_like
@@ -43,6 +44,7 @@ what a script gets, in this process only:
   Python 2 converted, in memory: the script, and its own modules where it imports them
   np.int, float(array of one), fig.gca(projection='3d'), time.clock and what else NumPy, matplotlib,
     SciPy, Pillow and Python dropped
+  cv2.imshow, waitKey and the like, where OpenCV was installed without windows (opencv-python-headless)
   "folder\\\\file.jpg" read and written as folder/file.jpg, on systems where \\ is no separator
 
 examples:
@@ -79,7 +81,12 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--no-numpy-aliases", action="store_true", help="leave NumPy, matplotlib, SciPy, Pillow as they are"
     )
-    parser.add_argument("--plain", action="store_true", help="both, and leave Python's modules as they are")
+    parser.add_argument(
+        "--no-windows", action="store_true", help="leave cv2 without windows where it has none"
+    )
+    parser.add_argument(
+        "--plain", action="store_true", help="all three, and leave Python's modules as they are"
+    )
     parser.add_argument(
         "--print-converted",
         action="store_true",
@@ -152,6 +159,8 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
         paths = BackslashPaths(script_folder)
         paths.install()
         patches |= {"cv2": paths.patch_cv2, "pygame.image": paths.patch_pygame_image}
+    if not (options.plain or options.no_windows):
+        patches["cv2"] = in_turn(*filter(None, (patches.get("cv2"), patch_cv2)))
     # Bindings first, that a carried one is never looked at; conversion last, that the other two find what it gives.
     sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
     AfterImport(patches).install()

@@ -18,6 +18,7 @@ from types import FrameType
 
 from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.roster import noted
+from simx_client.protocol.windows import ADD_ON as WINDOWS
 
 from .clock import Pacer
 from .command_server import add_command_server
@@ -46,6 +47,7 @@ from .state_log import StateLog
 from .viewer.feed import Feed
 from .viewer.launching import listen, missing, page
 from .viewer.messages import ADD_ON
+from .viewer.windows import Windows
 
 logger = logging.getLogger(__name__)
 
@@ -258,6 +260,7 @@ def run_server(
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
         simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
+        simulation.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
         with (
             noted(gateway.endpoints),
             _ending_by_signal(engine),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import socket
+import subprocess
+import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -14,7 +16,8 @@ from typing import TYPE_CHECKING
 
 import cv2
 import pytest
-from processes import ROOT, ServerProcess, read_line, server, wait_until
+from launching import environment
+from processes import ROOT, ServerProcess, read_line, running, server, wait_until
 from real_world import BLOCKING
 
 import simx_client as v
@@ -225,6 +228,45 @@ def test_a_dialog_is_answered(place: Place) -> None:
     place.button(re.compile("^yes$", re.IGNORECASE)).click()
     assert place.until(lambda: v.simxGetDialogResult(client, dialog, BLOCKING)[1] == v.sim_dlgret_yes)
     place.button(re.compile("^yes$", re.IGNORECASE)).wait_for(state="detached")
+
+
+SCRIPT = """
+import cv2, vrep
+import numpy as np
+client = vrep.simxStart("127.0.0.1", {port}, True, True, 5000, 5)
+image = np.zeros((48, 64, 3), np.uint8)
+image[:, 32:] = 255
+cv2.imshow("what the robot sees", image)
+cv2.createTrackbar("speed", "what the robot sees", 1, 10, lambda value: print("speed", value, flush=True))
+while cv2.getWindowProperty("what the robot sees", cv2.WND_PROP_VISIBLE) >= 1:
+    cv2.imshow("what the robot sees", image)
+    key = cv2.waitKey(20)
+    if key != -1:
+        print("key", key, flush=True)
+vrep.simxFinish(client)
+"""
+
+
+def test_windows_of_a_script_without_a_display_are_shown_and_keys_typed(place: Place, tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT.format(port=place.process.port))
+    here = {name: value for name, value in environment().items() if not name.endswith("DISPLAY")}
+    command = [sys.executable, "-m", "simx_client", "run", "script.py"]
+    process = subprocess.Popen(command, cwd=tmp_path, env=here, stdout=subprocess.PIPE, text=True)
+    with running(process):
+        place.tab("Cameras")
+        picture = place.page.locator("img[alt='what the robot sees']")
+        picture.wait_for()
+        assert picture.evaluate(SPREAD) == [64, 48, 255]
+        box = place.page.locator("input:right-of(:text-is('Keys'))").first
+        box.press("q")
+        assert read_line(process) == "key 113\n"
+        place.button("Esc").click()
+        assert read_line(process) == "key 27\n"
+        place.page.locator("[role=slider]:visible").first.press("End")
+        assert read_line(process) == "speed 10\n"
+        place.button("Close window").click()
+        assert process.wait(30) == 0
+        picture.wait_for(state="detached")
 
 
 def test_ten_look_at_once_and_all_see_the_scene_move(place: Place) -> None:

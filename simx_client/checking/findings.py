@@ -17,6 +17,7 @@ from .scene import SceneView
 from .search import is_installed
 from .texts import ANY
 from .wants import Place, Wanted, Wants, client_methods
+from .windows import windows_of
 
 PROBLEM, NOTE = "problem", "note"
 USUAL_PORTS = (19997, 19999)
@@ -52,6 +53,7 @@ def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
         found += _signals(wants, scene)
+    found += [Finding(NOTE, place, text) for place, text in windows_of(program)]
     return sorted(found, key=lambda each: (each.level != PROBLEM, each.place))
 
 

@@ -13,7 +13,7 @@ _OPERATORS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
-    ast.FloorDiv: operator.floordiv,
+    ast.FloorDiv: int.__floordiv__,
     ast.Mod: operator.mod,
 }
 _HIGHEST = 65535

@@ -8,6 +8,7 @@
     immutable, keywords  how types written in C, and functions with other keywords, are changed
     hints           one line where nothing can be given back
     paths           "folder\\\\file.jpg" means folder/file.jpg on POSIX
+    windows         cv2.imshow, waitKey and the like, where OpenCV was built without windows
     after_import    how these reach a module: as soon as it has been imported
     python2         a script of Python 2, and its modules, converted in memory
     script          run a file as ``__main__`` the way ``python FILE`` does

@@ -14,6 +14,16 @@ from types import ModuleType
 Patch = Callable[[ModuleType], None]
 
 
+def in_turn(*patches: Patch) -> Patch:
+    """Several patches as one."""
+
+    def patch(module: ModuleType) -> None:
+        for each in patches:
+            each(module)
+
+    return patch
+
+
 class AfterImport(MetaPathFinder):
     """A finder that finds nothing itself; it has the patch follow the module's own loader.
 

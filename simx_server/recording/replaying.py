@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
+from simx_client.protocol.windows import ADD_ON as WINDOWS
+
 from ..simulation import Simulation
 from ..viewer.feed import Feed
 from ..viewer.messages import ADD_ON
+from ..viewer.windows import Windows
 from . import state
 from .opened import Opened
 from .records import Kind, Record
@@ -30,6 +33,7 @@ class Outcome(NamedTuple):
 def replay(recording: Opened, simulation: Simulation) -> Outcome:
     """Do all that was recorded, and compare. Raises Divergence, LogError."""
     engine = ReplayEngine(simulation)
+    simulation.scripts.add_ons[WINDOWS] = Windows()
     simulation.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
     states = _States(simulation)
     passes = batches = 0

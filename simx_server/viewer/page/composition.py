@@ -25,6 +25,7 @@ from .panels.joints import Joints
 from .panels.objects import Objects
 from .panels.run import Run
 from .panels.signals import Signals
+from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
 from .world import World
 
@@ -87,6 +88,7 @@ class Page:
             self._placed("the legend of keys", lambda: Keys(gui, hands))
             self._placed("the tab of joints", lambda: Joints(gui, hands))
         with tabs.add_tab("Cameras"):
+            self._placed("the windows of scripts", lambda: Windows(browser, hands, address))
             self._cameras = self._placed(
                 "the tab of cameras", lambda: Cameras(browser, hands, address, mirror)
             )

@@ -1,0 +1,170 @@
+"""Windows with SDL, by pygame's interface to it, which has several windows and a renderer for each."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener, NoBackend
+
+_WITH_WINDOWS = ("x11", "wayland", "windows", "cocoa")
+"""SDL's drivers that open windows."""
+
+_BUTTONS = {1: LEFT, 2: MIDDLE, 3: RIGHT}
+_UNICODE = 0x01000000
+"""Added to a code point above Latin-1 it is an X keysym."""
+
+_KEYSYMS = {
+    "RETURN": 0xFF0D, "ESCAPE": 0xFF1B, "BACKSPACE": 0xFF08, "TAB": 0xFF09, "DELETE": 0xFFFF, "INSERT": 0xFF63,
+    "HOME": 0xFF50, "LEFT": 0xFF51, "UP": 0xFF52, "RIGHT": 0xFF53, "DOWN": 0xFF54, "PAGEUP": 0xFF55,
+    "PAGEDOWN": 0xFF56, "END": 0xFF57, "PAUSE": 0xFF13, "PRINTSCREEN": 0xFF61, "MENU": 0xFF67, "KP_ENTER": 0xFF8D,
+    **{f"F{number}": 0xFFBD + number for number in range(1, 16)},
+}  # fmt: skip
+"""pygame's K_... to X keysyms. Source: X11's keysymdef.h."""
+
+
+def open_sdl() -> Backend:
+    """Raises NoBackend."""
+    os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
+    os.environ["SDL_VIDEO_X11_WMCLASS"] = "simx"
+    # A script's choice of a driver without windows is for its own pygame.
+    if os.environ.get("SDL_VIDEODRIVER") in ("dummy", "offscreen"):
+        del os.environ["SDL_VIDEODRIVER"]
+    try:
+        import pygame
+        from pygame._sdl2 import video
+    except ImportError:
+        raise NoBackend("pygame is not installed (pip install pygame)") from None
+    try:
+        pygame.display.init()
+    except pygame.error as error:
+        raise NoBackend(f"pygame cannot open the display: {error}") from None
+    if (
+        driver := pygame.display.get_driver()
+    ) not in _WITH_WINDOWS:  # SDL takes any, such as one without a screen
+        raise NoBackend(f"pygame finds no window system (SDL's driver is '{driver}')")
+    pygame.key.set_repeat(400, 30)
+    return _Sdl(pygame, video)
+
+
+class _Sdl:
+    name = "pygame"
+
+    def __init__(self, pygame: Any, video: Any) -> None:
+        self._pygame, self._video = pygame, video
+        self._listeners: dict[int, tuple[Any, Listener]] = {}
+        """By SDL's number of the window; with the window."""
+
+        self._keysyms = {getattr(pygame, f"K_{name}"): keysym for name, keysym in _KEYSYMS.items()}
+        self._mouse = (0, 0)
+        self._held = 0
+        """Modifiers as of the newest event: what SDL tells when it is asked may be later than the event at hand."""
+
+        self._typed = ""
+
+    def open(self, title: str, width: int, height: int, listener: Listener) -> _Pane:
+        window = self._video.Window(title, size=(width, height), resizable=True)
+        self._listeners[window.id] = window, listener
+        return _Pane(self, self._pygame, self._video, window)
+
+    def gone(self, number: int) -> None:
+        self._listeners.pop(number, None)
+
+    def pump(self) -> None:
+        for event in self._pygame.event.get():
+            found = getattr(event, "window", None)
+            listener = self._listeners.get(found.id) if found is not None else None
+            if listener is not None:
+                self._deliver(event, *listener)
+
+    def _deliver(self, event: Any, window: Any, listener: Listener) -> None:
+        pygame = self._pygame
+        kind = event.type
+        if kind in (pygame.KEYDOWN, pygame.KEYUP):
+            self._held = event.mod
+            if kind == pygame.KEYDOWN:
+                self._typed = event.unicode
+                listener.on_key(self._keysym(event))
+        elif kind == pygame.TEXTINPUT and event.text != self._typed:  # composed of several keys
+            for letter in event.text:
+                listener.on_key(_keysym_of(ord(letter)))
+        elif kind == pygame.MOUSEMOTION:
+            self._mouse = event.pos
+            x, y = event.pos
+            listener.on_motion(x, y, self._modifiers())
+        elif kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
+            self._mouse = event.pos
+            if event.button in _BUTTONS:
+                is_down = kind == pygame.MOUSEBUTTONDOWN
+                x, y = event.pos
+                listener.on_button(_BUTTONS[event.button], is_down, x, y, self._modifiers())
+        elif kind == pygame.MOUSEWHEEL:
+            x, y = self._mouse
+            for steps, is_horizontal in ((event.y, False), (event.x, True)):
+                if steps:
+                    listener.on_wheel(steps, is_horizontal, x, y, self._modifiers())
+        elif kind == pygame.WINDOWCLOSE:
+            listener.on_close()
+        elif kind in (pygame.WINDOWMOVED, pygame.WINDOWSIZECHANGED, pygame.WINDOWEXPOSED):
+            (x, y), (width, height) = window.position, window.size
+            listener.on_place(x, y, width, height)
+            if kind == pygame.WINDOWEXPOSED:
+                listener.on_exposed()
+
+    def _keysym(self, event: Any) -> int:
+        if event.key in self._keysyms:
+            return self._keysyms[event.key]
+        if event.unicode and event.unicode.isprintable():
+            return _keysym_of(ord(event.unicode[0]))
+        if 0 < event.key < 0x110000 and chr(event.key).isprintable():
+            return _keysym_of(event.key)  # with Control there is no text
+        return 0
+
+    def _modifiers(self) -> int:
+        pygame, held = self._pygame, self._held
+        return (
+            (SHIFT if held & pygame.KMOD_SHIFT else 0)
+            | (CONTROL if held & pygame.KMOD_CTRL else 0)
+            | (ALT if held & pygame.KMOD_ALT else 0)
+        )
+
+
+def _keysym_of(code: int) -> int:
+    return code if code < 0x100 else _UNICODE | code
+
+
+class _Pane:
+    def __init__(self, owner: _Sdl, pygame: Any, video: Any, window: Any) -> None:
+        self._owner, self._pygame, self._video, self._window = owner, pygame, video, window
+        # By software: what is drawn is one picture, and there is always such a renderer.
+        self._renderer = video.Renderer(window, accelerated=0)
+
+    def draw(self, rgb: Any) -> None:
+        height, width = rgb.shape[:2]
+        picture = self._pygame.image.frombuffer(rgb.tobytes(), (width, height), "RGB")
+        texture = self._video.Texture.from_surface(self._renderer, picture)
+        self._renderer.clear()
+        texture.draw(dstrect=(0, 0, width, height))
+        self._renderer.present()
+
+    def set_title(self, title: str) -> None:
+        self._window.title = title
+
+    def set_size(self, width: int, height: int) -> None:
+        self._window.size = width, height
+
+    def set_resizable(self, is_resizable: bool) -> None:
+        self._window.resizable = is_resizable
+
+    def set_full(self, is_full: bool) -> None:
+        if is_full:
+            self._window.set_fullscreen(True)
+        else:
+            self._window.set_windowed()
+
+    def move(self, x: int, y: int) -> None:
+        self._window.position = x, y
+
+    def close(self) -> None:
+        self._owner.gone(self._window.id)
+        self._window.destroy()

@@ -1,0 +1,174 @@
+"""Windows in the web viewer of the server that the script drives: images go to the server, keys come back.
+
+A connection of its own, so that the script's calls keep their order and their pace. What travels is in
+``protocol.windows``.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import msgpack
+
+from ...connection import Connection
+from ...errors import SimxError
+from ...modern.channel import Channel
+from ...places import find_place
+from ...protocol import windows as w
+from ...transport import ZenohTransport
+from . import screen as s
+from .outbox import Outbox
+
+TIMEOUT = 5.0
+"""Seconds to connect and for each answer: a script of the scene may hold the server up."""
+
+EVERY, EVERY_IDLE = 0.1, 1.0
+"""Seconds between two exchanges with and without windows: ten images a second are shown, the newest."""
+
+LARGEST_SIDE = 1280
+"""Pixels; larger images are shown smaller."""
+
+_QUALITIES = (90, 60, 30)
+"""Of JPEG, the first that is small enough."""
+
+
+class Viewer:
+    """The web viewer as a screen."""
+
+    def __init__(self, cv2: Any, where: str, report: s.Report, lost: s.Lost) -> None:
+        """Ask the server at an address, as simxStart was given it, whether it has a web viewer.
+
+        Raises:
+            NoScreen: it has none, or cannot be asked.
+        """
+        self.name = f"in the web viewer of the server at {where}, tab Cameras; keys are typed there"
+        self._cv2, self._report, self._lost = cv2, report, lost
+        self._owner = secrets.token_hex(8)
+        self._windows: dict[int, dict[str, Any]] = {}
+        """As they travel, by number; the image only until it was sent."""
+
+        self._outbox = Outbox()
+        self._is_closed = threading.Event()
+        self._connection = _connect(where)
+        self._channel = Channel(self._connection, TIMEOUT)
+        try:
+            answer = self._exchange([])
+        except (SimxError, ValueError) as error:
+            self._connection.close()
+            raise s.NoScreen(f"the server at {where} shows no windows: {error}") from None
+        if not answer[w.IS_WATCHED]:
+            self._connection.close()
+            raise s.NoScreen(f"the server at {where} has no web viewer (--view)")
+        self._thread = threading.Thread(target=self._work, name="simx-windows-viewer", daemon=True)
+        self._thread.start()
+
+    def tell(self, message: s.Message) -> None:
+        """Queue it; never waits."""
+        self._outbox.put(message)
+
+    def close(self) -> None:
+        """Leave the server: it forgets the windows."""
+        if not self._is_closed.is_set():
+            self._is_closed.set()
+            self._thread.join(TIMEOUT)
+
+    def forget(self) -> None:
+        """In a forked child: the threads of the connection did not come along."""
+        self._is_closed.set()
+
+    # --- the thread ------------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        try:
+            while not self._is_closed.wait(EVERY if self._windows else 0.0):
+                messages = self._outbox.take(0.0 if self._windows else EVERY_IDLE)
+                for message in messages:
+                    self._do(message)
+                for event in self._exchange(list(self._windows.values()))[w.EVENTS]:
+                    self._take(event)
+            self._exchange([])
+        except (SimxError, ValueError) as error:
+            if not self._is_closed.is_set():
+                self._lost(str(error))
+        finally:
+            self._connection.close()
+
+    def _do(self, message: s.Message) -> None:
+        word, number, *rest = message
+        window = self._windows.get(number)
+        if word == s.OPEN and window is None:
+            self._windows[number] = {
+                w.NUMBER: number,
+                w.TITLE: rest[0],
+                w.TEXT: "",
+                w.TRACKBARS: [],
+                w.IMAGE: None,
+            }
+        elif window is None:
+            return
+        elif word == s.CLOSE:
+            del self._windows[number]
+        elif word == s.TITLE:
+            window[w.TITLE] = rest[0]
+        elif word == s.TEXT:
+            window[w.TEXT] = rest[0]
+        elif word == s.TRACKBAR:
+            window[w.TRACKBARS] = [bar for bar in window[w.TRACKBARS] if bar[0] != rest[0]] + [rest]
+        elif word == s.SHOW:
+            window[w.IMAGE] = self._packed(*rest)
+
+    def _packed(self, width: int, height: int, pixels: bytes) -> bytes:
+        """The image as JPEG, within the server's limits."""
+        import numpy as np
+
+        cv2 = self._cv2
+        image = cv2.cvtColor(np.frombuffer(pixels, np.uint8).reshape(height, width, 3), cv2.COLOR_RGB2BGR)
+        if (scale := LARGEST_SIDE / max(width, height)) < 1:
+            size = max(1, round(width * scale)), max(1, round(height * scale))
+            image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        packed = b""
+        for quality in _QUALITIES:
+            packed = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+            if len(packed) <= w.LARGEST_IMAGE:
+                break
+        return packed
+
+    def _exchange(self, windows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        """Tell the server all windows, and new images; what it has for us. Raises SimxError, ValueError."""
+        told = msgpack.packb({w.OWNER: self._owner, w.WINDOWS: list(windows)})
+        results = self._channel.ask(
+            lambda calls: calls.simxCallScriptFunction(w.ADD_ON, w.ADD_ON_TYPE, w.EXCHANGE, [], [], [], told)
+        )
+        for window in windows:
+            window[w.IMAGE] = None  # the server has it
+        return msgpack.unpackb(bytes(results[3]))
+
+    def _take(self, event: Sequence[Any]) -> None:
+        word, number = event[0], event[1]
+        if word == s.CLOSED:
+            self._windows.pop(number, None)
+        elif word == s.DRAGGED and number in self._windows:
+            for bar in self._windows[number][w.TRACKBARS]:
+                if bar[0] == event[2]:
+                    bar[1] = event[3]
+        self._report(event)
+
+
+def _connect(where: str) -> Connection:
+    """Raises NoScreen."""
+    host, _, port = where.rpartition(":")
+    try:
+        place = find_place(host, int(port))
+        connection = Connection(
+            lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=int(port)),
+            where=where,
+            timeout=TIMEOUT,
+            may_reconnect=False,
+        )
+        connection.connect(TIMEOUT)
+    except (SimxError, ValueError) as error:
+        raise s.NoScreen(f"the server at {where} cannot be asked for its web viewer: {error}") from None
+    return connection
