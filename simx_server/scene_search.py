@@ -45,6 +45,8 @@ def find_for_client(
         model = name.lower().endswith(MODEL_SUFFIX)
     beside = [] if scene is None else [scene.resolve().parent]
     open_folders = [workspace.resolve(), *beside, shipped_scenes().resolve(), *more_folders]
+    if model:  # a shipped robot has a scene of its own, often of the same name
+        beside = [folder for folder in beside if folder != shipped_scenes().resolve()]
     shipped = [shipped_models(), shipped_scenes()] if model else [shipped_scenes(), shipped_models()]
     names = _stand_ins(name, stem, model=model)
     as_given = [workspace / given.parent, *(folder / given.parent for folder in beside)]

@@ -132,7 +132,7 @@ def test_example_of_a_command_works(
 def test_example_of_the_server_starts_it(example: str, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     served: list[Settings] = []
 
-    def serve(settings: Settings) -> int:
+    def serve(settings: Settings, *_: object) -> int:
         served.append(settings)
         return 0
 

@@ -10,10 +10,11 @@ import pytest
 from launching import output_of, simx_run
 
 from simx_client.launch.keywords import take_old_keywords
+from simx_client.protocol.installing import package_line
 
-needs_matplotlib = pytest.mark.skipif(not find_spec("matplotlib"), reason="needs: pip install matplotlib")
-needs_scipy = pytest.mark.skipif(not find_spec("scipy"), reason="needs: pip install scipy")
-needs_pillow = pytest.mark.skipif(not find_spec("PIL"), reason="needs: pip install pillow")
+needs_matplotlib = pytest.mark.skipif(not find_spec("matplotlib"), reason=package_line("matplotlib"))
+needs_scipy = pytest.mark.skipif(not find_spec("scipy"), reason=package_line("scipy"))
+needs_pillow = pytest.mark.skipif(not find_spec("PIL"), reason=package_line("pillow"))
 
 BEGIN = """\
 import matplotlib

@@ -19,6 +19,8 @@ from launching import environment, write_script
 from processes import running, wait_until
 from virtual_screen import PersonAt, needs_screen, virtual_screen
 
+from simx_client.protocol.installing import extra_line
+
 pytestmark = needs_screen
 BACKENDS = {
     "tk": pytest.param(
@@ -27,9 +29,7 @@ BACKENDS = {
     ),
     "pygame": pytest.param(
         "pygame",
-        marks=pytest.mark.skipif(
-            find_spec("pygame") is None, reason="no pygame: pip install 'simx-vrep[demo]'"
-        ),
+        marks=pytest.mark.skipif(find_spec("pygame") is None, reason=extra_line("demo")),
     ),
 }
 

@@ -164,7 +164,12 @@ def test_recording_has_shipped_parts_and_meshes_of_packages(
     shipped, packages, place = tmp_path / "shipped", tmp_path / "ros", tmp_path / "place"
     place.mkdir()
     packages.mkdir()
-    for part in ("parts/settings.xml", "parts/default_scene.xml", "models/pioneer_p3dx.xml"):
+    for part in (
+        "parts/settings.xml",
+        "parts/default_scene.xml",
+        "parts/floor_tiles.png",
+        "models/pioneer_p3dx.xml",
+    ):
         (shipped / part).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(shipped_scenes() / part, shipped / part)
     made = Sources.of

@@ -12,7 +12,9 @@ import mujoco
 import numpy as np
 import pytest
 
-pytest.importorskip("viser", reason="pip install 'simx-vrep[viewer]'")
+from simx_client.protocol.installing import extra_line
+
+pytest.importorskip("viser", reason=extra_line("viewer"))
 
 import viser
 from browser_panels import Stage

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 
+from simx_client.protocol.installing import line
+
 _NUMPY_1 = (
-    "or give the script a Python environment of its own with NumPy 1: "
-    "pip install 'numpy<2' 'opencv-python-headless<4.12'"
+    "or install 'numpy<2' and 'opencv-python-headless<4.12' into a Python environment of the script's own"
 )
 
 _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
@@ -20,7 +21,7 @@ _HINTS: tuple[tuple[type[BaseException], str, str], ...] = (
         TypeError,
         r"only 0-dimensional arrays can be converted",
         "NumPy 2.4 no longer takes an array of one element for a number: leave out --plain and --no-numpy-aliases, "
-        "write x.item(), or pip install 'numpy<2.4'",
+        f"write x.item(), or {line(['numpy<2.4'])}",
     ),
     (
         ValueError,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from simx_client.protocol.installing import package_line
+
 from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener, NoBackend
 
 _WITH_WINDOWS = ("x11", "wayland", "windows", "cocoa")
@@ -34,7 +36,7 @@ def open_sdl() -> Backend:
         import pygame
         from pygame._sdl2 import video
     except ImportError:
-        raise NoBackend("pygame is not installed (pip install pygame)") from None
+        raise NoBackend(f"pygame is not installed ({package_line('pygame')})") from None
     try:
         pygame.display.init()
     except pygame.error as error:
