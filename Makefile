@@ -12,11 +12,11 @@ TESTS  ?=
 SECONDS ?= 600
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak check format bench clean
+.PHONY: help setup demo test test-fast soak check format bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
-	@sed -n 's/^\([a-z]*\):.*## /  make \1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
 
 setup: $(READY) ## the virtual environment in .venv, with everything the other targets need
 
@@ -44,6 +44,9 @@ demo: $(READY) ## drive the tutorial's robot: by keys in a window, or by itself 
 
 test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
 	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile $(TESTS)
+
+test-fast: $(READY) ## the tests that need under a minute together
+	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile -m "not slow" $(TESTS)
 
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
 	@$(BIN)/python tests/soak.py $(SECONDS)

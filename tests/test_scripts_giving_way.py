@@ -87,6 +87,7 @@ def test_threads_of_the_server_give_way_too(language: str, source: str) -> None:
     call(world, "give", [], [], [], b"")
     world.sim.advance()
     assert said(world) == ["gone, 0.1"]
+    world.sim.stop()  # which ends the process of a script in Python
 
 
 def test_the_number_of_turns_is_the_same_in_each_run_and_follows_the_timing() -> None:
