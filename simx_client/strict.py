@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-from collections import Counter
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+from .protocol.nearest import nearest
 
 _LISTED = 30
 """With more attributes than this, an error message does not list them all."""
-
-
-def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The name that looks most like another; of two that look alike the one with the same letters: start for strat."""
-    near = difflib.get_close_matches(name, names, 3, 0.6)
-    letters = Counter(name)
-
-    def likeness(other: str) -> tuple[float, int]:
-        return difflib.SequenceMatcher(None, other, name).ratio(), (letters & Counter(other)).total()
-
-    return max(near, key=likeness, default=None)
 
 
 def misspelt(thing: object, name: str, hint: str = "") -> AttributeError:
@@ -30,8 +18,8 @@ def misspelt(thing: object, name: str, hint: str = "") -> AttributeError:
     """
     if not (hint or name.startswith("_")):
         names = [each for each in dir(type(thing)) if not each.startswith("_")]
-        if near := nearest(name, names):
-            hint = f"did you mean {near!r}?"
+        if near := nearest(name, names, 1):
+            hint = f"did you mean {near[0]!r}?"
         elif len(names) <= _LISTED:
             hint = f"it has: {', '.join(names)}"
     text = f"{type(thing).__name__!r} object has no attribute {name!r}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..protocol.commands import BY_NAME
 from ..protocol.differences import DIFFERENCES
-from ..strict import nearest
+from ..protocol.nearest import did_you_mean
 from . import elsewhere
 from .idioms import matters
 from .program import BINDINGS, OTHER_APIS, Program
@@ -105,8 +105,7 @@ def _of_calls(wants: Wants) -> Iterator[Finding]:
             )
     for name, place in wants.client.items():
         if name not in client_methods():
-            near = nearest(name, client_methods())
-            meant = f"; do you mean {near}?" if near else "; see docs/python.md"
+            meant = did_you_mean(name, client_methods()) or "; see docs/python.md"
             yield Finding(PROBLEM, place, f"simx_client.Client has no {name}{meant}")
     for name, place in wants.constants.items():
         yield Finding(PROBLEM, place, f"there is no constant {name}; use its number, or another one")

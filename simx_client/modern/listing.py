@@ -8,7 +8,8 @@ from typing import TypeVar, overload
 
 from ..errors import Failure, NoSuchObject
 from ..protocol import constants as c
-from ..strict import Strict, nearest
+from ..protocol.nearest import did_you_mean
+from ..strict import Strict
 from .objects import SceneObject
 
 S = TypeVar("S", bound=SceneObject, covariant=True)
@@ -44,8 +45,7 @@ class Objects(Strict, Sequence[S]):
         if not isinstance(index, str):
             return self._objects[index]
         if (found := self._by_name.get(index)) is None:
-            near = nearest(index, self._by_name)
-            reason = f"no object named {index!r}" + (f"; did you mean {near!r}?" if near else "")
+            reason = f"no object named {index!r}{did_you_mean(index, self._by_name)}"
             code = c.simx_return_remote_error_flag
             raise NoSuchObject([Failure(0, self._where, f"objects[{index!r}]", code, reason)])
         return found

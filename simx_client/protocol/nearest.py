@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
@@ -34,10 +35,16 @@ def nearest(word: str, known: Iterable[str], count: int = 3) -> list[str]:
     if len(wanted.lstrip("-")) >= _SHORTEST:
         near = [each for each in by_lower if each.startswith(wanted)]
     if not near:
-        near = difflib.get_close_matches(wanted, by_lower, count, _LEAST)
-        likeness = [difflib.SequenceMatcher(None, wanted, each).ratio() for each in near]
-        near = [each for each, ratio in zip(near, likeness, strict=True) if ratio > likeness[0] - _MARGIN]
+        near = difflib.get_close_matches(wanted, by_lower, max(count, 3), _LEAST)
+        likeness = {each: difflib.SequenceMatcher(None, wanted, each).ratio() for each in near}
+        near = [each for each in near if likeness[each] > likeness[near[0]] - _MARGIN]
+        near.sort(key=lambda each: (-likeness[each], -_letters_in_common(wanted, each)))
     return [by_lower[each] for each in near[:count]]
+
+
+def _letters_in_common(one: str, other: str) -> int:
+    """Return how many letters both have, wherever they stand: `strat` is rather `start` than `state`."""
+    return (Counter(one) & Counter(other)).total()
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
