@@ -205,7 +205,7 @@ def test_client_objects_of_this_project_are_understood(tmp_path: Path) -> None:
     write(tmp_path, {"script.py": text})
     code, record = check(tmp_path / "script.py")
     assert (code, objects_of(record)) == (1, ["UR5_joint*", "eye"])
-    assert texts_of(record) == ["simx_client.Client has no jiont; did you mean 'joint'?"]
+    assert texts_of(record) == ["simx_client.Client has no jiont; did you mean 'joint' or 'joints'?"]
 
 
 def test_a_method_of_the_program_is_meant_where_the_object_is_not_known(tmp_path: Path) -> None:
