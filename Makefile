@@ -39,7 +39,7 @@ $(READY): pyproject.toml
 	@touch $@
 	@echo "[3/3] ready"
 
-demo: $(READY) ## drive the tutorial's robot: by keys in a window, or by itself without a display
+demo: $(READY) ## drive the tutorial's robot: with keys in a window, or automatically without a display
 	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
 
 test: $(READY) ## all tests; TESTS=tests/test_cli.py for some

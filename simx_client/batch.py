@@ -31,7 +31,7 @@ __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]
 class Batch(Strict):
     """Calls that are noted in a ``with`` block and made when it is left."""
 
-    __slots__ = ("_calls", "_check", "_connection", "_timeout")
+    __slots__ = ("__weakref__", "_calls", "_check", "_connection", "_timeout")
 
     def __init__(self, client: int, *, timeout: float = DEFAULT_TIMEOUT, check: bool = True) -> None:
         """A batch to one server; nothing is sent before the block is left.

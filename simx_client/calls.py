@@ -23,7 +23,7 @@ def is_batched(command: Command) -> bool:
 class Calls(Explained):
     """Calls to one server, in order; each method returns the ``Answer`` that will come."""
 
-    __slots__ = ("_server", "_where", "noted")
+    __slots__ = ("__weakref__", "_server", "_where", "noted")
 
     def __init__(self, server: int, where: str) -> None:
         """Note calls for one of several servers.

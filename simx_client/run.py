@@ -127,7 +127,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
     if options.pace:
         os.environ[VARIABLE] = options.pace
-    os.environ.setdefault(VARIABLE, OLD_SCRIPTS)
+    if not os.environ.get(VARIABLE, "").strip():
+        os.environ[VARIABLE] = OLD_SCRIPTS
     _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
     if options.server:
         try:

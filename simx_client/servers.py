@@ -35,7 +35,7 @@ class Servers(Strict):
     are NaN. So is the row of a server where a call failed.
     """
 
-    __slots__ = ("_connections", "_observations", "_watched", "clients", "lost", "timeout")
+    __slots__ = ("__weakref__", "_connections", "_observations", "_watched", "clients", "lost", "timeout")
 
     def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
         """Servers that simxStart has connected.

@@ -182,8 +182,9 @@ def _run(argv: Sequence[str] | None) -> int:
 
 
 def _serve(settings: Settings) -> int:
-    if settings.until_eof and settings.count is None:
-        end_with(sys.stdin.fileno())
+    if settings.until_eof and sys.stdin is None:
+        logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
+        return USAGE
     import_mujoco()
     from simx_server.sensors.gl_backend import requested_backend
 
@@ -201,6 +202,8 @@ def _serve(settings: Settings) -> int:
 
     # Before the rest is imported, which takes as long.
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    if settings.until_eof:  # not before the early probe, whose fork wants a process without threads
+        end_with(sys.stdin.fileno())
     try:
         from simx_server.server import serve
 

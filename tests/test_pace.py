@@ -13,7 +13,7 @@ from real_world import handle_of
 from recordings import recorded, replay
 
 import simx_client as v
-from simx_client.protocol.codec import encode
+from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
 from simx_client.shims import write_shims
 from simx_server.pacing import MOST_REMEMBERED, PacedCalls
@@ -223,7 +223,7 @@ def test_calls_of_a_message_keep_their_order_around_one_that_waits(world: Grippe
     ],
 )
 def test_a_paced_call_of_any_form_is_answered_and_hurts_nobody(world: Gripper, call: Call) -> None:
-    started(world, Pace.FREE)
+    client = started(world, Pace.FREE)
     other = world.client()
     session = next(iter(world.engine.sessions.values()))
     for _ in range(2):
@@ -231,6 +231,10 @@ def test_a_paced_call_of_any_form_is_answered_and_hurts_nobody(world: Gripper, c
     for _ in range(3 * READS_A_STEP):
         world.settle()
     assert session.interrupted is None
+    answers = []
+    while (delivery := world.transports[client].receive(0)) is not None:
+        answers += [reply.call_id for reply in decode_delivery(delivery).replies]
+    assert answers.count(900) == 2
     assert v.simxGetJointPosition(other, 1, BLOCKING)[0] == 0
 
 
@@ -268,6 +272,8 @@ def test_scripts_of_v_rep_run_at_the_pace_repeat_unless_told_otherwise(
     monkeypatch.delenv("SIMX_PACE", raising=False)
     assert output_of(tmp_path, PRINT_PACE) == "REPEAT"
     assert output_of(tmp_path, PRINT_PACE, flags=("--pace", "every")) == "EVERY"
+    monkeypatch.setenv("SIMX_PACE", "")
+    assert output_of(tmp_path, PRINT_PACE) == "REPEAT"
     monkeypatch.setenv("SIMX_PACE", "free")
     assert output_of(tmp_path, PRINT_PACE) == "FREE"
     assert output_of(tmp_path, PRINT_PACE, flags=("--pace", "every")) == "EVERY"
@@ -319,4 +325,3 @@ GRASP = """
 def test_a_real_gripper_that_is_polled_under_simx_run_has_closed(tmp_path: Path) -> None:
     flags = ("--server", "ur5_rg2_kinect")
     assert output_of(tmp_path, GRASP, flags=flags) == "True"
-    assert output_of(tmp_path, GRASP, flags=(*flags, "--pace", "free")) == "False"

@@ -269,6 +269,22 @@ def test_recording_of_another_mujoco_is_replayed_with_a_warning(
     assert "recorded with mujoco 2.0.0, replayed with" in caplog.text
 
 
+def test_recording_of_an_older_server_is_replayed_with_a_warning_of_what_may_differ(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    record_steps(plain, recording, passes=2)
+    assert replay(recording) == DONE
+    assert "older server" not in caplog.text
+
+    def change(records: list[Record]) -> list[Record]:
+        del records[0][1]["behaviour"]
+        return records
+
+    rewrite(recording, change)
+    assert replay(recording) == DONE
+    assert "the replay may differ if meshes were imported" in caplog.text
+
+
 def test_code_of_clients_is_replayed_only_when_that_is_allowed_again(
     plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from launching import LEGACY_BINDING, LEGACY_CONSTANTS, carry_binding, output_of
 
+from simx_client.launch.after_import import AfterImport
 from simx_client.launch.bindings import is_legacy_binding
 
 ASK_WHOSE = "print(vrep.simxGetJointPosition.__module__.split('.')[0])"
@@ -153,3 +157,17 @@ def test_verbose_says_which_file_was_replaced(tmp_path: Path) -> None:
 )
 def test_a_binding_is_known_by_what_it_defines(source: str, expected: bool) -> None:
     assert is_legacy_binding(source.encode("latin-1")) is expected
+
+
+def test_a_patch_that_does_not_fit_lets_the_module_be_imported(caplog: pytest.LogCaptureFixture) -> None:
+    def patch(module: ModuleType) -> None:
+        raise TypeError("cannot set an attribute of an immutable type")
+
+    sys.modules.pop("colorsys", None)
+    finder = AfterImport({"colorsys": patch})
+    finder.install()
+    try:
+        assert importlib.import_module("colorsys").rgb_to_hsv(0, 0, 0) == (0.0, 0.0, 0)
+    finally:
+        sys.meta_path.remove(finder)
+    assert "colorsys stays as it is" in caplog.text

@@ -12,6 +12,7 @@ import msgpack
 import numpy as np
 import pytest
 from processes import PENDULUM, server, wait_until
+from routers import free_port
 
 from simx_client import Client
 from simx_client.launch.windows import screen as s
@@ -19,7 +20,15 @@ from simx_client.launch.windows.screen import NoScreen
 from simx_client.launch.windows.viewer import Viewer
 from simx_client.protocol import windows as w
 from simx_server.errors import CommandError
-from simx_server.viewer.windows import KEPT, MOST_EVENTS, MOST_LETTERS, MOST_WINDOWS, Windows
+from simx_server.viewer.windows import (
+    KEPT,
+    MOST_EVENTS,
+    MOST_HELD,
+    MOST_LETTERS,
+    MOST_SENT,
+    MOST_WINDOWS,
+    Windows,
+)
 
 JPEG = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
 
@@ -138,6 +147,27 @@ def test_what_is_kept_is_bounded(kept: Kept) -> None:
         kept.exchange(window(), owner="one too many")
 
 
+LARGE = JPEG + bytes(w.LARGEST_IMAGE - len(JPEG))
+
+
+def test_images_of_all_scripts_together_are_bounded_and_an_answer_has_some_of_them(kept: Kept) -> None:
+    fitting = MOST_HELD // len(LARGE)
+    half = [window(number, **{w.IMAGE: LARGE}) for number in range(fitting // 2)]
+    for owner in ("one", "other"):
+        kept.exchange(*half, owner=owner)
+    with pytest.raises(CommandError, match="hold at most"):
+        kept.exchange(window(**{w.IMAGE: LARGE}), owner="one too many")
+    known: dict[str, int] = {}
+    for _ in range(fitting):
+        shown = kept.ask(w.SHOWN, known=known)[w.WINDOWS]
+        images = [each for each in shown if each[w.IMAGE]]
+        assert sum(len(each[w.IMAGE]) for each in images) < MOST_SENT + len(LARGE)
+        known |= {f"{each[w.OWNER]}/{each[w.NUMBER]}": each[w.VERSION] for each in shown if each[w.VERSION]}
+        if not images:
+            break
+    assert len(known) == fitting
+
+
 # --- over the network ----------------------------------------------------------------------------
 
 
@@ -230,4 +260,20 @@ def test_lost_server_is_told(tmp_path: Path) -> None:
         screen.tell((s.OPEN, 1, "camera", 1))
         process.kill()
         assert lost.get(timeout=30)
+        screen.close()
+
+
+def test_windows_of_a_script_on_the_starting_port_start_no_simulation(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.xml").write_text(PENDULUM)
+    observing, starting = free_port(), free_port()
+    flags = ("--temporary-port", str(starting))
+    with (
+        server(tmp_path / "pendulum.xml", *flags, ports=(observing, starting)),
+        Client(f"127.0.0.1:{observing}") as client,
+    ):
+        Visitor(client).shown()
+        screen = Viewer(cv2, f"127.0.0.1:{starting}", lambda report: None, lambda reason: None)
+        screen.tell((s.OPEN, 1, "camera", 1))
+        assert wait_until(lambda: len(Visitor(client).shown()) == 1, 20)
+        assert client.simulation.state == "stopped"
         screen.close()

@@ -44,6 +44,8 @@ class Ports(Texts):
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
             sign = -1 if isinstance(node.op, ast.USub) else 1
             return {sign * each for each in self._numbers(node.operand, scope, depth)}
+        if isinstance(node, ast.BinOp) and (_is_text(node.left) or _is_text(node.right)):
+            return {int(text) for text in self.of(node, scope) if _is_whole(text)}
         if isinstance(node, ast.BinOp) and (compute := _OPERATORS.get(type(node.op))):
             left, right = self._numbers(node.left, scope, depth), self._numbers(node.right, scope, depth)
             return {
@@ -97,6 +99,11 @@ class Ports(Texts):
             for keyword in call.node.keywords
             if keyword.arg == "default"
         ]
+
+
+def _is_text(node: ast.expr) -> bool:
+    """Whether this is a text in the source, which `+` joins and does not add."""
+    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))
 
 
 def _is_whole(text: str) -> bool:

@@ -5,11 +5,14 @@ Importing NumPy or OpenCV ahead, only to patch them, would cost every script tha
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Sequence
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+
+logger = logging.getLogger(__name__)
 
 Patch = Callable[[ModuleType], None]
 
@@ -37,7 +40,7 @@ class AfterImport(MetaPathFinder):
         sys.meta_path.insert(0, self)
         for name, patch in self._patches.items():
             if name in sys.modules:
-                patch(sys.modules[name])
+                _apply(patch, sys.modules[name])
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -60,6 +63,16 @@ def found_by_others(
     return next((spec for spec in specs if spec is not None), None)
 
 
+def _apply(patch: Patch, module: ModuleType) -> None:
+    """Patch a module. A library that has changed since must still be imported: a patch is a courtesy."""
+    try:
+        patch(module)
+    except Exception:
+        logger.warning(
+            "%s stays as it is: the patch does not fit this version", module.__name__, exc_info=True
+        )
+
+
 def _follow(spec: ModuleSpec, patch: Patch) -> None:
     loader = spec.loader
     if loader is None:  # a folder without __init__.py, whatever its name
@@ -68,7 +81,7 @@ def _follow(spec: ModuleSpec, patch: Patch) -> None:
 
     def exec_and_patch(module: ModuleType) -> None:
         exec_module(module)
-        patch(sys.modules[spec.name])
+        _apply(patch, sys.modules[spec.name])
 
     # on this one loader object, so that everything else about it stays what it was
     setattr(loader, "exec_module", exec_and_patch)  # noqa: B010 - assignment to a method, as intended

@@ -25,6 +25,10 @@ def set_attributes(kind: type, members: Mapping[str, Any]) -> bool:
     """Set attributes of a type. Returns whether that was possible: elsewhere than in CPython it may not be."""
     if not members:
         return True
+    if not kind.__flags__ & _IMMUTABLE:
+        for name, value in members.items():
+            setattr(kind, name, value)
+        return True
     flags = _flags(kind)
     if flags is None:
         logger.info("%s stays as it is: this Python does not let the type be changed", kind.__name__)

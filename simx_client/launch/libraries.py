@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any, cast
 
 from .after_import import Patch
+from .immutable import set_attributes
 from .keywords import give_missing
 
 
@@ -35,8 +36,9 @@ def _windows(signal: Any) -> None:
 
 
 def _rotations(module: Any) -> None:
-    rotation = module.Rotation
-    give_missing(rotation, from_dcm=rotation.from_matrix, as_dcm=rotation.as_matrix)
+    rotation = module.Rotation  # a type written in C in SciPy 1.6 to 1.16
+    old = {"from_dcm": rotation.from_matrix, "as_dcm": rotation.as_matrix}
+    set_attributes(rotation, {name: each for name, each in old.items() if not hasattr(rotation, name)})
 
 
 # --- scipy.misc --------------------------------------------------------------------------------------

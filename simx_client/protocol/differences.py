@@ -50,13 +50,13 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Stop is immediate.",
         "When a blocking `simxStopSimulation` returns, the simulation is stopped and the state it was started from is "
-        "back. V-REP needed a few passes more.",
+        "back. V-REP needed a few more simulation steps.",
         _SURPRISES + "test_08_stop_has_happened_when_it_returns",
         "simxStopSimulation",
         when=NEVER,
     ),
     Difference(
-        "A trigger answers after its pass.",
+        "A trigger answers after its step.",
         "What you read after `simxSynchronousTrigger` is the new state. Trigger and ping, as V-REP needed it, still "
         "works.",
         _SURPRISES + "test_06_a_trigger_answers_after_its_pass_and_trigger_with_ping_still_works",
@@ -64,8 +64,9 @@ DIFFERENCES: tuple[Difference, ...] = (
         when="a trigger without a ping",
     ),
     Difference(
-        "Pictures are drawn when asked for,",
-        "not every pass, but those that a script judges. Equal requests of one pass share one picture.",
+        "Images are rendered on request.",
+        "Only sensors with a vision script are rendered in every simulation step. Equal requests of one step share one "
+        "image.",
         "tests/test_render_thread.py::test_equal_requests_of_one_version_render_once",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer simxReadVisionSensor",
         when=NEVER,

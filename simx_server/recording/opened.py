@@ -23,7 +23,7 @@ from ..settings import SettingError, Settings
 from ..simulation import Simulation
 from .log_file import LogError, LogReader
 from .recorder import OUTSIDE
-from .records import Kind, Record
+from .records import BEHAVIOUR, Kind, Record
 
 logger = logging.getLogger(__name__)
 
@@ -154,6 +154,11 @@ class Opened:
             raise CommandError(f"the recording has no file '{text}'") from None
 
     def _warn(self) -> None:
+        if self.header.get("behaviour", 1) != BEHAVIOUR:
+            logger.warning(
+                "recorded by an older server: the replay may differ if meshes were imported, the scene is a URDF, or a "
+                "script reads a joint's force or loops for long"
+            )
         for name, mine in (("mujoco", mujoco.__version__), ("server", __version__)):
             if (its := self.header.get(name)) != mine:
                 logger.warning(

@@ -20,7 +20,7 @@ from .. import __version__
 from ..setting_conflicts import DECISIVE
 from . import state
 from .log_file import LogWriter
-from .records import Kind
+from .records import BEHAVIOUR, Kind
 from .scene_files import files_of
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ class Recorder:
         header: dict[str, Any] = {
             "server": __version__,
             "mujoco": mujoco.__version__,
+            "behaviour": BEHAVIOUR,
             "machine": platform.machine(),
             "python": platform.python_version(),
             "began": self.began,

@@ -5,6 +5,13 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
+BEHAVIOUR = 2
+"""Counts up when the same calls may lead to other states than before.
+
+2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
+sign, long loops of scripts give way.
+"""
+
 
 class Kind(IntEnum):
     """What a record is; its fields follow. `point` is -1, or where in a script's run it was done (`recorder`)."""

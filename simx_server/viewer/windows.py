@@ -22,6 +22,12 @@ KEPT = 5.0
 """Seconds without a word after which a script, or a viewer, has gone."""
 
 MOST_OWNERS, MOST_WINDOWS, MOST_TRACKBARS = 16, 16, 32
+MOST_HELD = 16 << 20
+"""Bytes of all images together."""
+
+MOST_SENT = 4 << 20
+"""Bytes of images after which an answer to a viewer has no further ones; its next call brings them."""
+
 MOST_LETTERS = 200
 MOST_EVENTS = 256
 """Keys and the like that wait for a script; the oldest go first."""
@@ -102,17 +108,23 @@ class Windows:
             return {w.IS_WATCHED: self._is_watched, w.EVENTS: []}
         if name not in self._owners and len(self._owners) >= MOST_OWNERS:
             raise CommandError(f"{MOST_OWNERS} scripts show windows already; try again when one has ended")
-        owner = self._owners.setdefault(name, Owner())
-        owner.heard = self._clock()
-        before, owner.windows = owner.windows, {}
-        for number, window in checked:
-            known = before.get(number)
-            if window.image:
+        owner = self._owners.get(name) or Owner()
+        shown = dict(checked)
+        for number, window in shown.items():
+            if not window.image and (known := owner.windows.get(number)) is not None:
+                window.image, window.version = known.image, known.version
+        others = [each for other, each in self._owners.items() if other != name]
+        held = [window for each in others for window in each.windows.values()]
+        if sum(len(window.image) for window in (*held, *shown.values())) > MOST_HELD:
+            raise CommandError(
+                f"all windows together hold at most {MOST_HELD} bytes; show fewer or smaller images"
+            )
+        for window in shown.values():
+            if window.image and not window.version:
                 self._versions += 1
                 window.version = self._versions
-            elif known is not None:
-                window.image, window.version = known.image, known.version
-            owner.windows[number] = window
+        owner.heard, owner.windows = self._clock(), shown
+        self._owners[name] = owner
         events = list(owner.events)
         owner.events.clear()
         if not checked:
@@ -129,21 +141,26 @@ class Windows:
         self._watched = self._clock()
         known = told.get(w.KNOWN)
         known = known if isinstance(known, dict) else {}
-        return {
-            w.WINDOWS: [
-                {
-                    w.OWNER: name,
-                    w.NUMBER: number,
-                    w.TITLE: window.title,
-                    w.TEXT: window.text,
-                    w.TRACKBARS: window.trackbars,
-                    w.VERSION: window.version,
-                    w.IMAGE: window.image if known.get(f"{name}/{number}") != window.version else None,
-                }
-                for name, owner in self._owners.items()
-                for number, window in owner.windows.items()
-            ]
-        }
+        left = MOST_SENT
+        windows: list[dict[str, Any]] = []
+        for name, owner in self._owners.items():
+            for number, window in owner.windows.items():
+                there = known.get(f"{name}/{number}")
+                image = window.image if there != window.version and left > 0 else None
+                left -= len(image or b"")
+                windows.append(
+                    {
+                        w.OWNER: name,
+                        w.NUMBER: number,
+                        w.TITLE: window.title,
+                        w.TEXT: window.text,
+                        w.TRACKBARS: window.trackbars,
+                        # Without its image the version that the viewer has, so that it asks again.
+                        w.VERSION: window.version if image is not None or there == window.version else 0,
+                        w.IMAGE: image,
+                    }
+                )
+        return {w.WINDOWS: windows}
 
     def _act(self, told: dict[str, Any]) -> None:
         name = _text(told.get(w.OWNER), w.OWNER)

@@ -265,6 +265,8 @@ class HighGui:
             if bar is None:
                 return
             vars(bar).update(limits)
+            if bar.minimum > bar.maximum:  # the limit that was set before gives way
+                bar.minimum = bar.maximum = next(iter(limits.values()))
             self._tell_trackbar(window, label)
         self.setTrackbarPos(label, name, bar.value)
 

@@ -60,7 +60,9 @@ def _replace(cv2: Any) -> None:
     from .highgui import HighGui
     from .regions import Regions
 
-    if getattr(cv2.imshow, "__module__", "") == HighGui.__module__:  # the loader's second pass
+    if (
+        getattr(getattr(cv2, "imshow", None), "__module__", "") == HighGui.__module__
+    ):  # the loader's second pass
         return
     finder = Finder(cv2)
     gui = HighGui(cv2, finder.find)

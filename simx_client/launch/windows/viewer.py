@@ -163,7 +163,8 @@ def _connect(where: str) -> Connection:
     try:
         place = find_place(host, int(port))
         connection = Connection(
-            lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=int(port)),
+            # No port: a client that asks for 19999 starts the simulation.
+            lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=0),
             where=where,
             timeout=TIMEOUT,
             may_reconnect=False,
