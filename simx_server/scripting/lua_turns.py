@@ -24,8 +24,8 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 
-_CALL = re.compile(rb"""\s*+(?:\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+[(\[{"'])""")
-"""What follows ``return`` where it may be a tail call."""
+_CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:--|[(\[{"']|[.:]\s*+--))""")
+"""What follows ``return`` where it may be a tail call; a comment may hide one."""
 
 
 def with_turns(source: bytes) -> bytes | None:
