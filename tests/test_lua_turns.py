@@ -124,3 +124,8 @@ def test_lines_of_errors_stay() -> None:
     assert counted is not None
     with pytest.raises(lupa.LuaError, match=r"c:8: attempt to index a nil value \(local 't'\)"):
         runtime.execute(b"return load(..., '=c')()()", counted.replace(b"simx_left-1", b"(simx_left or 9)-1"))
+
+
+@pytest.mark.parametrize("name", ["simx_left", "simx_turn"])
+def test_a_script_cannot_reach_the_counters(name: str) -> None:
+    assert with_turns(f"for i = 1, 2 do {name} = 5 end".encode()) is None

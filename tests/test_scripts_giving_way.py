@@ -246,3 +246,9 @@ def test_an_endless_generator_outside_a_thread_is_stopped() -> None:
     world = scripted({"lua:base": "coroutine.wrap(function() while true do end end)()"})
     world.run(1)
     assert "took too long" in said(world)[0]
+
+
+def test_the_names_of_the_counters_are_globals_like_others() -> None:
+    world = scripted({"lua:base": "for i = 1, 2 do print(simx_left, simx_turn) simx_left = i end"})
+    world.run(1)
+    assert said(world)[:2] == ["nil, nil", "1, nil"]

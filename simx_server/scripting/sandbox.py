@@ -128,8 +128,8 @@ local function compile(source, name, environment)
 end
 
 -- A coroutine that gave way in a loop comes back at once where nothing can: within another coroutine that one gives way
--- too, and where that cannot be (in a comparison of table.sort) it goes on. So does a generator outside of any coroutine
--- (`through`): the script waits for its value.
+-- too, and where that cannot be (in a comparison of table.sort) it goes on. So does a generator outside any
+-- coroutine (`through`): the script waits for its value.
 local resume
 local generators = setmetatable({}, { __mode = "k" })           -- coroutines that have yielded a value
 
