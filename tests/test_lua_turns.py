@@ -40,7 +40,7 @@ PROGRAMS = {
     "comments": (
         "-- while do 'it\n--[[ for do \n ]] local n = 0 --[==[ ]] repeat ]==] repeat n = n + 1 -- until do\n"
         "until n > 2 return n --",
-        3,
+        4,
     ),
     "comment after a number": ("local n = 0xe--while do\nfor i = 1, 2 do n = n+1 end return n", 2),
     "names with words in them": (
@@ -56,6 +56,12 @@ PROGRAMS = {
     "tail calls": (
         "local function f(n, s) if n == 0 then return s end return f(n - 1, s + n) end return f(10, 0)",
         11,
+    ),
+    "tail calls behind comments": (
+        "local t = {} local function f(n) if n == 0 then return 0 elseif n == 1 then return --[[x]] f(n - 1) "
+        "elseif n == 2 then return f--[[x]](n - 1) elseif n == 3 then return t.--[[x]]f(n - 1) end "
+        "return f --x\n (n - 1) end t.f = f return f(4) + 0",
+        5,
     ),
     "method tail call": (
         "local t = {n = 0} function t:up() self.n = self.n + 1 if self.n < 3 then return self:up() end "
@@ -118,3 +124,8 @@ def test_lines_of_errors_stay() -> None:
     assert counted is not None
     with pytest.raises(lupa.LuaError, match=r"c:8: attempt to index a nil value \(local 't'\)"):
         runtime.execute(b"return load(..., '=c')()()", counted.replace(b"simx_left-1", b"(simx_left or 9)-1"))
+
+
+@pytest.mark.parametrize("name", ["simx_left", "simx_turn"])
+def test_a_script_cannot_reach_the_counters(name: str) -> None:
+    assert with_turns(f"for i = 1, 2 do {name} = 5 end".encode()) is None

@@ -217,3 +217,38 @@ def test_an_error_in_the_stock_template_is_told_with_script_line_and_message() -
         "base.lua:3: attempt to index a nil value (global 'nothing')\n"
         "stack traceback:\n\tbase.lua:3: in function 'coroutineMain'"
     ]
+
+
+def test_generators_outside_a_thread_are_not_cut_within_a_loop() -> None:
+    world = scripted(
+        {
+            "lua:base": """
+            local function long() for i = 1, 20000 do end end
+            local function count() for i = 1, 3 do coroutine.yield(i) long() end return 'over' end
+            function sysCall_actuation()
+                print(coroutine.wrap(function() long() return 'whole' end)())
+                local list = {}
+                for i in coroutine.wrap(function() for i = 1, 3 do long() coroutine.yield(i) end end) do
+                    list[i] = i
+                end
+                local producer = coroutine.create(count)
+                for i = 1, 4 do list[#list + 1] = select(2, coroutine.resume(producer)) end
+                print(list)
+            end
+            """
+        }
+    )
+    world.run(1)
+    assert said(world)[:2] == ["whole", '{1, 2, 3, 1, 2, 3, "over"}']
+
+
+def test_an_endless_generator_outside_a_thread_is_stopped() -> None:
+    world = scripted({"lua:base": "coroutine.wrap(function() while true do end end)()"})
+    world.run(1)
+    assert "took too long" in said(world)[0]
+
+
+def test_the_names_of_the_counters_are_globals_like_others() -> None:
+    world = scripted({"lua:base": "for i = 1, 2 do print(simx_left, simx_turn) simx_left = i end"})
+    world.run(1)
+    assert said(world)[:2] == ["nil, nil", "1, nil"]

@@ -24,16 +24,18 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 
-_CALL = re.compile(rb"""\s*+(?:\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+[(\[{"'])""")
-"""What follows ``return`` where it may be a tail call."""
+_CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:--|[(\[{"']|[.:]\s*+--))""")
+"""What follows ``return`` where it may be a tail call; a comment may hide one."""
 
 
 def with_turns(source: bytes) -> bytes | None:
-    """The text of a function that gives the chunk with its turns counted; None when it has none to count.
+    """The text of a function that gives the chunk with its turns counted; None when there are none, or it names a counter.
 
     Args:
         source: a text that Lua compiles; of any other the result may be anything.
     """
+    if COUNTER in source or ACTION in source:
+        return None
     pieces: list[bytes] = []
     blocks: list[bool] = []
     """The open blocks; True: of a loop whose ``do`` is yet to come."""

@@ -128,24 +128,27 @@ local function compile(source, name, environment)
 end
 
 -- A coroutine that gave way in a loop comes back at once where nothing can: within another coroutine that one gives way
--- too, and where that cannot be (in a comparison of table.sort) it goes on.
+-- too, and where that cannot be (in a comparison of table.sort) it goes on. So does a generator outside any
+-- coroutine (`through`): the script waits for its value.
 local resume
+local generators = setmetatable({}, { __mode = "k" })           -- coroutines that have yielded a value
 
-local function left(thread, ok, ...)
+local function left(thread, through, ok, ...)
     level = level - 1
     if rawequal((...), SWITCH) then
-        if level == 0 then return ok end
+        if level == 0 and not through then return ok end
         if isyieldable() then yield(SWITCH) end
-        return resume(thread)
+        return resume(thread, through)
     end
+    if select("#", ...) > 0 then generators[thread] = true end
     return ok, ...
 end
 
-function resume(thread, ...)
+function resume(thread, through, ...)
     if level == 0 then turns_left, turns_done = SLICE, 0 end
     level = level + 1
     watching.quicken(thread)
-    return left(thread, coresume(thread, ...))
+    return left(thread, through, coresume(thread, ...))
 end
 
 local function through(ok, ...)
@@ -174,10 +177,12 @@ world.coroutine = {}
 for key, value in pairs(coroutine) do world.coroutine[key] = value end
 function world.coroutine.create(body) return watching.create(expect("function", body, "create")) end
 function world.coroutine.close(thread) return watching.close(expect("thread", thread, "close")) end
-function world.coroutine.resume(thread, ...) return resume(expect("thread", thread, "resume"), ...) end
+function world.coroutine.resume(thread, ...)
+    return resume(expect("thread", thread, "resume"), generators[thread], ...)
+end
 function world.coroutine.wrap(body)
     local thread = watching.create(expect("function", body, "wrap"))
-    return function(...) return wrapped(resume(thread, ...)) end
+    return function(...) return wrapped(resume(thread, true, ...)) end
 end
 
 part("library")(world, where, look, compile)
@@ -314,7 +319,7 @@ end
 function face.resume()
     if not thread or costatus(thread) ~= "suspended" then return true, false end
     return enter(nil, function()
-        through(resume(thread))
+        through(resume(thread, false))
         return costatus(thread) == "suspended"
     end)
 end
