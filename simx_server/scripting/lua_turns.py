@@ -29,7 +29,7 @@ _CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:-
 
 
 def with_turns(source: bytes) -> bytes | None:
-    """The text of a function that gives the chunk with its turns counted; None when there are none, or it names a counter.
+    """The text of a function that gives the chunk with its turns counted; None: none to count, or it names one.
 
     Args:
         source: a text that Lua compiles; of any other the result may be anything.
