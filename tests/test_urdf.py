@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import mujoco
 import pytest
@@ -13,10 +15,12 @@ from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
 from simx_server import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
+from simx_server.scene import sources as sources_module
 from simx_server.scene.annotations import SceneError
 from simx_server.scene.loader import load_scene, load_text
 from simx_server.scene.overlaps import overlaps
-from simx_server.scene.sources import Sources
+from simx_server.scene.sources import PACKAGE_FILE, Sources
+from simx_server.scene.urdf import urdf_files
 
 NO_ENVIRONMENT: dict[str, str] = {}
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia {}/></inertial><collision>{}</collision></link>'
@@ -76,6 +80,35 @@ def test_package_file_tells_the_name_of_a_folder_that_is_called_otherwise(tmp_pa
     (root / "my_arm_description").rename(root / "arm-noetic-devel")
     _, model = load_scene(file, sources(ROS_PACKAGE_PATH=str(root)))
     assert model.nmesh == 8
+
+
+@pytest.mark.parametrize("read", [load_scene, urdf_files])
+def test_package_file_is_parsed_once_however_many_meshes_name_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[..., object]
+) -> None:
+    file = write_arm(tmp_path)
+    package = file.parents[1].rename(tmp_path / "arm-devel")
+    parsed: list[bytes] = []
+    parse, error = sources_module.ElementTree.fromstring, sources_module.ElementTree.ParseError
+    counting = SimpleNamespace(
+        fromstring=lambda text: (parsed.append(text), parse(text))[1], ParseError=error
+    )
+    monkeypatch.setattr(sources_module, "ElementTree", counting)
+    for _ in range(2):
+        parsed.clear()
+        read(package / "urdf" / file.name, sources(ROS_PACKAGE_PATH=str(tmp_path)))
+        assert len(parsed) == 1, "and anew with each read, since it may have changed"
+
+
+def test_package_file_that_is_too_long_gives_no_name(tmp_path: Path) -> None:
+    file = write_arm(tmp_path)
+    package = file.parents[1].rename(tmp_path / "arm-devel")
+    named = "<package><name>my_arm_description</name>{}</package>"
+    (package / PACKAGE_FILE).write_text(named.format(" " * 60_000))
+    assert load_scene(package / "urdf" / file.name, sources())[1].nmesh == 8
+    (package / PACKAGE_FILE).write_text(named.format(" " * 70_000))
+    with pytest.raises(SceneError, match="no folder of the package my_arm_description was found"):
+        load_scene(package / "urdf" / file.name, sources())
 
 
 def test_package_flag_comes_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
