@@ -17,6 +17,7 @@ from ..references import check_references
 from ..scene.annotations import SceneError
 from ..scene.models import load_model as add_model
 from ..scene.sources import Sources
+from ..scene.urdf import count_links
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -143,13 +144,15 @@ def _add(sim: Simulation, found: Path, name: str) -> int:
 def _sources_for(sim: Simulation, found: Path) -> Sources:
     """Where to search for what a file names: in the open folders alone, since a client or a script named the file.
 
-    Raises CommandError for a file that names others outside them. The scene of the server's start may name any, unless
-    a client has changed it.
+    Raises CommandError for a file that names others outside them, and for a robot of too many links. The scene of the
+    server's start may name any, unless a client has changed it.
     """
     if found == sim.own_scene and not sim.client_files.made(found):
         return sim.sources
     folders = _open_folders(sim)
     check_references(found, folders)
+    links = count_links(found)
+    sim.limits.check("objects", links, f"'{found.name}' has {links} links")
     return sim.sources.confined(folders)
 
 

@@ -48,6 +48,15 @@ def is_urdf(data: bytes) -> bool:
     return False
 
 
+def count_links(file: Path) -> int:
+    """Return how many links a URDF has; 0 for another file, also for one that cannot be read."""
+    try:
+        root = ElementTree.parse(file).getroot()
+    except (ElementTree.ParseError, OSError, ValueError, LookupError):
+        return 0
+    return len(root.findall("link")) if root.tag == "robot" else 0
+
+
 def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mujoco.MjSpec:
     """Return the robot of a URDF, complete but for the names that every scene gets.
 
