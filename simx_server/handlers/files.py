@@ -147,13 +147,20 @@ def _sources_for(sim: Simulation, found: Path) -> Sources:
     Raises CommandError for a file that names others outside them, and for a robot of too many links. The scene of the
     server's start may name any, unless a client has changed it.
     """
-    if found == sim.own_scene and not sim.client_files.made(found):
-        return sim.sources
-    folders = _open_folders(sim)
-    check_references(found, folders)
+    sources = _sources_of(sim, found)
+    if sources.within is None:
+        return sources
+    check_references(found, _open_folders(sim))
     links = count_links(found)
     sim.limits.check("objects", links, f"'{found.name}' has {links} links")
-    return sim.sources.confined(folders)
+    return sources
+
+
+def _sources_of(sim: Simulation, found: Path) -> Sources:
+    """As `_sources_for`, without a look into the file."""
+    if found == sim.own_scene and not sim.client_files.made(found):
+        return sim.sources
+    return sim.sources.confined(_open_folders(sim))
 
 
 @contextmanager
@@ -229,8 +236,9 @@ def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
 
 
 def _tell(sim: Simulation, found: Path) -> None:
+    sources = _sources_of(sim, found)
     for listener in sim.on_file:
-        listener(found)
+        listener(found, sources)
 
 
 def _open_folders(sim: Simulation) -> list[Path]:

@@ -170,7 +170,7 @@ class Sources:
         scheme, rest = _split(uri)
         if scheme in _SCHEMES:
             for folder in self.package_folders(rest.partition("/")[0], file):
-                if (path := folder / PACKAGE_FILE).is_file():
+                if self.allows(path := folder / PACKAGE_FILE) and path.is_file():
                     yield path.resolve()
 
     def _named_otherwise(self, root: Path, name: str) -> Iterator[Path]:
