@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .scene.sources import Sources
 
 Listener = Callable[[], object]
 
@@ -37,8 +41,9 @@ class Hooks:
         """Scene, model and data are other objects: after load, close, an edit, and the stop that takes an edit back."""
         self.on_script_stopped: list[Callable[[str], object]] = []
         """Called with the reason, when an error has ended a script, or diverged physics a run."""
-        self.on_file: list[Callable[[Path], object]] = []
-        """Called with each file of the server's side that a client or a script has read: scenes, models, scripts."""
+        self.on_file: list[Callable[[Path, Sources], object]] = []
+        """Called with each file of the server's side that a client or a script has read: scenes, models, scripts; and
+        with where what it names is searched."""
         self.pass_holders: list[Callable[[], bool]] = []
         """Whether the next pass is to come later, where the wall clock does not set the pace; a film lags behind."""
         self.script_point: Listener = nothing

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import pytest
 from handler_calls import World
 from scenes_for_tests import ARM
 from urdf_robots import TETRAHEDRON
 
-from simx_server.scene.annotations import SceneError
+from simx_server.scene.annotations import SceneError, read_annotations
 from simx_server.scene.loader import load_scene
+from simx_server.scene.model_copies import copy_models
 from simx_server.scene.objects import Scene
 from simx_server.scene.sources import Sources
 
@@ -230,3 +232,41 @@ def test_copies_that_cannot_be_are_told(tmp_path: Path, note: str, told: str) ->
     file.write_text(ARM.replace("</custom>", f"<text {note}/></custom>"))
     with pytest.raises(SceneError, match=told):
         load_scene(file)
+
+
+def lines_of_different_counts(lines: int, geoms: int) -> str:
+    """A scene of bodies of which the first is copied once, the second twice, and so on."""
+    body = "<body name='b{}'>" + "<geom size='1'/>" * geoms + "</body>"
+    note = "<text name='simx:copies:b{0}' data='count={1}'/>"
+    bodies = "".join(body.format(i) for i in range(lines))
+    notes = "".join(note.format(i, i + 1) for i in range(lines))
+    return f"<mujoco><worldbody>{bodies}</worldbody><custom>{notes}</custom></mujoco>"
+
+
+@pytest.fixture
+def specs(monkeypatch: pytest.MonkeyPatch) -> list[mujoco.MjSpec]:
+    """All copies that are made of a whole spec."""
+    copy, made = mujoco.MjSpec.copy, list[mujoco.MjSpec]()
+
+    def noted(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+        made.append(copy(spec))
+        return made[-1]
+
+    monkeypatch.setattr(mujoco.MjSpec, "copy", noted)
+    return made
+
+
+def test_lines_of_different_counts_are_copied_out_of_one_spec(specs: list[mujoco.MjSpec]) -> None:
+    spec = mujoco.MjSpec.from_string(lines_of_different_counts(6, 1))
+    copy_models(spec, read_annotations(spec), set())
+    assert len(specs) == 1
+    found = {body.name for body in spec.bodies} - {"world"}
+    originals = {f"b{i}" for i in range(6)}
+    assert found == originals | {f"b{i}#{number}" for i in range(6) for number in range(i + 1)}
+
+
+def test_too_many_copies_are_refused_before_anything_is_copied(specs: list[mujoco.MjSpec]) -> None:
+    spec = mujoco.MjSpec.from_string(lines_of_different_counts(20, 30))
+    with pytest.raises(SceneError, match="more than 5000 elements"):
+        copy_models(spec, read_annotations(spec), set())
+    assert not specs

@@ -20,6 +20,8 @@ from simx_client.protocol.exit_codes import DONE
 from simx_server.errors import CommandError
 from simx_server.handlers.files import lend_file, load_scene_of_server, store_file
 from simx_server.library import shipped_scenes
+from simx_server.recording.log_file import LogReader
+from simx_server.recording.records import Kind
 from simx_server.scene.sources import Sources
 from simx_server.simulation import Simulation
 
@@ -199,6 +201,38 @@ def test_recording_has_shipped_parts_and_meshes_of_packages(
     robots.unlink()
     urdf.unlink()
     assert replay(recording) == DONE
+
+
+@pytest.mark.parametrize("is_in_first_scene", [False, True])
+def test_what_a_clients_robot_was_refused_is_refused_in_the_replay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_in_first_scene: bool
+) -> None:
+    """Its package is in ROS_PACKAGE_PATH, which the scene of the start alone may use."""
+    packages, place = tmp_path / "ros", tmp_path / "place"
+    packages.mkdir()
+    place.mkdir()
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(packages))
+    urdf = write_arm(packages).rename(place / "my_arm.urdf")
+    mesh = packages / "my_arm_description" / "meshes" / "visual" / "base_link.obj"
+    mine = tmp_path / "mine.urdf"
+    mine.write_text(urdf.read_text().replace('"tool0_joint" type="fixed"', '"tool0_joint" type="continuous"'))
+    other = place / "pendulum.xml"
+    other.write_text(PENDULUM)
+    recording = place / "run.simxlog"
+    with recorded(urdf if is_in_first_scene else other, recording) as server:
+        client = server.client()
+        assert v.simxTransferFile(client, str(mine), "mine.urdf", 1, BLOCKING) == 0
+        assert v.simxLoadScene(client, "mine.urdf", 0, BLOCKING) != 0
+        start_stepped(client)
+        v.simxSynchronousTrigger(client)
+        assert v.simxStopSimulation(client, BLOCKING) == 0
+    assert (mesh.read_bytes() in recorded_contents(recording)) == is_in_first_scene
+    assert replay(recording) == DONE
+
+
+def recorded_contents(recording: Path) -> list[bytes]:
+    """Of all files in it."""
+    return [record[3] for record in LogReader(recording) if record[0] == Kind.FILE]
 
 
 # --- lent files -----------------------------------------------------------------------------------

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import mujoco
 import pytest
@@ -13,10 +17,13 @@ from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
 from simx_server import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
+from simx_server.scene import loader, urdf_joints
+from simx_server.scene import sources as sources_module
 from simx_server.scene.annotations import SceneError
 from simx_server.scene.loader import load_scene, load_text
 from simx_server.scene.overlaps import overlaps
-from simx_server.scene.sources import Sources
+from simx_server.scene.sources import PACKAGE_FILE, Sources
+from simx_server.scene.urdf import read_urdf, urdf_files
 
 NO_ENVIRONMENT: dict[str, str] = {}
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia {}/></inertial><collision>{}</collision></link>'
@@ -76,6 +83,35 @@ def test_package_file_tells_the_name_of_a_folder_that_is_called_otherwise(tmp_pa
     (root / "my_arm_description").rename(root / "arm-noetic-devel")
     _, model = load_scene(file, sources(ROS_PACKAGE_PATH=str(root)))
     assert model.nmesh == 8
+
+
+@pytest.mark.parametrize("read", [load_scene, urdf_files])
+def test_package_file_is_parsed_once_however_many_meshes_name_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[..., object]
+) -> None:
+    file = write_arm(tmp_path)
+    package = file.parents[1].rename(tmp_path / "arm-devel")
+    parsed: list[bytes] = []
+    parse, error = sources_module.ElementTree.fromstring, sources_module.ElementTree.ParseError
+    counting = SimpleNamespace(
+        fromstring=lambda text: (parsed.append(text), parse(text))[1], ParseError=error
+    )
+    monkeypatch.setattr(sources_module, "ElementTree", counting)
+    for _ in range(2):
+        parsed.clear()
+        read(package / "urdf" / file.name, sources(ROS_PACKAGE_PATH=str(tmp_path)))
+        assert len(parsed) == 1, "and anew with each read, since it may have changed"
+
+
+def test_package_file_that_is_too_long_gives_no_name(tmp_path: Path) -> None:
+    file = write_arm(tmp_path)
+    package = file.parents[1].rename(tmp_path / "arm-devel")
+    named = "<package><name>my_arm_description</name>{}</package>"
+    (package / PACKAGE_FILE).write_text(named.format(" " * 60_000))
+    assert load_scene(package / "urdf" / file.name, sources())[1].nmesh == 8
+    (package / PACKAGE_FILE).write_text(named.format(" " * 70_000))
+    with pytest.raises(SceneError, match="no folder of the package my_arm_description was found"):
+        load_scene(package / "urdf" / file.name, sources())
 
 
 def test_package_flag_comes_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,6 +268,51 @@ def test_links_that_a_joint_connects_do_not_collide_with_what_is_fixed_to_them()
     touching = {pair for pair in overlaps(scene, model, data) if "arm" in pair}
     assert touching == set()
     assert {pair for pair in overlaps(scene, model, data) if pair == ("base", "hand")}
+
+
+def joined(*joints: tuple[str, str, str]) -> bytes:
+    """A URDF of balls; joints are (parent, child, type)."""
+    names = dict.fromkeys(name for joint in joints for name in joint[:2])
+    text = "".join(LINK.format(name, 1, ONE, BALL) for name in names)
+    for parent, child, kind in joints:
+        text += (
+            f'<joint name="to_{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/></joint>'
+        )
+    return f'<robot name="r">{text}</robot>'.encode()
+
+
+def test_each_link_is_looked_at_a_few_times_however_many_joints_its_neighbours_have(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked: list[str] = []
+    collides = urdf_joints._collides
+    monkeypatch.setattr(urdf_joints, "_collides", lambda body: looked.append(body.name) or collides(body))
+    count = 50
+    fixed = [("base", f"fixed{i}", "fixed") for i in range(count)]
+    turning = [("base", f"turning{i}", "continuous") for i in range(count)]
+    spec = read_urdf(joined(*fixed, *turning), "r.urdf", None, sources())
+    assert len(spec.excludes) == count * (count + 1)
+    assert len(looked) <= 3 * (2 * count + 1)
+
+
+def test_long_chain_of_fixed_links_is_read() -> None:
+    names = [f"link{i}" for i in range(1000)]
+    chain = [(parent, child, "fixed") for parent, child in pairwise(names)]
+    spec = read_urdf(joined(("base", "link0", "continuous"), *chain), "r.urdf", None, sources())
+    assert len(spec.excludes) == len(names)
+
+
+@pytest.mark.parametrize("call", ["simxLoadScene", "simxLoadModel"])
+def test_robot_of_more_links_than_objects_may_be_is_refused_before_it_is_built(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    world = World(workspace=tmp_path)
+    monkeypatch.setattr(world.sim, "limits", replace(world.sim.limits, objects=40))
+    monkeypatch.setattr(loader, "read_urdf", lambda *_: pytest.fail("it is built"))
+    links = [("base", f"fixed{i}", "fixed") for i in range(40)]
+    (tmp_path / "many.urdf").write_bytes(joined(*links))
+    with pytest.raises(CommandError, match=r"at most 40 objects .*'many.urdf' has 41 links"):
+        world.call(call, "many.urdf", 0)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from ..references import check_references
 from ..scene.annotations import SceneError
 from ..scene.models import load_model as add_model
 from ..scene.sources import Sources
+from ..scene.urdf import count_links
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -143,14 +144,23 @@ def _add(sim: Simulation, found: Path, name: str) -> int:
 def _sources_for(sim: Simulation, found: Path) -> Sources:
     """Where to search for what a file names: in the open folders alone, since a client or a script named the file.
 
-    Raises CommandError for a file that names others outside them. The scene of the server's start may name any, unless
-    a client has changed it.
+    Raises CommandError for a file that names others outside them, and for a robot of too many links. The scene of the
+    server's start may name any, unless a client has changed it.
     """
+    sources = _sources_of(sim, found)
+    if sources.within is None:
+        return sources
+    check_references(found, _open_folders(sim))
+    links = count_links(found)
+    sim.limits.check("objects", links, f"'{found.name}' has {links} links")
+    return sources
+
+
+def _sources_of(sim: Simulation, found: Path) -> Sources:
+    """As `_sources_for`, without a look into the file."""
     if found == sim.own_scene and not sim.client_files.made(found):
         return sim.sources
-    folders = _open_folders(sim)
-    check_references(found, folders)
-    return sim.sources.confined(folders)
+    return sim.sources.confined(_open_folders(sim))
 
 
 @contextmanager
@@ -226,8 +236,9 @@ def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
 
 
 def _tell(sim: Simulation, found: Path) -> None:
+    sources = _sources_of(sim, found)
     for listener in sim.on_file:
-        listener(found)
+        listener(found, sources)
 
 
 def _open_folders(sim: Simulation) -> list[Path]:

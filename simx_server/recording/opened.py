@@ -89,8 +89,10 @@ class Opened:
 
     def attach(self, simulation: Simulation) -> None:
         """Let files' names mean what they meant."""
-        simulation.more_folders.append(self._folder)
         simulation.sources = self._sources(simulation.sources)
+        # What was refused may be here all the same, as a part of the scene that the server was started with.
+        is_old = self.header.get("sources") is None
+        simulation.more_folders.append(self._folder if is_old else simulation.sources.shipped)
         simulation.find_file = self._find
 
     def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:

@@ -25,6 +25,7 @@ from .scene_files import files_of
 
 if TYPE_CHECKING:
     from ..engine import Engine
+    from ..scene.sources import Sources
     from ..settings import Settings
     from ..simulation import Simulation
 
@@ -83,7 +84,7 @@ class Recorder:
             return found
 
         simulation.find_file = find_and_note
-        self._read(scene)
+        self._read(scene, simulation.sources)
 
     def begin(self, engine: Engine) -> None:
         """Record from now on what this engine does."""
@@ -143,8 +144,8 @@ class Recorder:
     def _stopping(self) -> None:
         self._log.put(Kind.STATE, True, state.digests(self._sim))
 
-    def _read(self, path: Path) -> None:
-        for file in files_of(path, self._sim.sources):
+    def _read(self, path: Path, sources: Sources) -> None:
+        for file in files_of(path, sources):
             try:
                 content = file.read_bytes()
             except OSError:

@@ -18,7 +18,7 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
 
     Looked for beside the scene, beside what it includes, in all folders that one of them gives as a directory, and
     where `sources` finds shipped parts and packages: more than MuJoCo would take is harmless. Of an archive or a mesh
-    the file alone.
+    the file alone. What `sources` may not search is left out: who loads the file is refused it too.
     """
     first = path.resolve()
     found = [first]
@@ -41,7 +41,7 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
         folders.append(file.parent)
         named += [value for key, value in attributes if key.startswith("file")]
         folders, named = list(dict.fromkeys(folders)), list(dict.fromkeys(named))
-        found += [each for each in _existing(folders, named) if each not in found]
+        found += [each for each in _existing(folders, named) if each not in found and sources.allows(each)]
     return found
 
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -60,53 +59,63 @@ def copy_models(spec: mujoco.MjSpec, annotations: Annotations, welded: set[str])
             )
     for key in list(spec.keys):  # their positions are of the scene without copies
         spec.delete(key)
-    original, result = spec.copy(), set[str]()
     counts = {name: int(note.get("count", 1)) for name, note in notes.items()}
-    chosen = [
-        frozenset(n for n, count in counts.items() if number < count)
-        for number in range(max(counts.values()))
-    ]
-    parts = {names: _part(original, names) for names in dict.fromkeys(chosen)}
-    if sum(len(parts[names].elements) for names in chosen) > _MOST_ELEMENTS:
-        raise SceneError(f"the copies have more than {_MOST_ELEMENTS} elements; write fewer into count=")
+    _check(sum(count * _size(spec.body(name)) for name, count in counts.items()))
+    # With each number fewer bodies are copied: the part shrinks, and what acts on it as well.
+    part, bodies, elements, total = spec.copy(), set[str](), list[tuple[str, str]](), 0
+    result = set[str]()
     taken = {name for _, name in _elements(spec)}
     taken |= {name for each in annotations.registered.values() for name in each}
-    for number, bodies in enumerate(chosen, 1):
-        names = _add(spec, parts[bodies], taken, number, annotations)
+    for number in range(1, max(counts.values()) + 1):
+        chosen = {name for name in bodies or counts if number <= counts[name]}
+        if chosen != bodies:
+            _delete_others(part, chosen)
+            bodies, elements = chosen, _elements(part)
+        total += len(elements)
+        _check(total)
+        names = _add(part, spec, elements, taken, number, annotations)
         for name in bodies:
             _place(spec.body(names[name]), notes[name], number)
         result |= {names[name] for name in welded & names.keys()}
     return result
 
 
-@dataclass(frozen=True)
-class _Part:
-    """What is copied together."""
-
-    spec: mujoco.MjSpec
-    elements: list[tuple[str, str]]
-    """Kind and name."""
+def _check(elements: int) -> None:
+    if elements > _MOST_ELEMENTS:
+        raise SceneError(f"the copies have more than {_MOST_ELEMENTS} elements; write fewer into count=")
 
 
-def _part(original: mujoco.MjSpec, bodies: Collection[str]) -> _Part:
-    spec = original.copy()
-    _delete_others(spec, bodies)
-    return _Part(spec, _elements(spec))
+def _size(top: Any) -> int:
+    """The number of elements in a body and all below it, without what acts on them."""
+    size, waiting = 0, [top]
+    while waiting:
+        body = waiting.pop()
+        size += 1 + sum(len(list(getattr(body, many))) for many in LEAVES.values())
+        waiting += list(body.bodies)
+    return size
 
 
 def _add(
-    spec: mujoco.MjSpec, part: _Part, taken: set[str], number: int, annotations: Annotations
+    part: mujoco.MjSpec,
+    spec: mujoco.MjSpec,
+    elements: Collection[tuple[str, str]],
+    taken: set[str],
+    number: int,
+    annotations: Annotations,
 ) -> dict[str, str]:
-    """Add a part to the scene under new names, which are taken then; old name to new. `number`: from 1."""
-    carriers = [(kind, name) for kind, name in part.elements if kind in ("body", *_NAMED)]
+    """Add a part to the scene under new names, which are taken then; old name to new.
+
+    `elements`: kind and name, of the part. `number`: from 1.
+    """
+    carriers = [(kind, name) for kind, name in elements if kind in ("body", *_NAMED)]
     # Where a body and a joint share a name, one object has its kind appended.
     objects = {name for _, name in carriers} | {f"{name}_{kind}" for kind, name in carriers}
     registered = concerned(annotations.registered, objects)
-    wanted = {name for _, name in part.elements} | {name for notes in registered.values() for name in notes}
+    wanted = {name for _, name in elements} | {name for notes in registered.values() for name in notes}
     names = copy_names(wanted | objects, taken, number)
     taken.update(names.values())
     try:
-        Copier(lambda name: names.get(name, name), references=True).everything(part.spec, spec)
+        Copier(lambda name: names.get(name, name), references=True).everything(part, spec)
     except CommandError as problem:
         raise SceneError(str(problem)) from None
     for name in objects & annotations.objects.keys():

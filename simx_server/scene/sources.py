@@ -18,6 +18,9 @@ from simx_server.library import shipped_scenes
 
 PACKAGE_FILE = "package.xml"
 
+_MOST_DESCRIBED = 64 << 10
+"""Bytes of a package's file; in a longer one no name is looked for."""
+
 _SHARES = ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH")
 """Variables of ROS 2: install prefixes, whose packages lie in ``share``."""
 
@@ -30,6 +33,22 @@ _ROOTS = (
 """Variables with folders that hold packages or models."""
 
 _SCHEMES = ("package", "model")
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What was found out about packages while one file was read."""
+
+    names: dict[Path, str | None] = field(default_factory=dict[Path, str | None])
+    """Of folders, as their package's files give them."""
+
+    within: dict[Path, list[Path]] = field(default_factory=dict[Path, list[Path]])
+    """Folders in a root."""
+
+    folders: dict[tuple[str, Path | None], tuple[Path, ...]] = field(
+        default_factory=dict[tuple[str, Path | None], tuple[Path, ...]]
+    )
+    """Of packages, by name and the folder of the file that names them."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +66,8 @@ class Sources:
 
     within: tuple[Path, ...] | None = None
     """The only folders that may be searched (resolved), for files that clients name; None: any."""
+
+    _seen: _Seen | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(cls, packages: Iterable[str] = (), environment: Mapping[str, str] | None = None) -> Sources:
@@ -83,6 +104,10 @@ class Sources:
         packages = [folder.resolve() for folder in self.packages.values()]
         return replace(self, within=(*folders, self.shipped, *packages))
 
+    def for_one_read(self) -> Sources:
+        """Return the same sources, which look at each package once: files may change until the next read."""
+        return replace(self, _seen=_Seen())
+
     def allows(self, path: Path) -> bool:
         """Return whether a file may be looked at, wherever links lead."""
         if self.within is None:
@@ -114,8 +139,18 @@ class Sources:
         elif file is not None:
             yield file.parent / rest
 
-    def package_folders(self, name: str, file: Path | None) -> Iterator[Path]:
-        """Yield the folders that may be the package of this name, the best first."""
+    def package_folders(self, name: str, file: Path | None) -> Iterable[Path]:
+        """Return the folders that may be the package of this name, the best first."""
+        if self._seen is None:
+            return self._package_folders(name, file)
+        key = name, None if file is None else file.parent
+        if key not in self._seen.folders:
+            self._seen.folders[key] = tuple(
+                dict.fromkeys(filter(_is_folder, self._package_folders(name, file)))
+            )
+        return self._seen.folders[key]
+
+    def _package_folders(self, name: str, file: Path | None) -> Iterator[Path]:
         if not name or name in (".", ".."):
             return
         if name in self.packages:
@@ -135,29 +170,49 @@ class Sources:
         scheme, rest = _split(uri)
         if scheme in _SCHEMES:
             for folder in self.package_folders(rest.partition("/")[0], file):
-                if (path := folder / PACKAGE_FILE).is_file():
+                if self.allows(path := folder / PACKAGE_FILE) and path.is_file():
                     yield path.resolve()
 
     def _named_otherwise(self, root: Path, name: str) -> Iterator[Path]:
         """Packages below a root whose folder has another name, or lies in a repository's folder."""
-        if not self.allows(root):
-            return
-        try:
-            folders = sorted(each for each in root.iterdir() if each.is_dir())
-        except OSError:
-            return
-        for folder in folders:
+        for folder in self._folders_within(root):
             if self._package_name(folder) == name:
                 yield folder
             yield folder / name
 
+    def _folders_within(self, root: Path) -> list[Path]:
+        if self._seen is None:
+            return self._list_folders(root)
+        if root not in self._seen.within:
+            self._seen.within[root] = self._list_folders(root)
+        return self._seen.within[root]
+
+    def _list_folders(self, root: Path) -> list[Path]:
+        if not self.allows(root):
+            return []
+        try:
+            return sorted(each for each in root.iterdir() if each.is_dir())
+        except OSError:
+            return []
+
     def _package_name(self, folder: Path) -> str | None:
         """The name that a folder's ``package.xml`` gives, or None."""
+        if self._seen is None:
+            return self._read_package_name(folder)
+        if folder not in self._seen.names:
+            self._seen.names[folder] = self._read_package_name(folder)
+        return self._seen.names[folder]
+
+    def _read_package_name(self, folder: Path) -> str | None:
         path = folder / PACKAGE_FILE
         if not self.allows(path) or not _is_file(path):
             return None
         try:
-            name = ElementTree.parse(path).getroot().findtext("name")
+            with path.open("rb") as file:
+                text = file.read(_MOST_DESCRIBED + 1)
+            if len(text) > _MOST_DESCRIBED:
+                return None
+            name = ElementTree.fromstring(text).findtext("name")
         except (ElementTree.ParseError, OSError, ValueError, LookupError):
             return None
         return None if name is None else name.strip()
@@ -186,5 +241,12 @@ def _parts(variables: Mapping[str, str], name: str) -> list[str]:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
     except (OSError, ValueError):
         return False

@@ -11,6 +11,7 @@ import io
 import logging
 import re
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -47,6 +48,15 @@ def is_urdf(data: bytes) -> bool:
     return False
 
 
+def count_links(file: Path) -> int:
+    """Return how many links a URDF has; 0 for another file, also for one that cannot be read."""
+    try:
+        root = ElementTree.parse(file).getroot()
+    except (ElementTree.ParseError, OSError, ValueError, LookupError):
+        return 0
+    return len(root.findall("link")) if root.tag == "robot" else 0
+
+
 def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mujoco.MjSpec:
     """Return the robot of a URDF, complete but for the names that every scene gets.
 
@@ -60,7 +70,7 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
         SceneError: no URDF, xacro, a mesh that is not there or cannot be read. ValueError: what MuJoCo refuses.
     """
     root = _parse(data, name)
-    _resolve_meshes(root, name, file, sources)
+    _resolve_meshes(root, name, file, sources.for_one_read())
     _repair_inertias(root)
     joints = read_joints(root)
     _set_compiler(root)
@@ -87,8 +97,8 @@ def urdf_files(file: Path, sources: Sources) -> list[Path]:
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return []
     found: dict[Path, None] = {}
-    for mesh in root.iter("mesh"):
-        uri = mesh.get("filename", "")
+    sources = sources.for_one_read()
+    for uri in dict.fromkeys(mesh.get("filename", "") for mesh in root.iter("mesh")):
         if (path := _find_mesh(uri, root, file, sources)) is not None:
             found[path] = None
             found.update(dict.fromkeys(sources.package_files(uri, file)))
@@ -123,16 +133,19 @@ def _parse(data: bytes, name: str) -> ElementTree.Element:
 
 def _resolve_meshes(root: ElementTree.Element, name: str, file: Path | None, sources: Sources) -> None:
     """Give every mesh a full path; leave out visual ones that MuJoCo cannot read. Raises SceneError."""
-    missing: dict[str, list[Path]] = {}
+    paths: dict[str, Path | None] = {}
+    missing: dict[str, None] = {}
     unread: list[str] = []
     left_out: dict[str, None] = {}
     for link in root.iter("link"):
         for part in [each for each in link if each.tag in ("visual", "collision")]:
             for mesh in part.iter("mesh"):
                 uri = mesh.attrib.pop("filename", "")
-                path = _find_mesh(uri, root, file, sources)
+                if uri not in paths:
+                    paths[uri] = _find_mesh(uri, root, file, sources)
+                path = paths[uri]
                 if path is None:
-                    missing[uri] = list(_candidates(uri, root, file, sources))
+                    missing[uri] = None
                 elif path.suffix.lower() in _READABLE:
                     mesh.set("filename", path.as_posix())
                 elif part.tag == "visual":
@@ -142,7 +155,8 @@ def _resolve_meshes(root: ElementTree.Element, name: str, file: Path | None, sou
                 else:
                     unread.append(uri)
     if missing:
-        raise SceneError(_not_found(name, missing, file, sources))
+        tried = list(_candidates(next(iter(missing)), root, file, sources))
+        raise SceneError(_not_found(name, list(missing), tried, file, sources))
     how = "MuJoCo reads STL and OBJ: save it as one of these beside it, under the same stem"
     if unread:
         raise SceneError(f"'{name}' collides by {_some(unread)}, which cannot be read; {how}")
@@ -151,14 +165,15 @@ def _resolve_meshes(root: ElementTree.Element, name: str, file: Path | None, sou
 
 
 def _find_mesh(uri: str, root: ElementTree.Element, file: Path | None, sources: Sources) -> Path | None:
-    candidates = list(_candidates(uri, root, file, sources))
-    twins = [
+    if Path(uri).suffix.lower() in _READABLE:
+        return sources.first(_candidates(uri, root, file, sources))
+    twins = (
         path.with_suffix(suffix)
-        for path in candidates
+        for path in _candidates(uri, root, file, sources)
         if path.suffix and path.suffix.lower() not in _READABLE
         for suffix in _REPLACEMENTS
-    ]
-    return sources.first((*twins, *candidates))
+    )
+    return sources.first(chain(twins, _candidates(uri, root, file, sources)))
 
 
 def _candidates(uri: str, root: ElementTree.Element, file: Path | None, sources: Sources) -> Iterator[Path]:
@@ -171,8 +186,9 @@ def _candidates(uri: str, root: ElementTree.Element, file: Path | None, sources:
         yield folder / Path(uri.replace("\\", "/")).name
 
 
-def _not_found(name: str, missing: dict[str, list[Path]], file: Path | None, sources: Sources) -> str:
-    uri, tried = next(iter(missing.items()))
+def _not_found(name: str, missing: list[str], tried: list[Path], file: Path | None, sources: Sources) -> str:
+    """What an error says; `tried`: for the first URI."""
+    uri = missing[0]
     packages = [each.split("://", 1)[1].partition("/")[0] for each in missing if "://" in each[:10]]
     packages = [each for each in dict.fromkeys(packages) if each]
     known = [
@@ -180,7 +196,7 @@ def _not_found(name: str, missing: dict[str, list[Path]], file: Path | None, sou
         for each in packages
         if any(f.is_dir() for f in sources.package_folders(each, file) if sources.allows(f))
     ]
-    text = f"'{name}' names {_some(list(missing))}, which {'is' if len(missing) == 1 else 'are'} not there"
+    text = f"'{name}' names {_some(missing)}, which {'is' if len(missing) == 1 else 'are'} not there"
     if uri.startswith("file:") or "://" not in uri:
         places = [str(path) for path in dict.fromkeys(tried) if sources.allows(path)]
         return (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterator
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
 from xml.etree import ElementTree
@@ -21,6 +21,8 @@ from simx_server.scene.poses import add, rotate
 logger = logging.getLogger(__name__)
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+_DEPENDENT = "mode=dependent"
 
 _MOST_PARTED = 20_000
 """Pairs of links that do not collide since a joint connects them, or what they are fixed to."""
@@ -61,11 +63,15 @@ def read_joints(root: ElementTree.Element) -> dict[str, UrdfJoint]:
 def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
     """Annotate the hinges and slides, bring them into their limits, and part the links that they connect."""
     names = {joint.name for joint in spec.joints if joint.type in _SINGLE}
+    equalities = _equalities_by_joint(spec)
     for joint in [each for each in spec.joints if each.type in _SINGLE]:
         described = joints.get(joint.name)
         if described is None:
             continue
-        words = _follows(spec, joint, described, names) or ["motor=on", "control=position", "switches=yes"]
+        words = _follows(described, names) or ["motor=on", "control=position", "switches=yes"]
+        if words[0] == _DEPENDENT:
+            for equality in equalities.pop(joint.name, ()):  # the words replace it
+                spec.delete(equality)
         if described.effort > 0:
             words.append(f"max_force={described.effort:g}")
         if described.velocity > 0:
@@ -82,8 +88,9 @@ def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
 def give_small_masses(spec: mujoco.MjSpec) -> None:
     """Give moving links without any mass a small one, as MuJoCo cannot move nothing."""
     light: list[str] = []
+    heavy = {root for body, root in _rigid_roots(spec).items() if _has_mass(body)}
     for body in spec.bodies:
-        if list(body.joints) and not any(_has_mass(each) for each in _rigid_group(body)):
+        if list(body.joints) and body not in heavy:
             light.append(body.name)
             body.explicitinertial = True
             body.mass = _SMALL_MASS
@@ -98,17 +105,23 @@ def give_small_masses(spec: mujoco.MjSpec) -> None:
         )
 
 
-def _follows(spec: mujoco.MjSpec, joint: Any, described: UrdfJoint, names: set[str]) -> list[str] | None:
-    """The words of a dependent joint, which replace MuJoCo's equality; None if it depends on no joint."""
+def _equalities_by_joint(spec: mujoco.MjSpec) -> dict[str, list[Any]]:
+    """MuJoCo's own of joints, by the joint that follows another."""
+    found: defaultdict[str, list[Any]] = defaultdict(list)
+    for equality in spec.equalities:
+        if equality.type == mujoco.mjtEq.mjEQ_JOINT:
+            found[equality.name1].append(equality)
+    return found
+
+
+def _follows(described: UrdfJoint, names: set[str]) -> list[str] | None:
+    """The words of a dependent joint; None if it depends on no joint."""
     if described.mimic is None:
         return None
     master, multiplication, offset = described.mimic
     if master not in names or " " in master:
         return None
-    for equality in list(spec.equalities):
-        if equality.type == mujoco.mjtEq.mjEQ_JOINT and equality.name1 == joint.name:
-            spec.delete(equality)
-    return ["mode=dependent", f"master={master}", f"multiplication={multiplication:g}", f"offset={offset:g}"]
+    return [_DEPENDENT, f"master={master}", f"multiplication={multiplication:g}", f"offset={offset:g}"]
 
 
 def _bring_into_limits(joint: Any) -> None:
@@ -133,12 +146,15 @@ def _bring_into_limits(joint: Any) -> None:
 
 def _part_neighbours(spec: mujoco.MjSpec) -> None:
     """Links on both sides of a joint do not collide, with all that is fixed to them."""
-    left = _MOST_PARTED
+    left, roots = _MOST_PARTED, _rigid_roots(spec)
+    colliding: defaultdict[Any, list[str]] = defaultdict(list)
+    for body, root in roots.items():
+        if _collides(body):
+            colliding[root].append(body.name)
     for body in spec.bodies:
         if not any(joint.type in (*_SINGLE, mujoco.mjtJoint.mjJNT_BALL) for joint in body.joints):
             continue
-        above = [each for each in _rigid_group(_rigid_root(body.parent)) if _collides(each)]
-        below = [each for each in _rigid_group(body) if _collides(each)]
+        above, below = colliding[roots[body.parent]], colliding[body]
         left -= len(above) * len(below)
         if left < 0:
             raise SceneError(
@@ -146,21 +162,19 @@ def _part_neighbours(spec: mujoco.MjSpec) -> None:
             )
         for one in above:
             for other in below:
-                spec.add_exclude(bodyname1=one.name, bodyname2=other.name)
+                spec.add_exclude(bodyname1=one, bodyname2=other)
 
 
-def _rigid_root(body: Any) -> Any:
-    while body.name != "world" and not list(body.joints):
-        body = body.parent
-    return body
-
-
-def _rigid_group(body: Any) -> Iterator[Any]:
-    """A body and all that is fixed to it, at any depth."""
-    yield body
-    for child in body.bodies:
-        if not list(child.joints):
-            yield from _rigid_group(child)
+def _rigid_roots(spec: mujoco.MjSpec) -> dict[Any, Any]:
+    """Of every body the one that it is fixed to, at any depth: one with joints, the world, or itself."""
+    roots: dict[Any, Any] = {}
+    waiting = [(spec.worldbody, spec.worldbody)]
+    while waiting:
+        body, root = waiting.pop()
+        roots[body] = root
+        children = list(body.bodies)
+        waiting += [(child, child if list(child.joints) else root) for child in reversed(children)]
+    return roots
 
 
 def _has_mass(body: Any) -> bool:

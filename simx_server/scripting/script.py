@@ -146,7 +146,7 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
                 raise ScriptError(f"{name} is outside the scene's folder {base}; put it there")
             if path.is_file():
                 for listener in sim.on_file:
-                    listener(path)
+                    listener(path, sim.sources)
                 return path
     raise ScriptError(f"{name} is not in the scene's folder {folder}, nor in its {MODELS}/")
 
