@@ -84,10 +84,8 @@ class Batches:
 
     def execute_rest(self, session: ClientSession) -> None:
         """What waits for a pass, of the batch that is interrupted."""
-        batch, session.interrupted = (
-            session.interrupted,
-            None,
-        )  # until there is another reason to wait in the rest
+        batch = session.interrupted
+        session.interrupted = None  # until there is another reason to wait in the rest
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
         self._execute(session, batch.rest, batch.replies, has_waited=not batch.waits_for_trigger)

@@ -71,6 +71,7 @@ class Interrupted:
 
     rest: list[Call]
     waits_for_trigger: bool = True
+    """Or else for any pass: the first call of the rest is paced."""
 
 
 @dataclass

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import msgpack
+import pytest
 import viser
 from real_world import RealWorld
 
@@ -14,6 +15,15 @@ from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, SURVEY, Look, Survey
 from simx_server.viewer.page.composition import Panel
 from simx_server.viewer.page.link import Hands
+from simx_server.viewer.page.quiet_viser import open_browser_server
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[viser.ViserServer]:
+    """A viser server that no browser looks at."""
+    server = open_browser_server()
+    yield server
+    server.stop()
 
 
 class Direct:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,7 +16,7 @@ from simx_client.protocol.installing import extra_line
 pytest.importorskip("viser", reason=extra_line("viewer"))
 
 import viser
-from browser_panels import Stage
+from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
@@ -28,8 +27,10 @@ from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.objects import Objects
 from simx_server.viewer.page.panels.plots import Curve, vertical_axis
 from simx_server.viewer.page.panels.run import Run
-from simx_server.viewer.page.quiet_viser import open_browser_server, set_title
+from simx_server.viewer.page.quiet_viser import set_title
 from simx_server.viewer.page.world import World
+
+__all__ = ["browser"]
 
 SCENE = """
 <mujoco model="cell">
@@ -49,13 +50,6 @@ SCENE = """
   </worldbody>
 </mujoco>
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[viser.ViserServer]:
-    server = open_browser_server()
-    yield server
-    server.stop()
 
 
 @pytest.fixture

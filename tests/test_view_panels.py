@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra viewer")
 
 import viser
-from browser_panels import Stage
+from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
@@ -21,7 +21,8 @@ from simx_server.viewer.page.panels.elements import HELD, Latest
 from simx_server.viewer.page.panels.interface import Interface
 from simx_server.viewer.page.panels.joints import Joints
 from simx_server.viewer.page.panels.objects import ROWS, Objects
-from simx_server.viewer.page.quiet_viser import open_browser_server
+
+__all__ = ["browser"]
 
 SCENE = """
 <mujoco>
@@ -75,13 +76,6 @@ id = 8
 label = "off"
 enabled = false
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[viser.ViserServer]:
-    server = open_browser_server()
-    yield server
-    server.stop()
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, cast
 
 import mujoco
@@ -11,12 +10,15 @@ import pytest
 
 viser = pytest.importorskip("viser", reason="needs the extra viewer")
 
+from browser_panels import browser  # noqa: E402
+
 from simx_server.viewer.page.bodies import Body, appearance, meshes_of  # noqa: E402
 from simx_server.viewer.page.drawings import Drawings  # noqa: E402
 from simx_server.viewer.page.mirror import Copy, Mirror  # noqa: E402
-from simx_server.viewer.page.quiet_viser import open_browser_server  # noqa: E402
 from simx_server.viewer.page.selected import Selected  # noqa: E402
 from simx_server.viewer.page.world import World, contact_forces  # noqa: E402
+
+__all__ = ["browser"]
 
 SCENE = """
 <mujoco>
@@ -43,13 +45,6 @@ SCENE = """
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(SCENE)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[viser.ViserServer]:
-    server = open_browser_server()
-    yield server
-    server.stop()
 
 
 def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: mujoco.MjModel) -> None:
