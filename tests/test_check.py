@@ -155,7 +155,7 @@ def test_functions_and_constants_that_do_not_exist_are_problems(check: Any) -> N
     assert code == 1
     assert record["unknown_functions"] == ["simxGetObjectPositon"]
     first, second = texts_of(record)
-    assert "do you mean simxGetObjectPosition?" in first
+    assert "did you mean 'simxGetObjectPosition'" in first
     assert "sim_no_such_thing" in second
 
 

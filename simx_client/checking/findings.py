@@ -95,9 +95,8 @@ def _of_program(program: Program, wants: Wants) -> Iterator[Finding]:
 
 def _of_calls(wants: Wants) -> Iterator[Finding]:
     for name, place in wants.unknown.items():
-        near = difflib.get_close_matches(name, BY_NAME, 1, 0.6)
-        meant = f"do you mean {near[0]}?" if near else "see simx-server --commands"
-        yield Finding(PROBLEM, place, f"there is no function {name} in the remote API; {meant}")
+        meant = did_you_mean(name, BY_NAME) or "; see simx-server --commands"
+        yield Finding(PROBLEM, place, f"there is no function {name} in the remote API{meant}")
     for name, place in wants.doubtful.items():
         if near := difflib.get_close_matches(name, BY_NAME, 1, 0.9):
             yield Finding(

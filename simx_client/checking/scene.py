@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 import subprocess
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import SimxError
+from ..protocol.nearest import nearest
 from .texts import ANY, matches
 
 PATIENCE_S = 120.0
@@ -55,9 +55,8 @@ class SceneView:
 
     def nearest(self, text: str) -> list[str]:
         """Up to three names that look like it."""
-        by_lower = {each["name"].lower(): each["name"] for each in self.objects}
-        wanted = text.strip("/.:").rpartition("/")[2].replace(ANY, "").lower()
-        return [by_lower[each] for each in difflib.get_close_matches(wanted, by_lower, 3, 0.6)]
+        wanted = text.strip("/.:").rpartition("/")[2].replace(ANY, "")
+        return nearest(wanted, [each["name"] for each in self.objects])
 
     def registered(self, kind: str) -> list[str]:
         """Names of collections, collisions, distances or custom UIs."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 import re
 from collections import Counter
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.nearest import nearest
 from simx_server.errors import UnknownName
 
 if TYPE_CHECKING:
@@ -19,9 +19,6 @@ _COPY = re.compile(r"#\d*$")
 
 _LINK_SHAPES = ("_respondable", "_visual")
 """What V-REP's importer of URDF appends to the names of links."""
-
-_LONGEST_NAME = 200
-"""Characters; for something longer nobody is told what looks like it, as that takes long to find out."""
 
 
 def alias_of(name: str) -> str:
@@ -86,11 +83,8 @@ def _link_of(scene: Scene, name: str) -> int | None:
 
 def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
     """Up to `count` names of the scene that look like the text, upper and lower case alike, best first."""
-    wanted = text.strip("/.:").rsplit("/", 1)[-1].lower()
-    if len(wanted) > _LONGEST_NAME:
-        return []
-    by_lower = {item.name.lower(): item.name for item in scene.objects.values()}
-    return [by_lower[name] for name in difflib.get_close_matches(wanted, by_lower, count, 0.6)]
+    wanted = text.strip("/.:").rsplit("/", 1)[-1]
+    return nearest(wanted, [item.name for item in scene.objects.values()], count)
 
 
 def path_of(scene: Scene, handle: int) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from functools import cache
 from inspect import isgenerator
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol.nearest import did_you_mean
 
 from ..errors import CommandError
 from . import api
@@ -59,8 +60,7 @@ class Namespaces:
         known = signatures(space)
         signature = known.get(name)
         if signature is None:
-            near = get_close_matches(name, [*known, *constants(space)], 3)
-            advice = f"; did you mean {' or '.join(near)}?" if near else ""
+            advice = did_you_mean(name, [*known, *constants(space)])
             raise CommandError(f"is not provided by this server{advice}")
         function: Callable[..., Any] = getattr(self._spaces[space], name)
         result = function(*signature.bind(values))
