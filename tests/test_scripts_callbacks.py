@@ -215,7 +215,7 @@ def test_error_stops_one_script_and_is_told() -> None:
     (told,) = [line for line in lines if "is stopped" in line]
     assert told.startswith(
         "child script of 'base' (base.lua) is stopped: base.lua:2: sim.getObjectPostion: is not provided by this "
-        "server; did you mean getObjectPosition or "
+        "server; did you mean 'getObjectPosition' or "
     )
     with pytest.raises(CommandError, match=r"was stopped by an error: base\.lua:2: sim\.getObjectPostion"):
         call(world, "sysCall_sensing")
