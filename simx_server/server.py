@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
 from simx_client.protocol.roster import noted
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 
@@ -194,9 +194,12 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
                 shot = Shot(simulation, settings.camera, settings.size)
                 moment = Moment(simulation, shot, settings.duration)
             outcome = replay(opened, simulation)
-            logger.info("the replay of '%s' is equal: %s", recording, outcome)
             if moment is not None and settings.snapshot is not None:
                 moment.write(settings.snapshot)
+            if problem := outcome.problem:
+                logger.error("the replay of '%s' is not complete: %s; %s", recording, problem, outcome)
+                return INCOMPLETE
+            logger.info("the replay of '%s' is equal: %s", recording, outcome)
         except Divergence as problem:
             logger.error("the replay of '%s' differs %s", recording, problem)
             return DIVERGED
@@ -286,6 +289,8 @@ def run_server(
             if recorder is not None:
                 recorder.ending()
             simulation.stop()
+            if recorder is not None:
+                recorder.ended()
     return DONE
 
 

@@ -55,6 +55,7 @@ class RecordedWorld(RealWorld):
     def close(self) -> None:
         self._recorder.ending()
         self.simulation.stop()
+        self._recorder.ended()
         super().close()
 
 

@@ -17,7 +17,15 @@ from routers import free_port
 
 from simx_client import __main__ as client
 from simx_client import run, shims
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INTERRUPTED, UNREAD, USAGE
+from simx_client.protocol.exit_codes import (
+    DIVERGED,
+    DONE,
+    FAILURE,
+    INCOMPLETE,
+    INTERRUPTED,
+    UNREAD,
+    USAGE,
+)
 from simx_server import cli, server
 from simx_server.settings import Settings
 
@@ -38,6 +46,7 @@ def test_the_page_has_the_numbers_of_the_code() -> None:
         FAILURE: "failure",
         USAGE: "wrong usage",
         DIVERGED: "diverged",
+        INCOMPLETE: "incomplete",
         INTERRUPTED: "interrupted",
         UNREAD: "unread",
     }

@@ -17,7 +17,7 @@ from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rew
 import simx_client as v
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE
+from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
 from simx_server.add_ons import ADD_ON_TYPE
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
@@ -305,15 +305,50 @@ def test_recording_that_was_torn_off_anywhere_is_replayed_as_far_as_it_goes(
         head = MAGIC + b"".join(made[:count])
         damage = (b"", made[count][:5], made[count][:-1], made[count][:-1] + b"x", bytes(100))[count % 5]
         recording.write_bytes(head + damage)
-        assert replay(recording) == DONE
+        has_state = count > 1  # of the first block, with the files, nothing can be compared
+        assert replay(recording) == (INCOMPLETE if damage or not has_state else DONE)
         told = caplog.messages[-1]
-        assert "is equal" in told
+        assert ("is equal" in told) == (has_state and not damage)
         assert "the recording goes no further: " in told
         assert (f"begins at byte {len(head)} is torn off or damaged" in told) == bool(damage)
     for rest in (b"", made[0][:-1]):
         recording.write_bytes(MAGIC + rest)
         assert replay(recording) == FAILURE
         assert "it was cut before its first block was written" in caplog.messages[-1]
+
+
+def test_recording_with_a_flipped_byte_is_never_equal(plain: Path, recording: Path) -> None:
+    record_steps(plain, recording, passes=4)
+    whole = recording.read_bytes()
+    source = random.Random(7)
+    for place in [*range(len(MAGIC) + 8), *sorted(source.sample(range(len(whole)), 12)), len(whole) - 1]:
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << source.randrange(8)
+        recording.write_bytes(flipped)
+        assert replay(recording) in (FAILURE, INCOMPLETE)
+    recording.write_bytes(whole)
+    assert replay(recording) == DONE
+
+
+def test_recording_of_which_nothing_can_be_compared_is_not_equal(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with recorded(plain, recording) as place:
+        v.simxSetIntegerSignal(place.client(), "seen", 1, BLOCKING)
+    assert replay(recording) == DONE  # its last state was compared
+    rewrite(recording, lambda records: [each for each in records if each[0] != Kind.STATE])
+    assert replay(recording) == INCOMPLETE
+    assert "the recording holds no state to compare with" in caplog.messages[-1]
+
+
+def test_recording_whose_last_state_differs_is_told_though_no_pass_was_made(
+    plain: Path, recording: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with recorded(plain, recording) as place:
+        v.simxSetIntegerSignal(place.client(), "seen", 1, BLOCKING)
+    rewrite(recording, lambda records: [each for each in records if each[0] != Kind.BATCH])
+    assert replay(recording) == DIVERGED
+    assert "other signals" in caplog.messages[-1]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,9 @@ USAGE = 2
 DIVERGED = 3
 """A replay came to another state than the recording."""
 
+INCOMPLETE = 4
+"""A replay came to the same states as far as the recording could be read, or had nothing to compare."""
+
 INTERRUPTED = 130
 """As shells have it after Ctrl-C."""
 

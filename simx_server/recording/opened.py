@@ -55,10 +55,8 @@ class Opened:
 
     @property
     def damage(self) -> str:
-        """After the last event: why it ends without the record that says so."""
-        return "the recording goes no further: " + (
-            self._reader.damage or "the server was killed, or could not write on"
-        )
+        """After the last event: what could not be read behind it; empty when there is nothing more."""
+        return self._reader.damage
 
     @property
     def began(self) -> int:

@@ -133,6 +133,10 @@ class Recorder:
         """The server is going to stop the simulation and to leave."""
         self._log.put(Kind.ENDING)
 
+    def ended(self) -> None:
+        """The simulation stands still for good: what a replay has to come to, also if no pass was made."""
+        self._log.put(Kind.STATE, False, state.digests(self._sim))
+
     # --- the simulation --------------------------------------------------------------------------
 
     def _point(self) -> int:

@@ -22,12 +22,32 @@ class Outcome(NamedTuple):
 
     passes: int
     batches: int
+    compared: int
+    """States of the simulation."""
+
+    has_end: bool
+    """False: the server was killed, or could not write on."""
+
     damage: str
-    """Why the recording ends before its end; empty when it does not."""
+    """What could not be read of the file; empty when all could."""
+
+    @property
+    def problem(self) -> str:
+        """Why this is less than a replay that is equal; empty when it is one."""
+        if self.damage:
+            return f"{self.damage}, and only what is before it was compared"
+        if not self.compared:
+            return "the recording holds no state to compare with"
+        return ""
 
     def __str__(self) -> str:
-        rest = f"; {self.damage}" if self.damage else ""
-        return f"{self.passes} passes and {self.batches} messages of clients{rest}"
+        cut = (
+            ""
+            if self.has_end
+            else "; the recording goes no further: its server was killed, or could not write on"
+        )
+        what = f"{self.passes} passes and {self.batches} messages of clients, {self.compared} states compared"
+        return what + cut
 
 
 def replay(recording: Opened, simulation: Simulation) -> Outcome:
@@ -40,7 +60,7 @@ def replay(recording: Opened, simulation: Simulation) -> Outcome:
     for number, (event, belonging, following) in enumerate(recording.events()):
         kind = event[0]
         if kind == Kind.END:
-            return Outcome(passes, batches, "")
+            return Outcome(passes, batches, states.compared, True, "")
         passes += kind == Kind.PASS
         batches += sum(record[0] == Kind.BATCH for record in (event, *belonging))
         is_before_pass = following is not None and following[0] in (Kind.PASS, Kind.IDLE)
@@ -61,7 +81,7 @@ def replay(recording: Opened, simulation: Simulation) -> Outcome:
             raise Divergence(
                 f"in pass {passes} of the recording, {simulation.time:.3f} s after the start of that run: {problem}"
             ) from None
-    return Outcome(passes, batches, recording.damage)
+    return Outcome(passes, batches, states.compared, False, recording.damage)
 
 
 class _States:
@@ -73,6 +93,7 @@ class _States:
         """At stops."""
         self._recorded: deque[list[bytes]] = deque()
         self._of_pass: list[bytes] | None = None
+        self.compared = 0
         simulation.on_stopping.append(lambda: self._made.append(state.digests(simulation)))
 
     def expect(self, record: Record) -> None:
@@ -92,18 +113,18 @@ class _States:
         """
         if event[0] == Kind.PASS:
             made = state.of_pass(self._sim.data)
-            _refuse(state.differences_of_pass(made, event[1]))
+            self._refuse(state.differences_of_pass(made, event[1]))
         digests, self._of_pass = self._of_pass, None
         if digests is not None:
-            _refuse(state.differences(state.digests(self._sim), digests))
+            self._refuse(state.differences(state.digests(self._sim), digests))
         while self._made and self._recorded:
-            _refuse(state.differences(self._made.popleft(), self._recorded.popleft()), " at a stop")
+            self._refuse(state.differences(self._made.popleft(), self._recorded.popleft()), " at a stop")
         if self._made and not is_last:
             raise Divergence("the simulation stopped, which it did not when it was recorded")
         if self._recorded and not is_before_pass:
             raise Divergence("the simulation did not stop, as it did when it was recorded")
 
-
-def _refuse(differences: list[str], when: str = "") -> None:
-    if differences:
-        raise Divergence(f"other {', '.join(differences)}{when}")
+    def _refuse(self, differences: list[str], when: str = "") -> None:
+        if differences:
+            raise Divergence(f"other {', '.join(differences)}{when}")
+        self.compared += 1
