@@ -1,6 +1,6 @@
 """Feeds the server what means no good: `python tests/fuzz/run.py TARGET CASES [SEED]`.
 
-TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), calls, results.
+TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), files, calls, results.
 Nothing is written into the repository. Exit code 0: nothing found; 1: the case is told, with how to run it again:
 `python tests/fuzz/run.py TARGET -r HEX`.
 """
@@ -29,6 +29,10 @@ def _prepare(target: str, folder: Path) -> tuple[Callable[[bytes], None], tuple[
         from fuzz import codec
 
         return (lambda data: codec.one(data, folder)), codec.SEEDS
+    if target == "files":
+        from fuzz.files import Sender
+
+        return Sender(folder).one, (b"",)
     from fuzz.scenes import Loader
 
     return Loader(folder).one, tuple(bytes([n]) for n in range(3))
@@ -54,7 +58,7 @@ def _random_cases(
                     data[at:at] = source.randbytes(source.randrange(1, 12))
                 case _:
                     del data[at : at + source.randrange(1, 4)]
-        if noted.name == "scenes":  # MuJoCo may end this process
+        if noted.name in ("scenes", "files"):  # MuJoCo may end this process
             noted.write_bytes(bytes(data))
         try:
             one(bytes(data))
@@ -145,8 +149,10 @@ def main(argv: list[str]) -> int:
     if "--in" in rest:
         _child(target, cases, seed, Path(rest[rest.index("--in") + 1]), rest[-1])
         return 0
-    if target not in ("codec", "scenes"):
+    if target not in ("codec", "scenes", "files"):
         return _hypothesis_target(target, cases, seed)
+    if target == "files":  # what they do is done in a process of its own, where nobody counts the branches
+        return _bytes_target(target, cases, seed, "random")
     try:
         import atheris  # noqa: F401 # pyright: ignore[reportMissingImports]
     except ImportError:
