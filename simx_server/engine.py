@@ -80,6 +80,9 @@ class Engine:
         """Called after every turn, so at least once in a second: time-outs of what other threads do."""
 
         self._is_ending = False
+        self._end_asked_by: str | None = None
+        """The client that has asked the server to end."""
+
         self.recorder: Recorder | None = None
         """Told of all that is done for clients, in order."""
 
@@ -109,6 +112,33 @@ class Engine:
     def end(self) -> None:
         """Let ``run`` return."""
         self._inbox.put(self._end)
+
+    def end_when_left(self) -> None:
+        """Let ``run`` return when the client that is being served wants it, but not before the others have left."""
+        self._end_asked_by = self._batches.executing or None
+        if self._end_asked_by is None:  # a script of the operator's
+            self.end()
+        elif others := self._end_if_left():
+            text = f"the server ends when these clients have left: {', '.join(others)}"
+            logger.info("%s", text)
+            if session := self.sessions.get(self._end_asked_by):
+                session.errors.append(text)
+
+    def look_on(self) -> None:
+        """The client that is being served only shows the simulation: an end does not wait for it."""
+        if session := self.sessions.get(self._batches.executing):
+            session.is_onlooker = True
+
+    def _end_if_left(self) -> list[str]:
+        """End, if a client has asked for it and no other is there. Returns the names of those that are."""
+        others = [
+            session.name
+            for session in self.sessions.values()
+            if session.client != self._end_asked_by and not session.is_onlooker
+        ]
+        if self._end_asked_by is not None and not others:
+            self.end()
+        return others
 
     # --- the loop --------------------------------------------------------------------------------
 
@@ -329,6 +359,7 @@ class Engine:
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)
+            self._end_if_left()
 
     def _departed(self, session: ClientSession) -> Departed:
         return Departed(

@@ -255,7 +255,7 @@ def run_server(
         keep_warm(simulation)
     simulation.parameters.pace = pacer
     simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
-    simulation.parameters.end = engine.end
+    simulation.parameters.end = engine.end_when_left
     if settings.quit_after_stop:
         simulation.on_stop.append(engine.end)
     with ExitStack() as beside:

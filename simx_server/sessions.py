@@ -98,6 +98,8 @@ class ClientSession:
     """The batch in whose middle a pass is waited for."""
 
     paced: PacedCalls = field(default_factory=PacedCalls)
+    is_onlooker: bool = False
+    """Shows the simulation, as a page in the browser does; nobody waits for it to leave."""
 
     before_trigger: list[Reply] = field(default_factory=list)
     """To the calls in front of the last trigger, which come with its answer, or before those to the next batch."""

@@ -534,6 +534,13 @@ DIFFERENCES: tuple[Difference, ...] = (
         "tests/test_urdf.py::test_names_of_vreps_importer_find_the_link",
         when=NEVER,
     ),
+    Difference(
+        "A client that asks the simulator to exit ends it when the other clients have left.",
+        "V-REP ended at once, for all of them.",
+        "tests/test_exit_request.py::test_a_client_that_asks_for_the_end_does_not_end_it_for_the_others",
+        "simxSetBooleanParameter",
+        when=NEVER,
+    ),
 )
 
 

@@ -116,6 +116,7 @@ class Feed:
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
         """Raises CommandError: no such function, another count of numbers, or what the function says."""
+        self._engine.look_on()
         answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
 
