@@ -71,6 +71,8 @@ class Limits:
     collections: int = _count(1000, "collections that scripts made")
     pictures: int = _count(32, "pictures that wait to be rendered")
     """Each may hold a copy of the scene's state."""
+    images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)
+    """Those that clients set in the place of pictures, and pictures that scripts look at."""
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> Limits:

@@ -78,6 +78,8 @@ class LosesItsContext:
             raise mujoco.FatalError("gladLoadGL error")
         return self._real.render(data, view, rgb, depth)
 
+    def rest(self) -> None: ...
+
     def close(self) -> None:
         self._real.close()
         if self.is_lost:

@@ -85,6 +85,19 @@ def test_the_next_one_beyond_a_limit_is_refused_with_its_name_value_and_flag(nam
         grow(world)
 
 
+def test_images_that_clients_set_are_bounded_together() -> None:
+    cameras = "".join(f'<camera name="eye{n}" resolution="10 10"/>' for n in range(3))
+    world = World(f"<mujoco><worldbody>{cameras}</worldbody></mujoco>")
+    world.sim.limits = Limits(images=1400)
+    eyes = [world.sim.scene.resolve(f"eye{n}") for n in range(3)]
+    for eye in (eyes[0], eyes[1], eyes[1]):  # one in the place of another needs no more room
+        world.call("simxSetVisionSensorImage", eye, bytes(300), 0)
+    world.call("simxSetVisionSensorImage", eyes[2], bytes(300), 0)
+    world.sim.limits = Limits(images=1000)
+    with pytest.raises(LimitReached, match=r"of images that vision sensors keep \(limit 'images'\)"):
+        world.call("simxSetVisionSensorImage", eyes[0], bytes(300), 0)
+
+
 @pytest.mark.parametrize("grow", [copied, dummy])
 @pytest.mark.parametrize("running", [False, True])
 def test_a_scene_that_is_full_takes_no_object_and_stays_as_it_is(grow: Any, running: bool) -> None:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,6 +20,7 @@ from processes import wait_until
 from simx_server.limits import Limits
 from simx_server.sensors import render_thread
 from simx_server.sensors.gl_backend import Backend
+from simx_server.sensors.newest import NewestPictures
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.render_thread import RenderThread
 
@@ -33,6 +35,7 @@ class ScriptedRenderer:
         self.go = threading.Event()
         self.go.set()
         self.started = threading.Event()
+        self.rested = threading.Event()
         self.seen: list[tuple[float, int, bool, bool]] = []
         self.made = 0
         self.turned = 0
@@ -61,6 +64,10 @@ class ScriptedRenderer:
         return Picture(
             np.zeros((*size, 3), np.uint8) if rgb else None, np.ones(size, np.float32) if depth else None
         )
+
+    def rest(self) -> None:
+        self.threads.add(threading.get_ident())
+        self.rested.set()
 
     def close(self) -> None:
         self.threads.add(threading.get_ident())
@@ -161,6 +168,34 @@ def test_two_cameras_in_one_place_share_a_picture(scripted: ScriptedRenderer, th
     # Neither takes the other's newest picture away.
     assert asker.ask(1.0, twins[0]).result(WAIT) is colours.result(WAIT)
     assert len(scripted.seen) == 2
+
+
+def test_large_pictures_are_not_all_kept() -> None:
+    class Made(NamedTuple):
+        key: int
+        cameras: frozenset[int]
+
+    kept: NewestPictures[Any] = NewestPictures(room=100)
+    shared, second, third = Made(1, frozenset({1, 2})), Made(2, frozenset({3})), Made(3, frozenset({1}))
+    kept.keep(shared, 60)
+    kept.keep(second, 40)
+    assert kept.of(1) is kept.of(2) is shared
+    kept.keep(third, 40)  # more than there is room for: the oldest goes
+    assert (kept.of(2), kept.of(3), kept.of(1)) == (None, second, third)
+    assert kept.find(1) is None
+    kept.keep(Made(4, frozenset({4})), 1000)  # the newest is kept whatever it needs
+    assert (kept.of(1), kept.of(3)) == (None, None)
+    assert kept.of(4) is not None
+
+
+def test_memory_is_given_back_when_nobody_asks_any_more(
+    scripted: ScriptedRenderer, thread: RenderThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(render_thread, "RESTS_AFTER", 0.0)
+    asker = Asker(thread)
+    first = asker.ask(1.0).result(WAIT)
+    assert scripted.rested.wait(WAIT)
+    assert asker.ask(1.0).result(WAIT) is not first
 
 
 def test_who_asks_for_both_channels_one_by_one_gets_them_from_one_pass_next_time(

@@ -39,6 +39,9 @@ _GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
 _OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
+_LARGE = 1 << 20
+"""Pixels of an offscreen buffer that is not kept when nobody asks for pictures; each takes eight bytes and more."""
+
 _FEWEST_CORNERS = 12
 """With fewer nothing looks round, however small."""
 
@@ -120,6 +123,17 @@ class OpenGLRenderer:
         if not depth or nearness is None:
             return Picture(colours, None)
         return Picture(colours, _linear_depth(nearness, view))
+
+    def rest(self) -> None:
+        """Make large offscreen buffers small again; the next picture makes them as large as it needs."""
+        self._gl.make_current()
+        for drawing in (self._fine, self._coarse):
+            if drawing is not None and drawing.offWidth * drawing.offHeight > _LARGE:
+                mujoco.mjr_resizeOffscreen(1, 1, drawing)
+                # A driver frees the old buffers when it has drawn to the new ones.
+                mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+                mujoco.mjr_render(mujoco.MjrRect(0, 0, 1, 1), self._scene, drawing)
+                mujoco.mjr_finish()
 
     def close(self) -> None:
         """Free what the graphics driver holds. Twice does no harm."""

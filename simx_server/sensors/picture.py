@@ -144,6 +144,10 @@ class Picture:
             if channel is not None:
                 channel.setflags(write=False)
 
+    @property
+    def nbytes(self) -> int:
+        return sum(channel.nbytes for channel in (self.rgb, self.depth) if channel is not None)
+
 
 class Renderer(Protocol):
     """What makes pictures of one model at a time. Used by one thread from creation to close."""
@@ -151,6 +155,10 @@ class Renderer(Protocol):
     def turn_to(self, model: mujoco.MjModel) -> None: ...
 
     def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture: ...
+
+    def rest(self) -> None:
+        """Give back the memory that only large pictures need."""
+        ...
 
     def close(self) -> None: ...
 

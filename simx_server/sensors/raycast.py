@@ -60,6 +60,9 @@ class RaycastRenderer:
                 depths[rows] = linear.reshape(-1, view.width)
         return Picture(colours, depths)
 
+    def rest(self) -> None:
+        """Nothing is held between two pictures."""
+
     def close(self) -> None:
         """Nothing is held outside Python."""
 

@@ -25,6 +25,7 @@ from simx_server.limits import Limits
 from simx_server.metrics import PictureTimes
 from simx_server.sensors.camera_places import CameraPlaces
 from simx_server.sensors.gl_backend import RAYCAST, Backend, Probe, choose_backend
+from simx_server.sensors.newest import NewestPictures
 from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.snapshots import Snapshot, SnapshotPool
 
@@ -35,6 +36,9 @@ CHOSEN_WITHIN = 10.0
 
 DRAWN_WITHIN = 30.0
 """As that, to make a renderer or one picture: of a large scene, by rays, on a busy machine it takes a while."""
+
+RESTS_AFTER = 5.0
+"""Seconds without a request after which it gives back the memory that large pictures took."""
 
 _JOIN_TIMEOUT = 2.0
 _OWNER_CHECK = 1.0
@@ -135,7 +139,7 @@ class RenderThread:
         self._wake = threading.Condition()
         self._waiting: deque[_Job] = deque()
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
-        self._newest: dict[int, _Job] = {}  # by camera
+        self._newest: NewestPictures[_Job] = NewestPictures()
         self._places = CameraPlaces()
         self._running: _Job | None = None
         self._doing: _Doing | None = None
@@ -147,6 +151,7 @@ class RenderThread:
         # Touched by the render thread alone.
         self._renderer: Renderer | None = None
         self._renderer_model: mujoco.MjModel | None = None
+        self._is_rested = True
 
     @property
     def backend(self) -> Backend | None:
@@ -192,8 +197,8 @@ class RenderThread:
             camera, asked = view.camera_id, _names(rgb, depth)
             view = self._places.by_first(model, data, view)
             key = (id(model), view, version)
-            before = self._newest.get(camera)
-            known = self._pending.get(key) or self._made(key)
+            before = self._newest.of(camera)
+            known = self._pending.get(key) or self._newest.find(key)
             if known is not None and not known.future.cancelled():
                 known.asked |= asked
                 known.cameras.add(camera)
@@ -215,10 +220,6 @@ class RenderThread:
             self._pending[key] = job
             self._start_or_wake()
             return job.future
-
-    def _made(self, key: Hashable) -> _Job | None:
-        """A picture that is there already. Needs the lock."""
-        return next((job for job in self._newest.values() if job.key == key), None)
 
     def prepare(
         self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
@@ -324,6 +325,7 @@ class RenderThread:
             if self._is_hanging:
                 self._is_hanging = False
                 logger.warning("the render thread has come back; pictures can be made again")
+            idle_since = time.monotonic()
             while True:
                 # A program that fails without closing must still be able to end.
                 if self._closing.is_set() or not threading.main_thread().is_alive():
@@ -337,10 +339,27 @@ class RenderThread:
                 if self._to_prepare is not None:
                     preparation, self._to_prepare = self._to_prepare, None
                     return functools.partial(self._prepare, preparation)
+                if not self._is_rested and time.monotonic() > idle_since + RESTS_AFTER:
+                    return self._rest
                 self._wake.wait(_OWNER_CHECK)
 
     def _begin(self, what: str, limit: float) -> None:
+        self._is_rested = False
         self._doing = _Doing(what, time.monotonic(), limit)
+
+    def _rest(self) -> None:
+        """Nobody has asked for a picture for a while: keep what the next one needs, and no more."""
+        with self._wake:
+            self._newest.clear()
+            self._pool.rest()
+        if self._renderer is not None:
+            self._begin("giving memory back", DRAWN_WITHIN)
+            try:
+                self._renderer.rest()
+            except Exception as error:
+                logger.warning("a renderer could not give memory back, so it is made anew: %s", error)
+                self._drop_renderer()
+        self._is_rested = True
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
         try:
@@ -364,7 +383,7 @@ class RenderThread:
             self._forget(job)
             self._running = None
             if not self._closing.is_set() and not job.is_given_up:
-                self._newest |= dict.fromkeys(job.cameras, job)
+                self._newest.keep(job, picture.nbytes)
         if not job.is_given_up:
             job.future.set_result(picture)
 

@@ -39,6 +39,10 @@ class SnapshotPool:
         snapshot.users += 1
         return snapshot
 
+    def rest(self) -> None:
+        """Let go of what is kept for the next copies."""
+        self._model, self._idle = None, []
+
     def give_back(self, snapshot: Snapshot) -> None:
         """One user less; the last one returns the MjData to the pool."""
         snapshot.users -= 1

@@ -189,6 +189,7 @@ class VisionSensors:
 
         Raises:
             CommandError: the number of bytes does not fit the resolution.
+            LimitReached: sensors keep too many images already.
         """
         settings = self._sensor(handle)
         width, height = settings.width, settings.height
@@ -198,13 +199,22 @@ class VisionSensors:
                 f"an image for {width} x {height} pixels has {width * height * channels} bytes, not {len(image)}"
             )
         pixels = np.frombuffer(image, np.uint8).reshape(height, width, channels)
+        self._check_room(settings)
         rgb = np.repeat(pixels, 3, axis=2) if as_grey else pixels
         settings.drawn, settings.filtered, settings.verdict = rgb, None, None
         settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
         self.on_picture(handle)
 
+    def _check_room(self, taker: VisionSettings) -> None:
+        """Raise LimitReached if what sensors keep would be too much with an image of this one."""
+        kept = sum(each.kept_bytes for each in self._settings.values() if each is not taker)
+        self._sim.limits.check(
+            "images", kept + taker.most_bytes, "let other sensors' images go, or make them smaller"
+        )
+
     def _take(self, settings: VisionSettings, handle: int, until: int) -> None:
         settings.forget()
+        self._check_room(settings)
         settings.picture = self._request(handle, rgb=True, depth=True)
         settings.picture_pass = until
 

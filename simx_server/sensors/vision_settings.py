@@ -66,6 +66,17 @@ class VisionSettings:
         """Whether the picture is the depth in grey."""
         return self.is_depth_camera and not self.shows_handles
 
+    @property
+    def most_bytes(self) -> int:
+        """Of a picture with both channels: three bytes and a float a pixel."""
+        return self.width * self.height * 7
+
+    @property
+    def kept_bytes(self) -> int:
+        """Of the images that it keeps."""
+        images = sum(image.nbytes for image in (self.drawn, self.filtered) if image is not None)
+        return images + (self.most_bytes if self.picture is not None else 0)
+
     def forget(self) -> None:
         """Drop the picture, and what was set or found."""
         self.picture = self.drawn = self.filtered = self.verdict = None

@@ -1,0 +1,138 @@
+"""Hostile clients against one server, and a bystander whose calls are timed: ``python tests/siege.py SECONDS [ROLE]``.
+
+The server is a process of its own, with default rights for clients; each attacker (`siege_roles.py`) is one too, and
+one that ends is followed by another. The bystander makes a hundred calls a second. Printed are the longest time that
+one of them took, how many were refused because the server was busy, and the server's memory before, at most, and after
+the attackers have left. Exit code 0: no call failed otherwise or took longer than `LONGEST`, and the memory came back.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from processes import running, spawn
+
+import simx_client as v
+
+HERE = Path(__file__).parent
+SCENE = HERE / "conformance" / "scene.xml"
+ROLES = ("calls", "edits", "files", "flood", "settings", "peers")
+LONGEST = 1.0
+"""Seconds that a call of the bystander may take."""
+TIME_OUT = 20_000
+"""Milliseconds after which the bystander gives up: so long that a hang is seen as such."""
+EVERY = 0.02
+MORE_MEMORY = 100.0
+"""MB that a server may keep: its pools, the allocator's, the scene that was loaded last."""
+SETTLING = 15.0
+"""Seconds after the last attacker has left: Zenoh gives up a dead peer after its lease."""
+
+
+def memory(pid: int) -> float:
+    """Resident megabytes."""
+    return int(Path(f"/proc/{pid}/status").read_text().partition("VmRSS:")[2].split()[0]) / 1000
+
+
+class Bystander:
+    """A client that minds its own business."""
+
+    def __init__(self, port: int) -> None:
+        self.client = v.simxStart("127.0.0.1", port, True, False, TIME_OUT, 5)
+        self.calls = self.busy = 0
+        self.longest = 0.0
+        self.problems: list[str] = []
+        self._first = self._version()[1]
+
+    def turn(self) -> None:
+        began = time.monotonic()
+        put = v.simxSetIntegerSignal(self.client, "of the bystander", 1, v.simx_opmode_blocking)
+        middle = time.monotonic()
+        code, version = self._version()
+        took = max(middle - began, time.monotonic() - middle)
+        self.calls += 2
+        self.longest = max(self.longest, took)
+        if took > LONGEST:
+            sys.stdout.write(f"a call took {took:.2f} s\n")
+        if put or code:
+            texts = v.simxGetLastErrors(self.client, v.simx_opmode_blocking)[1] or []
+            if any("busy" in text for text in texts):
+                self.busy += 1
+            else:
+                self.problems.append(f"codes {put} and {code}: {texts}")
+        elif version != self._first:
+            self.problems.append(f"read {version}, and {self._first} at first")
+
+    def _version(self) -> tuple[int, int]:
+        """What no client can change."""
+        return v.simxGetIntegerParameter(self.client, v.sim_intparam_program_version, v.simx_opmode_blocking)
+
+
+def main(argv: list[str]) -> int:
+    seconds = float(argv[0]) if argv else 600.0
+    roles = argv[1:] or ROLES
+    with tempfile.TemporaryDirectory(prefix="simx-siege-") as workspace:
+        command = (
+            "-m",
+            "simx_server",
+            SCENE,
+            "--port",
+            "0",
+            "--workspace",
+            workspace,
+            "--log-level",
+            "error",
+        )
+        with running(spawn(*command)) as server:
+            assert server.stdout is not None
+            port = int(server.stdout.readline().partition("127.0.0.1:")[2].split()[0])
+            bystander = Bystander(port)
+            for _ in range(100):
+                bystander.turn()
+            first = most = memory(server.pid)
+            attackers: dict[str, subprocess.Popen[bytes]] = {}
+            started = 0
+            end = time.monotonic() + seconds
+            while time.monotonic() < end and server.poll() is None and not bystander.problems:
+                for role in roles:
+                    if role not in attackers or attackers[role].poll() is not None:
+                        started += 1
+                        words = [sys.executable, HERE / "siege_roles.py", role, str(port), str(started)]
+                        attackers[role] = subprocess.Popen(words, cwd=workspace, stdout=subprocess.DEVNULL)
+                bystander.turn()
+                most = max(most, memory(server.pid))
+                time.sleep(EVERY)
+            for process in attackers.values():
+                process.kill()
+                process.wait()
+            alive = server.poll() is None
+            last = most
+            if alive:
+                v.simxStopSimulation(bystander.client, v.simx_opmode_blocking)
+                v.simxLoadScene(bystander.client, str(SCENE), 1, v.simx_opmode_blocking)
+                end = time.monotonic() + SETTLING
+                while time.monotonic() < end:
+                    bystander.turn()
+                    time.sleep(EVERY)
+                last = memory(server.pid)
+    problems = list(bystander.problems[:5])
+    if not alive:
+        problems.append("the server ended")
+    if bystander.longest > LONGEST:
+        problems.append(f"a call took {bystander.longest:.2f} s")
+    if last > first + MORE_MEMORY:
+        problems.append(f"memory went from {first:.0f} to {last:.0f} MB")
+    sys.stdout.write(
+        f"{seconds:.0f} s, {started} attackers ({' '.join(roles)}): {bystander.calls} calls of the bystander, "
+        f"the longest {bystander.longest * 1000:.0f} ms, {bystander.busy} told that the server was busy; "
+        f"memory {first:.0f} MB, at most {most:.0f}, {last:.0f} afterwards\n"
+    )
+    sys.stdout.writelines(f"{problem}\n" for problem in problems)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
