@@ -27,7 +27,7 @@ class PaintingThread:
         self.versions: list[int] = []
         self._waiting: list[tuple[CameraView, Future[Picture]]] = []
 
-    def request(self, _model, _data, view, *, rgb, depth, version) -> Future[Picture]:
+    def request(self, _model, _data, view, *, rgb, depth, version, asker) -> Future[Picture]:
         future: Future[Picture] = Future()
         self.views.append(view)
         self.versions.append(version)
@@ -53,7 +53,7 @@ class World:
         self.painter = PaintingThread()
         self.sim.rendering = self.painter  # type: ignore[assignment]
         attach_parts(self.sim, workspace)
-        self.client = SimpleNamespace(errors=deque(maxlen=50), name="test", lent_files={})
+        self.client = SimpleNamespace(errors=deque(maxlen=50), name="test", client="test", lent_files={})
         if file is None:
             self.sim.use(*load_text(xml))
         else:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -14,7 +15,7 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 
 import simx_client as v
 from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.picture import CameraView, Picture, Renderer
+from simx_server.sensors.picture import CameraView, Picture, Renderer, nothing
 from simx_server.sensors.render_thread import RenderThread, make_renderer
 from simx_server.simulation import SimulationState
 
@@ -73,10 +74,12 @@ class LosesItsContext:
         self._real = real
         self.is_lost = False
 
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+    def render(
+        self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool, let_in: Any = nothing
+    ) -> Picture:
         if self.is_lost:
             raise mujoco.FatalError("gladLoadGL error")
-        return self._real.render(data, view, rgb, depth)
+        return self._real.render(data, view, rgb, depth, let_in)
 
     def rest(self) -> None: ...
 

@@ -258,14 +258,15 @@ class OneGoodPicture:
     def __init__(self) -> None:
         self.made = 0
 
-    def render(self, data: Any, view: CameraView, rgb: bool, depth: bool) -> Picture:
+    def render(self, data: Any, view: CameraView, rgb: bool, depth: bool, _let_in: Any) -> Picture:
         self.made += 1
         if self.made > 1:
             raise RuntimeError("the driver is gone")
         return Picture(rgb=np.zeros((view.height, view.width, 3), np.uint8), depth=None)
 
-    def close(self) -> None:
-        pass
+    def rest(self) -> None: ...
+
+    def close(self) -> None: ...
 
 
 def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:

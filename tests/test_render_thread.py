@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +21,8 @@ from simx_server.limits import Limits
 from simx_server.sensors import render_thread
 from simx_server.sensors.gl_backend import Backend
 from simx_server.sensors.newest import NewestPictures
-from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
+from simx_server.sensors.picture import PART, CameraView, Picture, Renderer, RenderError, nothing
+from simx_server.sensors.picture_queue import PictureQueue
 from simx_server.sensors.render_thread import RenderThread
 
 WAIT = 30.0
@@ -41,6 +42,7 @@ class ScriptedRenderer:
         self.turned = 0
         self.closed = 0
         self.fail_next = False
+        self.missing: int | None = None
         self.threads: set[int] = set()
 
     def make(self, model: mujoco.MjModel, backend: Backend) -> Renderer:
@@ -52,13 +54,24 @@ class ScriptedRenderer:
         self.threads.add(threading.get_ident())
         self.turned += 1
 
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
         self.threads.add(threading.get_ident())
         self.started.set()
         assert self.go.wait(WAIT)
+        if view.camera_id == self.missing:
+            raise RenderError("there is no such camera")
         if self.fail_next:
             self.fail_next = False
             raise RuntimeError("the driver lost its mind")
+        for _ in range(view.width * view.height // PART):
+            let_in()
         self.seen.append((data.time, view.camera_id, rgb, depth))
         size = (view.height, view.width)
         return Picture(
@@ -168,6 +181,64 @@ def test_two_cameras_in_one_place_share_a_picture(scripted: ScriptedRenderer, th
     # Neither takes the other's newest picture away.
     assert asker.ask(1.0, twins[0]).result(WAIT) is colours.result(WAIT)
     assert len(scripted.seen) == 2
+
+
+def test_small_pictures_are_made_between_the_parts_of_a_large_one(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    large = asker.ask(1.0, dataclasses.replace(FRONT, width=2048, height=2048))
+    assert scripted.started.wait(WAIT)
+    another_large = asker.ask(2.0, dataclasses.replace(FRONT, width=2048, height=2048))
+    small = asker.ask(3.0)
+    scripted.go.set()
+    for picture in (large, another_large, small):
+        picture.result(WAIT)
+    assert [time for time, *_ in scripted.seen] == [3.0, 1.0, 2.0]
+
+
+def test_a_small_picture_that_cannot_be_made_does_not_harm_the_large_one(
+    scripted: ScriptedRenderer, thread: RenderThread
+) -> None:
+    asker = Asker(thread)
+    scripted.go.clear()
+    large = asker.ask(1.0, dataclasses.replace(FRONT, width=2048, height=2048))
+    assert scripted.started.wait(WAIT)
+    small = asker.ask(3.0, dataclasses.replace(FRONT, camera_id=99))
+    scripted.missing = 99
+    scripted.go.set()
+    with pytest.raises(RenderError, match="camera id 99"):
+        small.result(WAIT)
+    assert large.result(WAIT).rgb is not None
+    assert scripted.closed == 0
+
+
+def test_who_asks_for_little_is_served_before_who_asks_for_much() -> None:
+    queue: PictureQueue[str] = PictureQueue(most=4)
+    for job in ("a1", "a2", "a3"):
+        assert queue.put(job, "a") is None
+    assert queue.take() == "a1"
+    queue.took("a", 3.0)
+    assert queue.put("b1", "b") is None
+    assert queue.take() == "b1"
+    queue.took("b", 0.1)
+    queue.put("b2", "b")
+    assert queue.take() == "b2"  # who comes again has not had its share yet
+    queue.took("b", 5.0)
+    queue.put("b3", "b")
+    assert [queue.take(), queue.take(), queue.take(), queue.take()] == ["a2", "a3", "b3", None]
+
+
+def test_who_has_most_waiting_pictures_loses_one_when_there_are_too_many() -> None:
+    queue: PictureQueue[str] = PictureQueue(most=3)
+    assert [queue.put(job, "a") for job in ("a1", "a2", "a3")] == [None, None, None]
+    assert queue.put("b1", "b") == "a3"
+    assert queue.put("a4", "a") == "a4"
+    assert queue.put("b2", "b") == "b2"  # as many as the other: it is the newcomer that goes
+    assert len(queue) == 3
+    assert sorted(queue.clear()) == ["a1", "a2", "b1"]
+    assert queue.take() is None
 
 
 def test_large_pictures_are_not_all_kept() -> None:

@@ -51,6 +51,27 @@ def test_rows_come_bottom_first_and_left_is_left(make_renderer) -> None:
     assert pixel_of(FRONT, -0.4, 0.3, 2.0)[1] < 80
 
 
+@pytest.mark.parametrize("orthographic_size", [None, 3.0])
+def test_a_picture_of_several_parts_is_that_of_one(
+    make_renderer, orthographic_size: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    view = dataclasses.replace(FRONT, orthographic_size=orthographic_size, background=(1.0, 0.0, 0.0))
+    whole = picture_of(make_renderer, view=view)
+    monkeypatch.setattr(opengl, "PART", 160 * 33)
+    model, data = load(SCENE)
+    renderer = make_renderer(model)
+    parts: list[Picture] = []
+    cut = renderer.render(
+        data, view, True, True, lambda: parts.append(renderer.render(data, FRONT, True, False))
+    )
+    if isinstance(renderer, OpenGLRenderer):
+        assert len(parts) == 3
+    different = (cut.rgb.astype(int) - whole.rgb).max(axis=2, initial=0) > 2
+    assert different.mean() < 0.01  # pixels on edges
+    assert np.median(np.abs(cut.depth - whole.depth)) < 1e-6
+    assert (np.abs(cut.depth - whole.depth) > ONE_GREY_LEVEL).mean() < 0.01
+
+
 def test_depth_is_linear_along_the_view_axis(make_renderer) -> None:
     picture = picture_of(make_renderer)
     assert picture.depth.shape == (120, 160)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
+    from ..sessions import ClientSession
     from ..simulation import Simulation
 
 NOTHING = -1
@@ -49,7 +50,9 @@ def break_force_sensor(sim: Simulation, sensor: int) -> None:
     sim.force.break_apart(sensor)
 
 
-@handler("simxReadVisionSensor")
-def read_vision_sensor(sim: Simulation, sensor: int) -> Future[tuple[bool, list[list[float]]]]:
+@handler("simxReadVisionSensor", with_client=True)
+def read_vision_sensor(
+    sim: Simulation, client: ClientSession, sensor: int
+) -> Future[tuple[bool, list[list[float]]]]:
     """Whether the sensor detects, and packets: 15 statistics of the picture, then those of the sensor's script."""
-    return sim.vision.read(sensor)
+    return sim.vision.read(sensor, asker=client.client)

@@ -8,26 +8,31 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
+    from ..sessions import ClientSession
     from ..simulation import Simulation
 
 _GREY = 1
 """The option bit of a grey image."""
 
 
-@handler("simxGetVisionSensorImage")
-def get_vision_sensor_image(sim: Simulation, sensor: int, options: int) -> Future[tuple[list[int], bytes]]:
+@handler("simxGetVisionSensorImage", with_client=True)
+def get_vision_sensor_image(
+    sim: Simulation, client: ClientSession, sensor: int, options: int
+) -> Future[tuple[list[int], bytes]]:
     """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h).
 
     Differs: with other options than 1 the original sent colours, of which its binding then took the first third; and
     while stopped, or before the first pass, it gave the background.
     """
-    return sim.vision.image(sensor, as_grey=options != 0)
+    return sim.vision.image(sensor, as_grey=options != 0, asker=client.client)
 
 
-@handler("simxGetVisionSensorDepthBuffer")
-def get_vision_sensor_depth_buffer(sim: Simulation, sensor: int) -> Future[tuple[list[int], bytes]]:
+@handler("simxGetVisionSensorDepthBuffer", with_client=True)
+def get_vision_sensor_depth_buffer(
+    sim: Simulation, client: ClientSession, sensor: int
+) -> Future[tuple[list[int], bytes]]:
     """[width, height] and little-endian float32, 0 at the near plane, 1 at the far one, bottom row first."""
-    return sim.vision.depth(sensor)
+    return sim.vision.depth(sensor, asker=client.client)
 
 
 @handler("simxSetVisionSensorImage")

@@ -16,13 +16,14 @@ which that is compiled already.
 
 import copy
 import logging
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.sensors.gl_backend import make_gl_context
-from simx_server.sensors.picture import NO_CODE, CameraView, Picture, RenderError
+from simx_server.sensors.picture import NO_CODE, PART, CameraView, Picture, RenderError, nothing
 from simx_server.sensors.roundness import may_be_coarse, round_geoms
 from simx_server.sensors.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
 
@@ -89,32 +90,32 @@ class OpenGLRenderer:
         self._fine = _drawing(model)
         self._coarse: mujoco.MjrContext | None = None
 
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
         """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+
+        `let_in` is called between its parts, and may render other pictures.
 
         Raises:
             RenderError: no such camera in the model.
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
         view.check_camera(self._model)
-        self._gl.make_current()
-        near = near_the_view(self._model, data, view)
-        drawing = self._drawing_for(data, view, near)
-        self._take_scene(data, view)
-        # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
-        flat = not rgb or view.codes is not None
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
-        self._leave_out(data, view, near, flat)
-        if view.codes is not None:
-            self._write_codes(view.codes)
-
         masked = rgb and any(view.background_bytes())
-        rect = mujoco.MjrRect(0, 0, view.width, view.height)
         colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
         nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
-        mujoco.mjr_render(rect, self._scene, drawing)
-        mujoco.mjr_readPixels(colours, nearness, rect, drawing)
+        rows_at_once = max(1, PART // view.width)
+        for first in range(0, view.height, rows_at_once):
+            if first:
+                let_in()
+            rows = slice(first, min(first + rows_at_once, view.height))
+            self._render_rows(data, view, rows, colours, nearness)
 
         if masked and colours is not None and nearness is not None:
             # MuJoCo always clears to black. A pixel as one item is filled seven times as fast as three bytes.
@@ -123,6 +124,36 @@ class OpenGLRenderer:
         if not depth or nearness is None:
             return Picture(colours, None)
         return Picture(colours, _linear_depth(nearness, view))
+
+    def _render_rows(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rows: slice,
+        colours: NDArray[np.uint8] | None,
+        nearness: NDArray[np.float32] | None,
+    ) -> None:
+        """Fill these rows of a picture."""
+        self._gl.make_current()
+        near = near_the_view(self._model, data, view)
+        height = rows.stop - rows.start
+        drawing = self._drawing_for(data, view, height, near)
+        self._take_scene(data, view, rows)
+        # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
+        flat = colours is None or view.codes is not None
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
+        self._leave_out(data, view, near, flat)
+        if view.codes is not None:
+            self._write_codes(view.codes)
+        rect = mujoco.MjrRect(0, 0, view.width, height)
+        mujoco.mjr_render(rect, self._scene, drawing)
+        mujoco.mjr_readPixels(
+            None if colours is None else colours[rows],
+            None if nearness is None else nearness[rows],
+            rect,
+            drawing,
+        )
 
     def rest(self) -> None:
         """Make large offscreen buffers small again; the next picture makes them as large as it needs."""
@@ -150,9 +181,9 @@ class OpenGLRenderer:
                 drawing.free()
 
     def _drawing_for(
-        self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_]
+        self, data: mujoco.MjData, view: CameraView, rows: int, near: NDArray[np.bool_]
     ) -> mujoco.MjrContext:
-        """What this view is to be drawn with, its buffer no smaller than the largest picture so far."""
+        """What this view is to be drawn with, its buffer no smaller than the largest part so far."""
         quality, drawing = self._model.vis.quality, self._fine
         corners = min(quality.numslices, 2 * quality.numstacks) // 2
         chosen = np.flatnonzero(near & self._round)
@@ -160,12 +191,12 @@ class OpenGLRenderer:
             # Made when first wanted: it holds all meshes and textures once more.
             drawing = self._coarse = self._coarse or _drawing(self._model, is_coarse=True)
         mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
-        if view.width > drawing.offWidth or view.height > drawing.offHeight:
-            width, height = max(view.width, drawing.offWidth), max(view.height, drawing.offHeight)
+        if view.width > drawing.offWidth or rows > drawing.offHeight:
+            width, height = max(view.width, drawing.offWidth), max(rows, drawing.offHeight)
             mujoco.mjr_resizeOffscreen(width, height, drawing)
         return drawing
 
-    def _take_scene(self, data: mujoco.MjData, view: CameraView) -> None:
+    def _take_scene(self, data: mujoco.MjData, view: CameraView, rows: slice) -> None:
         if (stand := view.viewpoint) is None:
             self._camera.type, self._camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, view.camera_id
         else:
@@ -180,8 +211,8 @@ class OpenGLRenderer:
             eye.orthographic = view.orthographic_size is not None
             eye.frustum_center = 0.0
             eye.frustum_width = half_width * at_near
-            eye.frustum_top = half_height * at_near
-            eye.frustum_bottom = -half_height * at_near
+            eye.frustum_top = (2 * rows.stop / view.height - 1) * half_height * at_near
+            eye.frustum_bottom = (2 * rows.start / view.height - 1) * half_height * at_near
             eye.frustum_near = view.near
             eye.frustum_far = view.far
 

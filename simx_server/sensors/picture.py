@@ -11,6 +11,7 @@ Rules, the same for OpenGL and for ray casting:
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -149,12 +150,29 @@ class Picture:
         return sum(channel.nbytes for channel in (self.rgb, self.depth) if channel is not None)
 
 
+PART = 1 << 20
+"""Pixels that are drawn at once: larger pictures are made of several parts, so that others need not wait for long."""
+
+
+def nothing() -> None:
+    """Nobody is to be let in."""
+
+
 class Renderer(Protocol):
     """What makes pictures of one model at a time. Used by one thread from creation to close."""
 
     def turn_to(self, model: mujoco.MjModel) -> None: ...
 
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture: ...
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
+        """Make a picture; `let_in` is called between its parts, and may make other pictures of the same model."""
+        ...
 
     def rest(self) -> None:
         """Give back the memory that only large pictures need."""

@@ -4,11 +4,13 @@ Slower than OpenGL except for small pictures, and plainer: no highlights, no ski
 It works wherever mujoco does, and its depth is exact.
 """
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.sensors.picture import CameraView, Picture
+from simx_server.sensors.picture import CameraView, Picture, nothing
 from simx_server.sensors.rays import Rays, Seeing
 from simx_server.sensors.surface import Surfaces
 from simx_server.sensors.visibility import OPAQUE_ALPHA
@@ -30,8 +32,17 @@ class RaycastRenderer:
         self._model = model
         self._surfaces = Surfaces(model)
 
-    def render(self, data: mujoco.MjData, view: CameraView, rgb: bool, depth: bool) -> Picture:
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
         """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+
+        `let_in` is called between its parts.
 
         Raises:
             RenderError: no such camera in the model.
@@ -49,6 +60,8 @@ class RaycastRenderer:
             alpha[:] = 1.0
         rows_at_once = max(1, _RAYS_AT_ONCE // view.width)
         for first in range(0, view.height, rows_at_once):
+            if first:
+                let_in()
             rows = slice(first, min(first + rows_at_once, view.height))
             colour, distance = self._look(seeing, Rays.through_pixels(data, view, rows), alpha, rgb, shown)
             if colours is not None:

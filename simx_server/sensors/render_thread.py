@@ -13,7 +13,6 @@ import functools
 import logging
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -26,7 +25,8 @@ from simx_server.metrics import PictureTimes
 from simx_server.sensors.camera_places import CameraPlaces
 from simx_server.sensors.gl_backend import RAYCAST, Backend, Probe, choose_backend
 from simx_server.sensors.newest import NewestPictures
-from simx_server.sensors.picture import CameraView, Picture, Renderer, RenderError
+from simx_server.sensors.picture import PART, CameraView, Picture, Renderer, RenderError, nothing
+from simx_server.sensors.picture_queue import PictureQueue
 from simx_server.sensors.snapshots import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
@@ -77,6 +77,7 @@ class _Job:
     """All that asked for it."""
     snapshot: Snapshot | None
     """None once the picture is made."""
+    asker: str = ""
     future: "Future[Picture]" = field(default_factory=Future)
     is_given_up: bool = False
     """It has failed although it is being made."""
@@ -137,7 +138,7 @@ class RenderThread:
         self._backend: Backend | None = None
 
         self._wake = threading.Condition()
-        self._waiting: deque[_Job] = deque()
+        self._waiting: PictureQueue[_Job] = PictureQueue(self._limits.pictures)
         self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
         self._newest: NewestPictures[_Job] = NewestPictures()
         self._places = CameraPlaces()
@@ -182,44 +183,61 @@ class RenderThread:
         rgb: bool,
         depth: bool,
         version: Hashable,
+        asker: str = "",
     ) -> "Future[Picture]":
         """Ask for a picture of the state `data` (forward kinematics done) and go on.
 
-        `version` names the state: equal versions of one model must mean equal states. The future may be
-        shared with other askers, so do not cancel it; its picture may hold a channel more than asked for. Its
-        callbacks run on the render thread. It fails with RenderError.
+        `version` names the state: equal versions of one model must mean equal states. Askers get the thread's time in
+        equal shares. The future may be shared with other askers, so do not cancel it; its picture may hold a channel
+        more than asked for. Its callbacks run on the render thread. It fails with RenderError.
         """
         with self._wake:
-            if self._closing.is_set():
-                return _failed("rendering is closed; the server is shutting down")
-            if self._doing is not None and self._doing.is_overdue():
-                return _failed(self._doing.reason())
-            camera, asked = view.camera_id, _names(rgb, depth)
-            view = self._places.by_first(model, data, view)
-            key = (id(model), view, version)
-            before = self._newest.of(camera)
-            known = self._pending.get(key) or self._newest.find(key)
-            if known is not None and not known.future.cancelled():
-                known.asked |= asked
-                known.cameras.add(camera)
-                if known.snapshot is not None and not known.future.running():
-                    # It still waits: one pass makes both channels.
-                    known.rgb, known.depth = known.rgb or rgb, known.depth or depth
-                if known.rgb >= rgb and known.depth >= depth:
-                    return known.future
-                asked |= known.asked
-            if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
-                # Whoever asked for the other channel afterwards is likely to do so again.
-                rgb = depth = True
-            if len(self._waiting) >= self._limits.pictures:
-                problem = self._limits.reached("pictures", "ask less often or for a smaller resolution")
-                return _failed(str(problem))
-            snapshot = self._pool.take(model, data, version)
-            job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot)
-            self._waiting.append(job)
-            self._pending[key] = job
-            self._start_or_wake()
-            return job.future
+            future, failed = self._request(model, data, view, rgb, depth, version, asker)
+        if failed is not None and failed.future.set_running_or_notify_cancel():
+            problem = self._limits.reached("pictures", "ask less often or for a smaller resolution")
+            failed.future.set_exception(RenderError(str(problem)))
+        return future
+
+    def _request(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        version: Hashable,
+        asker: str,
+    ) -> "tuple[Future[Picture], _Job | None]":
+        """The future, and a job that has to go because there are too many. Needs the lock."""
+        if self._closing.is_set():
+            return _failed("rendering is closed; the server is shutting down"), None
+        if self._doing is not None and self._doing.is_overdue():
+            return _failed(self._doing.reason()), None
+        camera, asked = view.camera_id, _names(rgb, depth)
+        view = self._places.by_first(model, data, view)
+        key = (id(model), view, version)
+        before = self._newest.of(camera)
+        known = self._pending.get(key) or self._newest.find(key)
+        if known is not None and not known.future.cancelled():
+            known.asked |= asked
+            known.cameras.add(camera)
+            if known.snapshot is not None and not known.future.running():
+                # It still waits: one pass makes both channels.
+                known.rgb, known.depth = known.rgb or rgb, known.depth or depth
+            if known.rgb >= rgb and known.depth >= depth:
+                return known.future, None
+            asked |= known.asked
+        if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
+            # Whoever asked for the other channel afterwards is likely to do so again.
+            rgb = depth = True
+        snapshot = self._pool.take(model, data, version)
+        job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
+        self._pending[key] = job
+        failed = self._waiting.put(job, asker)
+        if failed is not None:
+            self._forget(failed)
+        self._start_or_wake()
+        return job.future, failed
 
     def prepare(
         self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
@@ -253,8 +271,7 @@ class RenderThread:
         with self._wake:
             if self._doing is not doing:
                 return
-            failed = list(self._waiting)
-            self._waiting.clear()
+            failed = self._waiting.clear()
             for job in failed:
                 self._forget(job)
             running = self._give_up_running()
@@ -282,8 +299,7 @@ class RenderThread:
         with self._wake:
             self._closing.set()
             preparation, self._to_prepare = self._to_prepare, None
-            waiting = list(self._waiting)
-            self._waiting.clear()
+            waiting = self._waiting.clear()
             self._pending.clear()
             self._newest.clear()
             self._wake.notify()
@@ -330,12 +346,8 @@ class RenderThread:
                 # A program that fails without closing must still be able to end.
                 if self._closing.is_set() or not threading.main_thread().is_alive():
                     return None
-                while self._waiting:
-                    job = self._waiting.popleft()
-                    if job.snapshot is not None and job.future.set_running_or_notify_cancel():
-                        self._running = job
-                        return functools.partial(self._do, job, job.snapshot)
-                    self._forget(job)
+                if (job := self._next_job()) is not None:
+                    return functools.partial(self._do, *job)
                 if self._to_prepare is not None:
                     preparation, self._to_prepare = self._to_prepare, None
                     return functools.partial(self._prepare, preparation)
@@ -361,31 +373,80 @@ class RenderThread:
                 self._drop_renderer()
         self._is_rested = True
 
+    def _next_job(self, suits: Callable[[_Job], bool] | None = None) -> tuple[_Job, Snapshot] | None:
+        """The next picture that somebody still wants, from now on the running one. Needs the lock."""
+        while (job := self._waiting.take(suits)) is not None:
+            if job.snapshot is not None and job.future.set_running_or_notify_cancel():
+                self._running = job
+                return job, job.snapshot
+            self._forget(job)
+        return None
+
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
+        """Make a picture. What a driver or a renderer does wrong is for the asker to hear; the thread goes on."""
+        try:
+            self._make_picture(job, snapshot, self._let_in(job))
+        except Exception:  # the asker was told
+            self._drop_renderer()
+
+    def _let_in(self, large: _Job) -> Callable[[], None]:
+        """What to call between two parts of a large picture: it makes small ones, for as long as a part takes."""
+        part_began = time.perf_counter()
+
+        def suits(job: _Job) -> bool:
+            return job.model is large.model and job.view.width * job.view.height <= PART
+
+        def let_in() -> None:
+            nonlocal part_began
+            now = time.perf_counter()
+            until = 2 * now - part_began
+            while time.perf_counter() < until:
+                with self._wake:
+                    small = None if self._closing.is_set() else self._next_job(suits)
+                if small is None:
+                    break
+                try:
+                    self._make_picture(*small, nothing)
+                except RenderError:
+                    pass  # no fault of the driver's
+                finally:
+                    with self._wake:
+                        self._running = large
+            self._begin(f"drawing {_told(large.view)}", DRAWN_WITHIN)
+            part_began = time.perf_counter()
+
+        return let_in
+
+    def _make_picture(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
+        """Make a picture, or tell the asker why not. Raises what a driver or a renderer did wrong."""
+        began = time.perf_counter()
         try:
             renderer = self._renderer_for(job.model)
             self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
-            began = time.perf_counter()
-            picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth)
-            self.times.made(_camera_name(job), time.perf_counter() - began)
-        # Whatever a driver or a renderer does wrong is the asker's to hear, and no reason to end the thread.
+            picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)
+            took = time.perf_counter() - began
+            self.times.made(_camera_name(job), took)
         except Exception as error:
-            self._drop_renderer()
-            with self._wake:
-                self._forget(job)
-                self._running = None
-            explained = _explained(job, self._backend, error)
-            self.times.not_made(str(explained))
-            if not job.is_given_up:
-                job.future.set_exception(explained)
-            return
+            self._end_job(job, time.perf_counter() - began, None)
+            self._tell_failure(job, error)
+            raise
+        self._end_job(job, took, picture)
+        if not job.is_given_up:
+            job.future.set_result(picture)
+
+    def _end_job(self, job: _Job, took: float, picture: Picture | None) -> None:
         with self._wake:
             self._forget(job)
             self._running = None
-            if not self._closing.is_set() and not job.is_given_up:
+            self._waiting.took(job.asker, took)
+            if picture is not None and not self._closing.is_set() and not job.is_given_up:
                 self._newest.keep(job, picture.nbytes)
+
+    def _tell_failure(self, job: _Job, error: Exception) -> None:
+        explained = _explained(job, self._backend, error)
+        self.times.not_made(str(explained))
         if not job.is_given_up:
-            job.future.set_result(picture)
+            job.future.set_exception(explained)
 
     def _forget(self, job: _Job) -> None:
         """Give back what a job holds while it is pending. Needs the lock."""

@@ -81,17 +81,20 @@ class VisionSensors:
                     self._settings[handle], picture=None, filtered=None, verdict=None
                 )
 
-    def image(self, handle: int, *, as_grey: bool) -> Future[tuple[list[int], bytes]]:
-        """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel."""
+    def image(self, handle: int, *, as_grey: bool, asker: str = "") -> Future[tuple[list[int], bytes]]:
+        """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel.
+
+        `asker`, here and below: who wants it; the render thread serves all in turn.
+        """
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
         shown = settings.drawn if settings.filtered is None else settings.filtered
         if shown is not None:
             return _done((size, (grey(shown) if as_grey else shown).tobytes()))
         if settings.shows_depth:
-            picture = self._picture(handle, depth=True)
+            picture = self._picture(handle, depth=True, asker=asker)
         else:
-            picture = self._picture(handle, rgb=True)
+            picture = self._picture(handle, rgb=True, asker=asker)
         shows_depth = settings.shows_depth
 
         def convert(made: Picture) -> tuple[list[int], bytes]:
@@ -100,7 +103,7 @@ class VisionSensors:
 
         return then(picture, convert)
 
-    def depth(self, handle: int) -> Future[tuple[list[int], bytes]]:
+    def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
         """[width, height] and float32 values 0..1, rows bottom first."""
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
@@ -109,9 +112,9 @@ class VisionSensors:
             assert made.depth is not None
             return size, made.depth.astype("<f4", copy=False).tobytes()
 
-        return then(self._picture(handle, depth=True), convert)
+        return then(self._picture(handle, depth=True, asker=asker), convert)
 
-    def read(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
+    def read(self, handle: int, *, asker: str = "") -> Future[tuple[bool, list[list[float]]]]:
         """Whether it detects, and [15 numbers]: least, greatest and mean of intensity, red, green, blue and depth.
 
         Of a sensor that shows handles the numbers are those handles, each plus a half, as in V-REP; it detects nothing
@@ -138,7 +141,7 @@ class VisionSensors:
             )
         verdict = settings.verdict
         shows_depth = settings.shows_depth and drawn is None
-        picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True)
+        picture = self._picture(handle, rgb=not shows_depth and drawn is None, depth=True, asker=asker)
 
         def convert(made: Picture) -> tuple[bool, list[list[float]]]:
             seen = made if drawn is None else Picture(drawn, made.depth)
@@ -256,22 +259,26 @@ class VisionSensors:
                 settings.forget()
         return settings
 
-    def _picture(self, handle: int, *, rgb: bool = False, depth: bool = False) -> Future[Picture]:
+    def _picture(
+        self, handle: int, *, rgb: bool = False, depth: bool = False, asker: str = ""
+    ) -> Future[Picture]:
         settings = self.settings(handle)
         if settings.picture is not None:
             return settings.picture
         if settings.explicit or settings.external or not self.enabled:
             return _done(self._background(settings))
-        return self._request(handle, rgb=rgb, depth=depth)
+        return self._request(handle, rgb=rgb, depth=depth, asker=asker)
 
-    def _request(self, handle: int, *, rgb: bool, depth: bool) -> Future[Picture]:
-        return self._ask(self._view(handle), rgb=rgb, depth=depth)
+    def _request(self, handle: int, *, rgb: bool, depth: bool, asker: str = "") -> Future[Picture]:
+        return self._ask(self._view(handle), rgb=rgb, depth=depth, asker=asker)
 
-    def _ask(self, view: CameraView, *, rgb: bool, depth: bool) -> Future[Picture]:
+    def _ask(self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "") -> Future[Picture]:
         sim = self._sim
         sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
         sim.refresh()
-        return sim.rendering.request(sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version)
+        return sim.rendering.request(
+            sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version, asker=asker
+        )
 
     def _background(self, settings: VisionSettings) -> Picture:
         colour = np.rint(np.clip(self._background_of(settings), 0.0, 1.0) * np.float64(255)).astype(np.uint8)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from simx_client.protocol import constants as c
 
 from ...errors import CommandError
-from ...handlers import sensors, vision
+from ...handlers import vision
 from ...scene.objects import ObjectKind
 from ..pictures import wait_for
 from .base import ApiPart
@@ -69,7 +69,7 @@ class VisionFunctions(ApiPart):
         handle = self._vision_sensor(sensor)
         self._sim.physics_calls.refuse("a vision sensor cannot be read", step_only=True)
         try:
-            future = sensors.read_vision_sensor(self._sim, handle)
+            future = self._sim.vision.read(handle)
         except CommandError:
             return (-1,)  # the handle is good, so this is the only reason
         triggered, packets = wait_for(self._sim, future)
@@ -196,7 +196,7 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.uint8]:
         """(height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
-        future = vision.get_vision_sensor_image(self._sim, handle, int(grey))
+        future = self._sim.vision.image(handle, as_grey=grey)
         (width, height), data = wait_for(self._sim, future)
         pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
         if cut_off <= 0.0:
@@ -209,7 +209,7 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.float32]:
         """(height, width) of a region."""
         handle = self._vision_sensor(sensor)
-        (width, height), data = wait_for(self._sim, vision.get_vision_sensor_depth_buffer(self._sim, handle))
+        (width, height), data = wait_for(self._sim, self._sim.vision.depth(handle))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
         if not metres:
             return depth

@@ -1,0 +1,79 @@
+"""Pictures that wait to be made: whoever has had the least of the render thread's time is next.
+
+So an asker with many large pictures does not keep another's small one waiting, but for the one that is being made.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+
+J = TypeVar("J")
+
+_MANY = 256
+"""Askers whose time is remembered; of more, those are forgotten that wait for nothing."""
+
+
+class PictureQueue(Generic[J]):
+    """Jobs by asker. Not locked: the caller serialises."""
+
+    def __init__(self, most: int) -> None:
+        """Make an empty one. `most`: jobs of all askers together."""
+        self._most = most
+        self._waiting: dict[Hashable, deque[J]] = {}
+        self._count = 0
+        self._spent: dict[Hashable, float] = {}
+        """Seconds that each has had; who comes anew, or again, begins with what the last one served had."""
+
+        self._level = 0.0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def put(self, job: J, asker: Hashable) -> J | None:
+        """Add a job.
+
+        Returns:
+            A job that has to go if there are too many: this one, or the last of an asker with more than this one.
+        """
+        mine = self._waiting.setdefault(asker, deque())
+        mine.append(job)
+        self._count += 1
+        self._spent[asker] = max(self._spent.get(asker, 0.0), self._level)
+        if self._count <= self._most:
+            return None
+        greediest = max(self._waiting, key=lambda each: (len(self._waiting[each]), each == asker))
+        return self._remove(greediest, -1)
+
+    def take(self, suits: Callable[[J], bool] | None = None) -> J | None:
+        """The next job: the oldest of who has had least. `suits`: take only such a one."""
+        for asker in sorted(self._waiting, key=self._spent.__getitem__):
+            jobs = self._waiting[asker]
+            place = 0 if suits is None else next((n for n, job in enumerate(jobs) if suits(job)), -1)
+            if place >= 0:
+                self._level = max(self._level, self._spent[asker])
+                return self._remove(asker, place)
+        return None
+
+    def took(self, asker: Hashable, seconds: float) -> None:
+        """A job of this asker's took so long."""
+        self._spent[asker] = max(self._spent.get(asker, 0.0), self._level) + seconds
+        if len(self._spent) > _MANY:
+            self._spent = {each: spent for each, spent in self._spent.items() if each in self._waiting}
+
+    def clear(self) -> list[J]:
+        """Take all."""
+        jobs = [job for each in self._waiting.values() for job in each]
+        self._waiting.clear()
+        self._count = 0
+        return jobs
+
+    def _remove(self, asker: Hashable, place: int) -> J:
+        jobs = self._waiting[asker]
+        job = jobs[place]
+        del jobs[place]
+        self._count -= 1
+        if not jobs:
+            del self._waiting[asker]
+        return job
