@@ -1,4 +1,8 @@
-"""The least distance between two sets of triangles: exact for surfaces of any shape, hollow or not."""
+"""The least distance between two sets of triangles: exact for surfaces of any shape, hollow or not.
+
+Triangles that follow each other are bundled, and the bundles too; `GeomTriangles` puts neighbours side by side. Pairs
+of bundles are looked into from the nearest on, so time and memory grow with what is near, not with all pairs.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +15,10 @@ from numpy.typing import NDArray
 from .seen import cross
 from .triangles import TOGETHER, Array, bundled, with_balls
 
-_BLOCK = TOGETHER
-"""Triangles that follow each other are looked at together; `GeomTriangles` puts neighbours side by side."""
-_BLOCK_PAIRS_AT_ONCE = 32
+_BUNDLES_AT_ONCE = 32
 _PAIRS_AT_ONCE = 4096
+_ROUNDING = 1e-12
+_SAMPLE = 256
 
 _NEXT = [1, 2, 0]
 
@@ -39,56 +43,109 @@ def least_distance(first: Array, second: Array, limit: float) -> float:
 
 def least_gap(first: Array, second: Array, limit: float) -> Gap:
     """The same with the points."""
-    one, other = _Blocks(first), _Blocks(second)
-    best = Gap(limit, _NOWHERE, _NOWHERE)
-    # The centre of any triangle is a point of the surface.
-    away = _distances(one.centres[::_BLOCK], other.centres[::_BLOCK])
-    row, column = np.unravel_index(int(away.argmin()), away.shape)
-    if away[row, column] < limit:
-        best = Gap(float(away[row, column]), one.centres[::_BLOCK][row], other.centres[::_BLOCK][column])
-    lower = _distances(one.middles, other.middles) - one.reaches[:, np.newaxis] - other.reaches
-    near, far = np.nonzero(lower <= best.distance)
-    bounds = lower[near, far]
-    order = np.argsort(bounds)
-    near, far, bounds = near[order], far[order], bounds[order]
-    for start in range(0, len(near), _BLOCK_PAIRS_AT_ONCE):
-        if bounds[start] > best.distance or best.distance <= 0.0:
-            break
-        some = slice(start, start + _BLOCK_PAIRS_AT_ONCE)
-        best = _between(one, other, near[some], far[some], best)
-    return best
+    height = max(_height(len(first)), _height(len(second)))
+    along = second.mean(axis=(0, 1)) - first.mean(axis=(0, 1)) if len(first) and len(second) else np.zeros(3)
+    along /= max(math.sqrt(_dot(along, along)), 1e-300)
+    one, other = _Tree(first, height, -along), _Tree(second, height, along)
+    best = _first_guess(one, other, Gap(limit, _NOWHERE, _NOWHERE))
+    top = (np.arange(len(tree.levels[-1].radii)) for tree in (one, other))
+    mine, theirs = (each.ravel() for each in np.meshgrid(*top, indexing="ij"))
+    return _search(one, other, height, _sorted(one, other, height, mine, theirs, best.distance), best)
 
 
-class _Blocks:
-    """Triangles, their balls, and the balls of each block of them."""
+def _first_guess(one: _Tree, other: _Tree, best: Gap) -> Gap:
+    """Between the centres of a few triangles, which are points of the surfaces; or `best` if that is less."""
+    mine, theirs = one.sample(), other.sample()
+    away = mine[:, np.newaxis] - theirs
+    squares = _dot(away, away)
+    if squares.size == 0:
+        return best
+    row, column = np.unravel_index(int(squares.argmin()), squares.shape)
+    found = Gap(math.sqrt(squares[row, column]), mine[row], theirs[column])
+    return min(best, found, key=_by_distance)
 
-    def __init__(self, corners: Array) -> None:
-        self.corners, self.centres, self.radii = with_balls(corners)
-        _, _, self.middles, self.reaches = bundled(self.centres, self.radii)
 
-    def members(self, blocks: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """(b, _BLOCK) indices of triangles, and which of them are real: the last block may have fewer."""
-        found = blocks[:, np.newaxis] * _BLOCK + np.arange(_BLOCK)
-        real = found < len(self.corners)
+class _Nodes(NamedTuple):
+    """Of a level: balls that hold all below a node, (n, 3) and (n,), and how far it begins along a direction, (n,)."""
+
+    centres: Array
+    radii: Array
+    begins: Array
+
+
+def _height(triangles: int) -> int:
+    """Levels of bundles above so many triangles until they are few."""
+    return 0 if triangles <= TOGETHER else 1 + _height(-(-triangles // TOGETHER))
+
+
+class _Tree:
+    """Triangles, bundles of them, bundles of these and so on; node i has the nodes from `TOGETHER` i on below it."""
+
+    def __init__(self, corners: Array, height: int, direction: Array) -> None:
+        """Bundle triangles. `direction`: from the other ones; along it these begin behind the gap."""
+        self.corners, centres, radii = with_balls(corners)
+        begins = (corners @ direction).min(axis=1, initial=math.inf)
+        self.levels = [_Nodes(centres, radii, begins)]
+        for _ in range(height):
+            starts, _, centres, radii = bundled(centres, radii)
+            begins = np.minimum.reduceat(begins, starts)
+            self.levels.append(_Nodes(centres, radii, begins))
+
+    def sample(self) -> Array:
+        """(n, 3) centres of triangles from all over the surface, `_SAMPLE` at most."""
+        centres = self.levels[0].centres
+        step = TOGETHER * max(1, math.ceil(len(centres) / (TOGETHER * _SAMPLE)))
+        return centres[::step]
+
+    def below(self, level: int, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+        """(n, TOGETHER) nodes of a level below these, and which are real: the last one may have fewer."""
+        found = nodes[:, np.newaxis] * TOGETHER + np.arange(TOGETHER)
+        real = found < len(self.levels[level].radii)
         return np.where(real, found, 0), real
 
 
-def _between(one: _Blocks, other: _Blocks, near: NDArray[np.intp], far: NDArray[np.intp], best: Gap) -> Gap:
-    """The least gap between blocks pair by pair, or `best` if that is less."""
-    mine, is_mine = (array[:, :, np.newaxis] for array in one.members(near))
-    theirs, is_theirs = (array[:, np.newaxis] for array in other.members(far))
-    away = one.centres[mine] - other.centres[theirs]
-    lower = np.sqrt(_dot(away, away)) - one.radii[mine] - other.radii[theirs]
-    chosen = (lower <= best.distance) & is_mine & is_theirs
-    bounds = lower[chosen]
-    order = np.argsort(bounds)
-    mine, theirs = (np.broadcast_to(index, lower.shape)[chosen][order] for index in (mine, theirs))
-    bounds = bounds[order]
-    for start in range(0, len(bounds), _PAIRS_AT_ONCE):
-        if bounds[start] > best.distance or best.distance <= 0.0:
+class _Pairs(NamedTuple):
+    """Of nodes of a level, the nearest first."""
+
+    mine: NDArray[np.intp]
+    theirs: NDArray[np.intp]
+    bounds: Array
+    """Metres: no triangles of a pair are nearer."""
+
+
+def _sorted(
+    one: _Tree, other: _Tree, level: int, mine: NDArray[np.intp], theirs: NDArray[np.intp], limit: float
+) -> _Pairs:
+    """Those that may come as near as the limit."""
+    ours, yours = one.levels[level], other.levels[level]
+    away = ours.centres[mine] - yours.centres[theirs]
+    bounds = np.sqrt(_dot(away, away)) - ours.radii[mine] - yours.radii[theirs]
+    # Bodies far from each other are told apart by a plane between them, where all balls are about as near.
+    begins = ours.begins[mine], yours.begins[theirs]
+    bounds = np.maximum(bounds, sum(begins) - _ROUNDING * sum(map(np.abs, begins)))
+    near = np.flatnonzero(bounds <= limit)
+    near = near[np.argsort(bounds[near])]
+    return _Pairs(mine[near], theirs[near], bounds[near])
+
+
+def _search(one: _Tree, other: _Tree, level: int, pairs: _Pairs, best: Gap) -> Gap:
+    """The least gap between nodes pair by pair, or `best` if that is less."""
+    at_once = _PAIRS_AT_ONCE if level == 0 else _BUNDLES_AT_ONCE
+    for start in range(0, len(pairs.bounds), at_once):
+        if pairs.bounds[start] > best.distance or best.distance <= 0.0:
             break
-        some = slice(start, start + _PAIRS_AT_ONCE)
-        best = min(best, _pairs(one.corners[mine[some]], other.corners[theirs[some]]), key=_by_distance)
+        mine, theirs = pairs.mine[start : start + at_once], pairs.theirs[start : start + at_once]
+        if level == 0:
+            best = min(best, _pairs(one.corners[mine], other.corners[theirs]), key=_by_distance)
+            continue
+        (ours, are_ours), (yours, are_yours) = one.below(level - 1, mine), other.below(level - 1, theirs)
+        are_real = are_ours[:, :, np.newaxis] & are_yours[:, np.newaxis]
+        rows, columns = (
+            np.broadcast_to(nodes, are_real.shape)[are_real]
+            for nodes in (ours[:, :, np.newaxis], yours[:, np.newaxis])
+        )
+        below = _sorted(one, other, level - 1, rows, columns, best.distance)
+        best = _search(one, other, level - 1, below, best)
     return best
 
 
@@ -172,9 +229,3 @@ def _held(points: Array, faces: Array, normal: Array) -> NDArray[np.bool_]:
 
 def _dot(a: Array, b: Array) -> Array:
     return (a * b).sum(axis=-1)
-
-
-def _distances(points: Array, others: Array) -> Array:
-    """(n, m) between points (n, 3) and (m, 3)."""
-    away = points[:, np.newaxis] - others
-    return np.sqrt(_dot(away, away))
