@@ -240,7 +240,8 @@ def main() -> None:
     os.dup2(2, 1)
     # The server reads standard error only when this process has ended: a full pipe must not stop the script.
     os.set_blocking(2, False)
-    end_with(int(sys.argv.pop()))
+    lifeline = int(sys.argv.pop())
+    end_with(lifeline)
     faulthandler.register(signal.SIGUSR1, all_threads=True)
     _, name, namespaces, folder = link.receive()
     random.seed(1)
@@ -254,7 +255,7 @@ def main() -> None:
     builtins.__dict__.pop("exit", None)
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
-    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"])
+    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"], lifeline)
     for module in [key for key in sys.modules if "ctypes" in key]:
         del sys.modules[module]
     python_guard.refuse(folders)
