@@ -15,7 +15,7 @@ from __future__ import annotations
 import errno
 import os
 import struct
-from dataclasses import dataclass
+from typing import NamedTuple
 
 _ALLOW = 0x7FFF0000
 _KILL = 0x80000000
@@ -70,8 +70,7 @@ _WRITING = 0o3 | 0o100 | 0o1000 | 0o2000 | 0o20000 | 0o20000000
 """O_WRONLY, O_RDWR, O_CREAT, O_TRUNC, O_APPEND, O_ASYNC, O_TMPFILE without its O_DIRECTORY."""
 
 
-@dataclass(frozen=True)
-class _Check:
+class _Check(NamedTuple):
     """What one 32-bit half of an argument must be for the call to pass."""
 
     argument: int

@@ -246,8 +246,9 @@ def main() -> None:
     _, name, namespaces, folder = link.receive()
     random.seed(1)
     sys.dont_write_bytecode = True
-    folders = python_guard.library_folders()
-    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in folders]
+    libraries = python_guard.library_folders()
+    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in libraries]
+    folders = list(libraries)
     if folder is not None:
         folders.append(os.path.realpath(folder))
         os.chdir(folder)
@@ -256,9 +257,8 @@ def main() -> None:
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
     missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"], lifeline)
-    for module in [key for key in sys.modules if "ctypes" in key]:
-        del sys.modules[module]
-    python_guard.refuse(folders)
+    python_guard.hide_modules()
+    python_guard.refuse(folders, libraries)
     link.send("ready", missing)
     while True:
         script.serve()
