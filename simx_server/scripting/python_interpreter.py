@@ -175,6 +175,8 @@ class PythonInterpreter:
         finally:
             self._depth -= 1
             self._in_thread = outer
+            if not self._depth:
+                self._process.finish()
 
     def _serve(self) -> list[Any]:
         while True:

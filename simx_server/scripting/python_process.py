@@ -7,11 +7,15 @@ shorten, and twice that by the wall clock, for what waits instead of computing, 
 blocking client, which waits 5 s, is told the reason. Of the wall's time only what functions of the server with limits
 of their own take is given back. Python cannot be interrupted for certain (``except:`` swallows an exception, native
 code sees none), so a late process is killed; just before, it is asked by a signal where it is.
+
+Between requests the process has nothing to compute: one that says it is done and goes on is killed. The kernel holds a
+limit of processor seconds too, moved on with each request, for when no request comes and when the server has died.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import select
@@ -33,6 +37,12 @@ _CHUNK = 1 << 16
 
 _LAST_WORDS = 0.1
 """Seconds that a late process has to say where it is."""
+
+_UNASKED_LIMIT = 1.0
+"""Processor seconds between requests, which may add up to this; freeing much memory takes a part of it."""
+
+_UNASKED_PER_REQUEST = 0.005
+"""Processor seconds after a request that are never counted."""
 
 _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
@@ -101,14 +111,43 @@ class PythonProcess:
         # The processor time of another process by its number: what clock_getcpuclockid gives on Linux.
         self._clock = (~self._child.pid << 3) | 2
         self._wall_end = self._processor_end = self._look_at = self._next_service = 0.0
+        self._allowed = 0
+        """Processor seconds after which the kernel ends the process."""
+        self._finished = math.inf
+        """Processor seconds when the latest request was done."""
+        self._unasked = 0.0
+        """Processor seconds between requests."""
 
     def begin(self) -> None:
-        """A request starts: its time runs from now."""
-        now = time.monotonic()
+        """A request starts: its time runs from now. Raises ScriptError for a process that went on after the last."""
+        now, used = time.monotonic(), self._processor_time()
         self._look_at = now + self._time_limit
         self._wall_end = now + WALL_FACTOR * self._time_limit
-        self._processor_end = self._processor_time() + self._time_limit
+        self._processor_end = used + self._time_limit
         self._next_service = now + PATIENCE
+        self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
+        if self._unasked > _UNASKED_LIMIT:
+            raise self.kill(f"{self.name}: computed while nothing was asked of it and was stopped")
+        self._unasked = max(0.0, self._unasked)
+        if self._processor_end + 1 > self._allowed:
+            self._allow(math.ceil(self._processor_end) + 2)
+
+    def finish(self) -> None:
+        """A request is done."""
+        self._finished = self._processor_time()
+
+    def _allow(self, seconds: int) -> None:
+        """Let the kernel end the process after so many processor seconds since its start."""
+        import resource
+
+        try:
+            _, most = resource.prlimit(self._child.pid, resource.RLIMIT_CPU)
+            if most != resource.RLIM_INFINITY:
+                seconds = min(seconds, most)
+            resource.prlimit(self._child.pid, resource.RLIMIT_CPU, (seconds, most))
+        except ProcessLookupError:  # it has ended; the pipe will say so
+            return
+        self._allowed = seconds
 
     def grant(self, seconds: float) -> None:
         """Put off the end: the server has worked for the script with a limit of its own."""
@@ -220,6 +259,8 @@ class PythonProcess:
         """The pipe is closed: why."""
         self._child.kill()
         code = self._child.wait()
+        if code == -signal.SIGXCPU:
+            return self.kill(f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped")
         how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
         last = os.read(self._errors, _CHUNK).decode("utf-8", "replace").strip().rpartition("\n")[2]
         return self.kill(f"{self.name}: its process {how}{last and ': ' + last[:200]}")
