@@ -4,7 +4,8 @@ Three walls, each for what the others let through:
 
 * an audit hook: clear errors at once for files, processes, sockets, signals, threads, ctypes. It is Python code in the
   script's own process: one function without globals, whose values are constants, known to Python's list of hooks alone.
-  No module, frame, built-in name or object that a script can change has a part in it, but native code gets past it;
+  No module, frame, built-in name or object that a script can change has a part in it. Native code gets past it, and
+  ctypes, which puts up the kernel's walls, leaves its types in the process;
 * limits of the kernel: memory, processor time, no file grows, no processes and threads (the last not for root), no core
   file;
 * Landlock and seccomp, see `python_confine.py` and `python_calls.py`: which files can be opened; which system calls can

@@ -260,7 +260,9 @@ class PythonProcess:
         self._child.kill()
         code = self._child.wait()
         if code == -signal.SIGXCPU:
-            return self.kill(f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped")
+            return self.kill(
+                f"{self.name}: took too long, or computed while nothing was asked of it, and was stopped"
+            )
         how = f"was ended by signal {-code}" if code < 0 else f"ended by itself (exit code {code})"
         last = os.read(self._errors, _CHUNK).decode("utf-8", "replace").strip().rpartition("\n")[2]
         return self.kill(f"{self.name}: its process {how}{last and ': ' + last[:200]}")

@@ -103,7 +103,11 @@ class Packer:
         shape = [len(value)]
         while value and shape[0] and type(value[0]) in (list, tuple) and len(shape) < MAX_DEPTH:
             shape.append(len(value[0]))
-            if not shape[-1] or not set(map(type, value)) <= {list, tuple} or set(map(len, value)) != {shape[-1]}:
+            if (
+                not shape[-1]
+                or not set(map(type, value)) <= {list, tuple}
+                or set(map(len, value)) != {shape[-1]}
+            ):
                 return None
             value = list(chain.from_iterable(value))
         if len(value) < _LONG or _cost(shape) > self._numbers_left:
@@ -195,7 +199,12 @@ class Unpacker:
         return self._body[start : start + length]
 
     def _array(self, offset: int, length: int, kind: str, shape: list[int]) -> list[Any]:
-        if kind not in _KINDS.values() or len(shape) > MAX_DEPTH or min(shape) < 1 or math.prod(shape) * 8 != length:
+        if (
+            kind not in _KINDS.values()
+            or len(shape) > MAX_DEPTH
+            or min(shape) < 1
+            or math.prod(shape) * 8 != length
+        ):
             raise ValueError("an array that no correct side sends")
         self._numbers_left -= _cost(shape)
         if self._numbers_left < 0:
