@@ -34,7 +34,7 @@ from .interpreter import (
     refusal,
 )
 from .python_process import PythonProcess
-from .python_wire import MAX_DEPTH, MAX_TEXT, Packer, Unpacker, WireError
+from .python_wire import MAX_DEPTH, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker, WireError
 
 logger = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ _MOST_TURNS = 1 << 20
 _WALLS = ("no_new_privs", "landlock", "seccomp")
 
 _LONG_LIST = 16
-_NUMBERS = {int, float, bool, type(None), bytes}
+_NUMBERS = {int, float, bool, type(None)}
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
@@ -102,7 +102,12 @@ class PythonInterpreter:
         """Of the thread's loops, since its resumption."""
         self._is_warned = False
         self._process = PythonProcess(
-            name, Packer(self._number_of), Unpacker(self._function_of, MAX_TEXT), api.serve_others, time_limit
+            name,
+            Packer(self._number_of),
+            Unpacker(self._function_of, MAX_TEXT, MAX_NUMBERS),
+            api.serve_others,
+            lambda: api.is_ending,
+            time_limit,
         )
         self._process.begin()
         known = {space: dict(names) for space, names in api.namespaces().items()}
@@ -199,7 +204,10 @@ class PythonInterpreter:
                     answer = self._invoke(name[:_LONGEST_NAME], [_from_script(value) for value in arguments])
                     if answer is None:
                         return []
-                    self._process.send(*answer)
+                    try:
+                        self._process.send(*answer)
+                    except (TypeError, ValueError) as problem:  # a result that cannot travel
+                        self._process.send("refused", f"{name[:_LONGEST_NAME]}: {problem}")
                 case "turns", [int(turns)] if 0 < turns <= _MOST_TURNS:
                     self._turns += turns
                     if self._in_thread and self._api.switching.is_tired(self._turns * _TURN_TIME):
@@ -337,6 +345,8 @@ def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
             return value
         return value if _CONTROL.search(text) else text
     if isinstance(value, (list, tuple)):
+        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+            return value
         return [_to_script(item, as_bytes=as_bytes) for item in value]
     if isinstance(value, dict):
         return {_to_script(key): _to_script(item, as_bytes=as_bytes) for key, item in value.items()}

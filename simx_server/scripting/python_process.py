@@ -27,7 +27,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .interpreter import PATIENCE, ScriptError
+from .interpreter import ENDING_LIMIT, PATIENCE, ScriptError
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
 WALL_FACTOR = 2
@@ -43,6 +43,11 @@ _UNASKED_LIMIT = 1.0
 
 _UNASKED_PER_REQUEST = 0.005
 """Processor seconds after a request that are never counted."""
+
+_LONGEST_WORDS = 4 * _CHUNK
+"""Characters of them; the script may have written there too."""
+
+_PLACE = re.compile(r'File "([^"\x00-\x1f\x7f]{1,200})", line (\d{1,9})')
 
 _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 
@@ -71,6 +76,7 @@ class PythonProcess:
         packer: Packer,
         unpacker: Unpacker,
         serve_others: Callable[[], None],
+        is_ending: Callable[[], bool],
         time_limit: float,
     ) -> None:
         if sys.platform != "linux":
@@ -83,6 +89,7 @@ class PythonProcess:
         """Why there is no process any more."""
         self._packer, self._unpacker = packer, unpacker
         self._serve_others = serve_others
+        self._is_ending = is_ending
         self._time_limit = time_limit
         self._buffer = bytearray()
         # The script's process is killed by the kernel when the other end of this closes, so with the server.
@@ -110,7 +117,7 @@ class PythonProcess:
         self._writable.register(self._in, select.POLLOUT)
         # The processor time of another process by its number: what clock_getcpuclockid gives on Linux.
         self._clock = (~self._child.pid << 3) | 2
-        self._wall_end = self._processor_end = self._look_at = self._next_service = 0.0
+        self._wall_end = self._processor_end = self._look_at = self._next_service = self._ending_end = 0.0
         self._allowed = 0
         """Processor seconds after which the kernel ends the process."""
         self._finished = math.inf
@@ -123,6 +130,7 @@ class PythonProcess:
         now, used = time.monotonic(), self._processor_time()
         self._look_at = now + self._time_limit
         self._wall_end = now + WALL_FACTOR * self._time_limit
+        self._ending_end = now + ENDING_LIMIT
         self._processor_end = used + self._time_limit
         self._next_service = now + PATIENCE
         self._unasked += max(0.0, used - self._finished) - _UNASKED_PER_REQUEST
@@ -221,10 +229,11 @@ class PythonProcess:
         self._serve_others()
         now = time.monotonic()
         self._next_service = now + PATIENCE
-        if now < self._look_at:
+        is_late = self._is_ending() and now > self._ending_end
+        if now < self._look_at and not is_late:
             return
         left = self._processor_end - self._processor_time()
-        if left < 0 or now > self._wall_end:
+        if left < 0 or now > self._wall_end or is_late:
             place = self._place() or self.name
             raise self.kill(f"{place}: took too long and was stopped (an endless loop?)")
         self._look_at = min(now + left, self._wall_end)
@@ -245,12 +254,16 @@ class PythonProcess:
         ready.register(self._errors, select.POLLIN)
         text = ""
         end = time.monotonic() + _LAST_WORDS
-        while not _OUTERMOST.search(text) and ready.poll(max(0.0, 1000 * (end - time.monotonic()))):
+        while (
+            len(text) < _LONGEST_WORDS
+            and not _OUTERMOST.search(text)
+            and ready.poll(max(0.0, 1000 * (end - time.monotonic())))
+        ):
             data = os.read(self._errors, _CHUNK)
             if not data:
                 break
             text += data.decode("utf-8", "replace")
-        for file, line in re.findall(r'File "([^"]*)", line (\d+)', text):
+        for file, line in _PLACE.findall(text):
             if not file.startswith(("/", "<")):
                 return f"{file}:{line}"
         return ""

@@ -48,10 +48,18 @@ class WireError(ValueError):
 class Packer:
     """Turns messages into bytes."""
 
-    def __init__(self, number_of: Callable[[Any], int], max_text: int = MAX_LENGTH) -> None:
-        """`number_of`: the number of a function of the script, TypeError for anything else. `max_text`: bytes of JSON."""
+    def __init__(
+        self, number_of: Callable[[Any], int], max_text: int = MAX_LENGTH, max_numbers: int = MAX_LENGTH
+    ) -> None:
+        """What writes messages.
+
+        Args:
+            number_of: the number of a function of the script; TypeError for anything else.
+            max_text: bytes of JSON in one message.
+            max_numbers: numbers in its arrays.
+        """
         self._number_of = number_of
-        self._max_text = max_text
+        self._max_text, self._max_numbers = max_text, max_numbers
         self._blobs: list[bytes] = []
         self._used = self._numbers_left = 0
         self._encode = json.JSONEncoder(
@@ -60,7 +68,7 @@ class Packer:
 
     def pack(self, message: list[Any]) -> bytes:
         """Raises TypeError for a value that cannot travel, ValueError for one that is too deep or too big."""
-        self._blobs, self._used, self._numbers_left = [], 0, MAX_NUMBERS
+        self._blobs, self._used, self._numbers_left = [], 0, self._max_numbers
         text = self._encode(self._marked(message, MAX_DEPTH + 2)).encode()
         if len(text) + self._used > MAX_LENGTH:
             raise ValueError(f"more than {MAX_LENGTH >> 20} MiB cannot travel")
@@ -144,15 +152,18 @@ def _key(key: Any) -> str | int:
 class Unpacker:
     """Turns the body of a message back; every fault of the other side is a `WireError`."""
 
-    def __init__(self, function_of: Callable[[int], Any], max_text: int = MAX_LENGTH) -> None:
+    def __init__(
+        self, function_of: Callable[[int], Any], max_text: int = MAX_LENGTH, max_numbers: int = MAX_LENGTH
+    ) -> None:
         """What reads messages.
 
         Args:
             function_of: what stands here for the function of a number; KeyError or TypeError for a wrong one.
             max_text: bytes of JSON in one message.
+            max_numbers: numbers in its arrays.
         """
         self._function_of = function_of
-        self._max_text = max_text
+        self._max_text, self._max_numbers = max_text, max_numbers
         self._body = b""
         self._text_length = 0
         self._numbers_left = 0
@@ -167,7 +178,7 @@ class Unpacker:
 
     def unpack(self, body: bytes, text_length: int) -> list[Any]:
         self._body, self._text_length = body, text_length
-        self._numbers_left = MAX_NUMBERS
+        self._numbers_left = self._max_numbers
         try:
             message = self._decode(body[:text_length].decode())
         except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as problem:
