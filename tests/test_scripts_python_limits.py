@@ -230,7 +230,7 @@ def same(x): return x
 def checked(n): return sim.echo(list(range(n))) == list(range(n)), sim.echo('x' * n) == 'x' * n
 def rows(): return np.arange(60000.0).reshape(-1, 100), np.ones((300, 2, 1)), np.zeros((100, 0)), [[1, 2], [3]] * 50
 def odd(): return [True] * 100, [1 << 70] * 100, [1.5, 2] * 100, [[1.5] * 3, (2.5,) * 3] * 40, [-0.0, float('inf')] * 64
-def much(): return [str(n) for n in range(100000)]
+def much(): return [str(n) for n in range(50000)]
 def wide(): return [0] * ((1 << 20) + 1)
 """)
     long = [0.1 * n for n in range(1000)]
@@ -250,7 +250,7 @@ def wide(): return [0] * ((1 << 20) + 1)
     ]
     assert [type(value) for value in (odd[0][0], odd[2][1], odd[3][1][0])] == [bool, int, float]
     for function in ("much", "wide"):
-        with pytest.raises(ScriptError, match="more than 512 KiB of texts and short lists cannot travel"):
+        with pytest.raises(ScriptError, match="more than 256 KiB of texts and short lists cannot travel"):
             interpreter.call(function)
     assert interpreter.call("same", 1) == [1]
 

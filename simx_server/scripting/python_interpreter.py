@@ -201,9 +201,12 @@ class PythonInterpreter:
             kind, *rest = self._process.receive()
             match kind, rest:
                 case "invoke", [str(name), list(arguments)]:
-                    answer = self._invoke(name[:_LONGEST_NAME], [_from_script(value) for value in arguments])
+                    plain = [_from_script(value) for value in arguments]
+                    self._process.serve_when_due()
+                    answer = self._invoke(name[:_LONGEST_NAME], plain)
                     if answer is None:
                         return []
+                    self._process.serve_when_due()
                     try:
                         self._process.send(*answer)
                     except (TypeError, ValueError) as problem:  # a result that cannot travel

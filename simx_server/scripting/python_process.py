@@ -186,9 +186,13 @@ class PythonProcess:
                 self._buffer += data
         except WireError as problem:
             raise self.kill(f"{self.name}: its process sent {problem}") from problem
+        self.serve_when_due()
+        return message
+
+    def serve_when_due(self) -> None:
+        """Serve others when they have not been for a while: between two pieces of work on one message."""
         if time.monotonic() > self._next_service:
             self._be_patient()
-        return message
 
     def close(self) -> None:
         """End the process and wait for that."""

@@ -26,8 +26,8 @@ HEADER = struct.Struct("<II")
 MAX_LENGTH = 64 << 20
 """Bytes of one message: four pictures of the largest kind; a script must not make the server allocate more."""
 
-MAX_TEXT = 512 << 10
-"""Bytes of JSON in a message of a script; the server reads the worst of them in a quarter of a second."""
+MAX_TEXT = 256 << 10
+"""Bytes of JSON in a message of a script; the server reads the worst of them in a fifth of a second."""
 
 MAX_NUMBERS = 1 << 20
 """Numbers in arrays of one message of a script; each list within a list counts for 16 of them."""
