@@ -120,7 +120,8 @@ def test_without_a_folder_no_files_are_read(script: Scripts, tmp_path: Path) -> 
 
 RAVE = """
 import os
-def forged(text, more=0): return len(text).to_bytes(4, 'little') + more.to_bytes(4, 'little') + text.encode() + bytes(more)
+def forged(text, more=0):
+    return len(text).to_bytes(4, 'little') + more.to_bytes(4, 'little') + text.encode() + bytes(more)
 def rave(data):
     for descriptor in range(3, 100):  # one of them is the pipe to the server
         try: os.write(descriptor, data)

@@ -145,7 +145,8 @@ listener = socket.socket(socket.AF_UNIX)
 listener.bind("\0simx-test-" + str(os.getpid()))
 listener.listen()
 if wall == "files":
-    missing = not python_confine._restrict_files(libc, [folder, os.path.dirname(os.__file__), *python_confine._LIBRARIES])
+    places = [folder, os.path.dirname(os.__file__), *python_confine._LIBRARIES]
+    missing = not python_confine._restrict_files(libc, places)
 else:
     missing = not python_confine._restrict_calls(libc, -1)
 if missing:
@@ -205,17 +206,21 @@ attacks = dict(
     posix_timer=lambda: call(222 if machine == "x86_64" else 107, 1, None, ctypes.byref(ctypes.c_int())),
     timer_file=lambda: call(283 if machine == "x86_64" else 85, 1, 0),
     handler=lambda: signal.signal(signal.SIGXCPU, signal.SIG_IGN),
-    thread_start=lambda: threading.Thread(target=print).start(), fork=child, vfork=lambda: call(58 if machine == "x86_64" else 435, None, 0),
-    clone3=lambda: call(435, ctypes.create_string_buffer(88), 88), run=lambda: os.posix_spawn("/bin/true", ["true"], {{}}),
+    thread_start=lambda: threading.Thread(target=print).start(), fork=child,
+    vfork=lambda: call(58 if machine == "x86_64" else 435, None, 0),
+    clone3=lambda: call(435, ctypes.create_string_buffer(88), 88),
+    run=lambda: os.posix_spawn("/bin/true", ["true"], {{}}),
     execute=lambda: os.execv("/bin/true", ["true"]), socket=socket.socket, pair=socket.socketpair,
     accept=listener.accept, pipe=os.pipe, memory_file=lambda: os.memfd_create("x"), events=select.epoll,
     limit=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (32, 32)),
     limit_of=lambda: resource.prlimit(victim, resource.RLIMIT_CPU, (1, 1)),
     nice=lambda: os.setpriority(os.PRIO_PROCESS, 0, 5), affinity=lambda: os.sched_setaffinity(0, {{0}}),
     trace=lambda: call(101 if machine == "x86_64" else 117, 16, victim, 0, 0),
-    ring=lambda: call(425, 1, ctypes.create_string_buffer(120)), bpf=lambda: call(321 if machine == "x86_64" else 280, 0, 0, 0),
-    landlock=lambda: call(444, None, 0, 1), prctl=lambda: (libc.prctl(38, 1, 0, 0, 0) and (_ for _ in ()).throw(OSError())),
-    faults=lambda: call(323 if machine == "x86_64" else 282, 0), keys=lambda: call(250 if machine == "x86_64" else 219, 0, -3, 1),
+    ring=lambda: call(425, 1, ctypes.create_string_buffer(120)),
+    bpf=lambda: call(321 if machine == "x86_64" else 280, 0, 0, 0),
+    landlock=lambda: call(444, None, 0, 1), prctl=lambda: call(157 if machine == "x86_64" else 167, 38, 1, 0, 0, 0),
+    faults=lambda: call(323 if machine == "x86_64" else 282, 0),
+    keys=lambda: call(250 if machine == "x86_64" else 219, 0, -3, 1),
 )
 files = dict(
     **tree, passwd=lambda: open("/etc/passwd"), processes=lambda: os.listdir("/proc"),
@@ -351,8 +356,9 @@ def by_collector():
         else: raise AssertionError(name)
 def by_builtins():
     kept = dict(vars(builtins))
-    for name in ('isinstance', 'str', 'bytes', 'next', 'any', 'PermissionError', 'ImportError', 'open', 'type', 'len', '__import__'):
-        if name != 'open': setattr(builtins, name, lambda *a, **k: True)
+    for name in kept:
+        if name in ('isinstance', 'str', 'bytes', 'next', 'any', 'type', 'len', '__import__') or name.endswith('Error'):
+            setattr(builtins, name, lambda *a, **k: True)
     try: kept['open']('/etc/passwd'); why = 'none'
     except Exception as problem: why = kept['str'](problem)
     finally: vars(builtins).update(kept)

@@ -131,6 +131,7 @@ def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str
         os_error: type[OSError] = OSError,
     ) -> None:
         allowed = readable
+        given: Any = None
         if event == "open":
             given, _, flags = arguments
             problem = "open"

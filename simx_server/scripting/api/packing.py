@@ -50,7 +50,8 @@ def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[
     chosen = _span(present, start, count, "the data")
     if len(chosen) > MAX_NUMBERS:
         raise CommandError(
-            f"{len(chosen)} numbers are too many for one table; it holds {MAX_NUMBERS}, so unpack in parts (start, count)"
+            f"{len(chosen)} numbers are too many for one table, which holds {MAX_NUMBERS}: unpack in parts "
+            "(start, count)"
         )
     return list(struct.unpack_from(f"<{len(chosen)}{letter}", data, skip + size * start))
 
