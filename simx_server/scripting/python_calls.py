@@ -4,7 +4,7 @@ The list names what is allowed; everything else fails, also calls that future ke
 arguments are those of the kernel's public headers (unistd.h, fcntl.h, ioctls.h, seccomp.h, bpf_common.h).
 
 What is left out on purpose: signals to other processes, and what makes the kernel send them (``F_SETOWN``, ``O_ASYNC``,
-timers, message queues); processes and threads; sockets and pipes; handlers of signals, so that the limit on processor
+timers, message queues); processes and threads; sockets and pipes; handlers and masks of signals, so that the limit on processor
 time and the order to say where the script is cannot be switched off; every change of the file tree; other processes'
 memory; io_uring, which carries out calls unseen. Memory may be made executable: extension modules are loaded while the
 script runs, and native code meets the same filter.
@@ -25,6 +25,9 @@ _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _GIVE = 0x20, 0x15, 0x35, 0x45, 0x06
 
 ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
 """By machine: what the kernel calls it in a filter, and the column of its numbers below."""
+
+_MASK = (14, 135)
+"""rt_sigprocmask: it does nothing and succeeds, since libraries abort when it fails (systemd's for names of users)."""
 
 _X32 = 1 << 30
 """From here on x86_64 has a second numbering of its calls."""
@@ -134,6 +137,7 @@ def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
             continue
         block = [step for check in checks.get(name, ()) for step in check.program(refuse)] + [allow]
         program += [(_EQUAL, 0, len(block), numbers[column]), *block]
+    program += [(_EQUAL, 0, 1, _MASK[column]), (_GIVE, 0, 0, _ERRNO)]
     return [*program, (_AT_LEAST, 0, 1, _UNIFIED), (_GIVE, 0, 0, _ERRNO | errno.ENOSYS), refuse]
 
 

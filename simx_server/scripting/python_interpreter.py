@@ -289,7 +289,7 @@ class PythonInterpreter:
     def _module(self, name: str) -> list[Any]:
         try:
             return ["ok", [self._api.module(name)]]
-        except CommandError as problem:
+        except (CommandError, ValueError) as problem:  # a name that no file can have
             return ["refused", f"import {name}: {problem}"]
 
     def _number_of(self, value: Any) -> int:

@@ -165,8 +165,7 @@ class Unpacker:
         self._function_of = function_of
         self._max_text, self._max_numbers = max_text, max_numbers
         self._body = b""
-        self._text_length = 0
-        self._numbers_left = 0
+        self._text_length = self._numbers_left = self._bytes_left = 0
         self._decode = json.JSONDecoder(object_hook=self._unmark).decode
 
     def lengths(self, header: bytes) -> tuple[int, int]:
@@ -179,6 +178,7 @@ class Unpacker:
     def unpack(self, body: bytes, text_length: int) -> list[Any]:
         self._body, self._text_length = body, text_length
         self._numbers_left = self._max_numbers
+        self._bytes_left = len(body) - text_length
         try:
             message = self._decode(body[:text_length].decode())
         except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as problem:
@@ -205,7 +205,8 @@ class Unpacker:
 
     def _blob(self, offset: int, length: int) -> bytes:
         start = self._text_length + offset
-        if offset < 0 or length < 0 or start + length > len(self._body):
+        self._bytes_left -= length  # no byte comes twice, or few bytes would become many
+        if offset < 0 or length < 0 or start + length > len(self._body) or self._bytes_left < 0:
             raise ValueError("bytes outside the message")
         return self._body[start : start + length]
 
