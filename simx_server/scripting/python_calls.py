@@ -3,11 +3,16 @@
 The list names what is allowed; everything else fails, also calls that future kernels add. Numbers and values of
 arguments are those of the kernel's public headers (unistd.h, fcntl.h, ioctls.h, seccomp.h, bpf_common.h).
 
-What is left out on purpose: signals to other processes, and what makes the kernel send them (``F_SETOWN``, ``O_ASYNC``,
-timers, message queues); processes and threads; sockets and pipes; handlers and masks of signals, so that the limit on processor
-time and the order to say where the script is cannot be switched off; every change of the file tree; other processes'
-memory; io_uring, which carries out calls unseen. Memory may be made executable: extension modules are loaded while the
-script runs, and native code meets the same filter.
+Left out on purpose:
+
+* signals to other processes, and what makes the kernel send them: ``F_SETOWN``, ``O_ASYNC``, timers, message queues;
+* handlers and masks of signals, so that the limit on processor time and the question where the script is cannot be
+  switched off;
+* processes, threads, sockets, pipes, every change of the file tree, the memory of other processes;
+* io_uring, which carries out calls unseen.
+
+Memory may be made executable: extension modules are loaded while the script runs, and native code meets the same
+filter.
 """
 
 from __future__ import annotations

@@ -54,7 +54,6 @@ _MODULES = {
     "no other processes": ("_posixsubprocess",),
     "no connections": ("_socket",),
     "files can only be read": ("fcntl",),
-    "limits stay as they are": ("resource",),
 }  # fmt: skip
 
 _OWN_MODULES = ("python_calls", "python_confine", "python_guard", "python_link", "python_wire")
