@@ -155,6 +155,8 @@ class PythonProcess:
             resource.prlimit(self._child.pid, resource.RLIMIT_CPU, (seconds, most))
         except ProcessLookupError:  # it has ended; the pipe will say so
             return
+        except OSError as problem:
+            raise self.kill(f"{self.name}: its processor time cannot be limited: {problem}") from problem
         self._allowed = seconds
 
     def grant(self, seconds: float) -> None:
