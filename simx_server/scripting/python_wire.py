@@ -35,6 +35,9 @@ MAX_NUMBERS = 1 << 20
 _LONG = 64
 """From so many numbers on a list travels as an array; from 16 times as many characters on a text does as bytes."""
 
+_LARGEST_KEY = (1 << 63) - 1
+"""Of a dict: thousands of larger numbers may have one hash, and a dict of these takes seconds to make."""
+
 _KINDS = {float: "d", int: "q"}
 
 MAX_DEPTH = 16
@@ -143,7 +146,9 @@ def _cost(shape: list[int]) -> int:
 def _key(key: Any) -> str | int:
     number = key.tolist() if hasattr(key, "tolist") else key
     if isinstance(number, float) and number.is_integer():
-        return int(number)  # as Lua has it, and to Python it is the same key
+        number = int(number)  # as Lua has it, and to Python it is the same key
+    if isinstance(number, int) and abs(number) > _LARGEST_KEY:
+        raise TypeError("a dict with a number of more than 63 bits as a key cannot travel")
     if isinstance(number, str) or (isinstance(number, int) and not isinstance(number, bool)):
         return number
     raise TypeError(f"a dict with a {type(key).__name__} as a key cannot travel; keys are str or int")
@@ -198,10 +203,11 @@ class Unpacker:
             return self._array(*marked["n"])
         if "f" in marked:
             return self._function_of(marked["f"])
-        found = dict(marked["d"])
-        if not all(type(key) in (str, int) for key in found):
-            raise TypeError("a key that no dict has here")
-        return found
+        items = marked["d"]
+        for key, _ in items:
+            if type(key) is not str and (type(key) is not int or abs(key) > _LARGEST_KEY):
+                raise TypeError("a key that no dict has here")
+        return dict(items)
 
     def _blob(self, offset: int, length: int) -> bytes:
         start = self._text_length + offset
