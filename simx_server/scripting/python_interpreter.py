@@ -201,9 +201,9 @@ class PythonInterpreter:
             kind, *rest = self._process.receive()
             match kind, rest:
                 case "invoke", [str(name), list(arguments)]:
-                    plain = [_from_script(value) for value in arguments]
+                    _from_script(arguments)
                     self._process.serve_when_due()
-                    answer = self._invoke(name[:_LONGEST_NAME], plain)
+                    answer = self._invoke(name[:_LONGEST_NAME], arguments)
                     if answer is None:
                         return []
                     self._process.serve_when_due()
@@ -233,7 +233,7 @@ class PythonInterpreter:
                     self._process.send(*self._module(name))
                 case "done", [list(results), names]:
                     self._learn(names)
-                    return [_from_script(value) for value in results]
+                    return _from_script(results)
                 case "failed", [str(text), names]:
                     self._learn(names)
                     raise ScriptError(self._explain(_clean(text)))
@@ -305,7 +305,7 @@ class PythonInterpreter:
         return PythonFunction(self, number)
 
 
-def _from_script(value: Any, depth: int = MAX_DEPTH + 1) -> Any:
+def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
     """Every string as bytes, in place. Raises WireError for what is nested deeper than a correct side sends."""
     if type(value) is str:
         return _encoded(value)

@@ -32,8 +32,13 @@ MAX_TEXT = 256 << 10
 MAX_NUMBERS = 1 << 20
 """Numbers in arrays of one message of a script; each list within a list counts for 16 of them."""
 
-_LONG = 64
-"""From so many numbers on a list travels as an array; from 16 times as many characters on a text does as bytes."""
+_LONG, _LONG_TEXT = 64, 1024
+"""From so many numbers on a list travels as an array, from so many characters on a text does as bytes."""
+
+_MANY = 8
+"""Lists within a list from which on they are looked at together."""
+
+_SHORT = {float, int, bool, type(None)}
 
 _LARGEST_KEY = (1 << 63) - 1
 """Of a dict: thousands of larger numbers may have one hash, and a dict of these takes seconds to make."""
@@ -92,7 +97,7 @@ class Packer:
             return {"b": self._add(bytes(value))}
         if hasattr(value, "tolist"):  # numbers and arrays of numpy, array.array
             plain = value.tolist()
-            return (isinstance(plain, list) and self._numbers(plain)) or plain
+            return (isinstance(plain, list) and plain and self._numbers(plain)) or plain
         return {"f": self._number_of(value)}
 
     def _marked(self, value: Any, depth: int) -> Any:
@@ -100,19 +105,24 @@ class Packer:
         if isinstance(value, (list, tuple)):
             if depth == 0:
                 raise ValueError("a list that is nested too deeply cannot travel")
-            return self._numbers(value) or [
-                self._marked(item, depth - 1) if isinstance(item, _MARKED) else item for item in value
+            return (len(value) >= _MANY and self._numbers(value)) or [
+                item
+                if (kind := type(item)) in _SHORT or (kind is str and len(item) < _LONG_TEXT)
+                else self._marked(item, depth - 1)
+                for item in value
             ]
         if isinstance(value, dict):
             return {"d": [[_key(key), self._marked(item, depth - 1)] for key, item in value.items()]}
-        if isinstance(value, str) and len(value) >= 16 * _LONG:
+        if isinstance(value, str) and len(value) >= _LONG_TEXT:
             return {"s": self._add(value.encode("utf-8", "surrogatepass"))}
         return value
 
     def _numbers(self, value: list[Any] | tuple[Any, ...]) -> Any:
         """A long list of numbers of one type, or of equally long ones of these, as an array; else None."""
+        if len(value) < _LONG and type(value[0]) not in (list, tuple):
+            return None
         shape = [len(value)]
-        while value and shape[0] and type(value[0]) in (list, tuple) and len(shape) < MAX_DEPTH:
+        while value and type(value[0]) in (list, tuple) and len(shape) < MAX_DEPTH:
             shape.append(len(value[0]))
             if (
                 not shape[-1]
@@ -133,9 +143,6 @@ class Packer:
             return None
         self._numbers_left -= _cost(shape)
         return {"n": [*self._add(numbers.tobytes()), kind, shape]}
-
-
-_MARKED = (list, tuple, dict, str)
 
 
 def _cost(shape: list[int]) -> int:
