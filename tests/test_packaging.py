@@ -20,7 +20,7 @@ from simx_server.errors import CommandError
 from simx_server.kinematics.profile import line
 from simx_server.recording.log_file import MAGIC, LogWriter
 
-NOT_FOR_IMPORT = ("__main__", "python_child", "python_link", "python_confine", "python_guard")
+NOT_FOR_IMPORT = ("__main__", "python_calls", "python_child", "python_link", "python_confine", "python_guard")
 """Programs, and what is only found by the child process beside which it lies."""
 
 NOT_POSIX = f"""

@@ -41,6 +41,16 @@ def test_dicts_with_keys_that_cannot_cross_are_an_error(script: Scripts) -> None
             interpreter.call("g", key)
 
 
+def test_keys_of_one_hash_cannot_cross(script: Scripts) -> None:
+    """A dict of a few thousand of them takes seconds to make."""
+    interpreter = script(
+        "def f(): return {n * ((1 << 61) - 1): 0 for n in range(5, 9)}\ndef g(): return {-1 << 62: 1}"
+    )
+    with pytest.raises(ScriptError, match="a dict with a number of more than 63 bits as a key cannot travel"):
+        interpreter.call("f")
+    assert interpreter.call("g") == [{-1 << 62: 1}]
+
+
 def test_text_comes_as_str_and_other_strings_as_bytes(script: Scripts) -> None:
     interpreter = script("""
 def f(*values): return [type(value).__name__ for value in values]

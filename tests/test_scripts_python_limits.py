@@ -28,6 +28,11 @@ ENDLESS = {
     "calls of sim": ("\n while True: sim.echo(1)", 3),
     "prints": ("\n while True: print(1)", 3),
     "in native code": ("9**(9**8)", 2),
+    "sum": ("sum(range(10**12))", 2),
+    "regular expression": ("__import__('re').match('(a*)*b', 'a' * 40)", 2),
+    "sorting": ("\n while True: sorted(range(10**6), key=lambda x: -x)", 3),
+    "waiting in the kernel": ("\n import select\n select.select([], [], [])", 4),
+    "stopped": ("\n import signal\n signal.raise_signal(signal.SIGSTOP)", r"[34]|^test\.py"),
     "signals ignored": ("\n import time\n time.sleep(100)", 4),
 }
 
@@ -35,9 +40,12 @@ ENDLESS = {
 @pytest.mark.parametrize(("body", "line"), ENDLESS.values(), ids=ENDLESS)
 def test_endless_script_is_stopped_with_its_process(script: Scripts, body: str, line: object) -> None:
     interpreter = script(f"#\ndef endless(): {body}\n", time_limit=0.2)
+    began = script.api.served
     with pytest.raises(ScriptError, match=rf"^test\.py:{line}: took too long and was stopped"):
         interpreter.call("endless")
-    assert script.api.served > 0
+    assert (
+        script.api.served - began >= 10
+    )  # in 0.2 s at least: a turn in each 20 ms is far from what is promised
     with pytest.raises(ScriptError, match="took too long"):
         interpreter.call("endless")
     assert interpreter.has("endless")
@@ -112,6 +120,8 @@ def test_without_a_folder_no_files_are_read(script: Scripts, tmp_path: Path) -> 
 
 RAVE = """
 import os
+def forged(text, more=0):
+    return len(text).to_bytes(4, 'little') + more.to_bytes(4, 'little') + text.encode() + bytes(more)
 def rave(data):
     for descriptor in range(3, 100):  # one of them is the pipe to the server
         try: os.write(descriptor, data)
@@ -128,8 +138,30 @@ def rave(data):
         ("rave(b'\\x02\\0\\0\\0\\0\\0\\0\\0{}')", "sent an unreadable message"),
         ("rave(b'\\x03\\0\\0\\0\\0\\0\\0\\0[1]')", "sent a message without a kind"),
         ("rave(b'\\x08\\0\\0\\0\\0\\0\\0\\0[\"done\"]')", "sent an unknown message"),
+        ("rave(b'\\xff\\xff\\xff\\x7f' * 2)", "sent a message of"),
+        (
+            "rave(forged('[\"done\",[' + '[' * 100 + ']' * 100 + '],null]'))",
+            "sent a list that is nested too deeply",
+        ),
+        (
+            "rave(forged('[\"done\",[' + '[' * 600 + ']' * 600 + '],null]'))",
+            "sent a list that is nested too deeply",
+        ),
+        ("rave(forged('[' * 100000))", "sent an unreadable message"),
+        (
+            "rave(forged('[\"invoke\",\"sim.echo\",[' + '[' * 100 + ']' * 100 + ']]'))",
+            "sent a list that is nested",
+        ),
+        ("rave(forged('[\"turns\",1' + '0' * 400 + ']'))", "sent an unknown message"),
+        ("rave(forged('[\"turns\",-1]'))", "sent an unknown message"),
+        ("rave(forged('[\"done\",[1' + '0' * 5000 + '],null]'))", "sent an unreadable message"),
+        ('rave(forged(\'["done",[{"n":[0,8,"d",[9]]}],null]\', 8))', "sent an unreadable message"),
+        ('rave(forged(\'["done",[{"n":[0,0,"d",[]]}],null]\', 8))', "sent an unreadable message"),
+        ('rave(forged(\'["done",[{"n":[0,8,"u",[1]]}],null]\', 8))', "sent an unreadable message"),
+        ('rave(forged(\'["done",[{"s":[0,9]}],null]\', 8))', "sent an unreadable message"),
+        ('rave(forged(\'["done",[{"b":[0,1e400]}],null]\', 8))', "sent an unreadable message"),
+        ("rave(forged('[\"done\",[' + '0,' * 300000 + '0],null]'))", "sent a message of"),
     ],
-    ids=["exit", "abort", "rubbish", "bad mark", "no kind", "too short"],
 )
 def test_dead_or_raving_process_is_an_error_of_its_script(script: Scripts, body: str, how: str) -> None:
     interpreter = script(f"{RAVE}\ndef f():\n    {body}")
@@ -164,23 +196,104 @@ def test_close_ends_the_process_and_may_come_twice(script: Scripts) -> None:
         function()
 
 
+def test_a_script_that_says_it_is_done_and_goes_on_is_stopped(
+    script: Scripts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A core would burn until the server ends: the next request ends it, and the kernel where there is none."""
+    source = (
+        RAVE
+        + """
+def f():
+    rave(forged('["done",[],null]'))
+    while True: pass
+def g(): pass
+"""
+    )
+    monkeypatch.setattr(python_process, "_UNASKED_LIMIT", 0.02)
+    asked, unasked = script(source), script(source)
+    for interpreter in (asked, unasked):
+        interpreter.call("f")
+    process = asked._process
+    while process._processor_time() < process._finished + 0.05:
+        select.select([], [], [], 0.005)
+    with pytest.raises(ScriptError, match="computed while nothing was asked of it and was stopped"):
+        asked.call("g")
+    unasked._process._allow(1)
+    unasked._process._child.wait(30)
+    with pytest.raises(ScriptError, match="took too long, or computed while nothing was asked of it"):
+        unasked.call("g")
+
+
+def test_many_numbers_travel_as_bytes(script: Scripts) -> None:
+    interpreter = script("""
+import numpy as np
+def same(x): return x
+def checked(n): return sim.echo(list(range(n))) == list(range(n)), sim.echo('x' * n) == 'x' * n
+def rows(): return np.arange(60000.0).reshape(-1, 100), np.ones((300, 2, 1)), np.zeros((100, 0)), [[1, 2], [3]] * 50
+def odd(): return [True] * 100, [1 << 70] * 100, [1.5, 2] * 100, [[1.5] * 3, (2.5,) * 3] * 40, [-0.0, float('inf')] * 64
+def much(): return [str(n) for n in range(50000)]
+def wide(): return [0] * ((1 << 20) + 1)
+""")
+    long = [0.1 * n for n in range(1000)]
+    assert interpreter.call("same", long) == [long]
+    assert interpreter.call("same", [long, long[::-1]]) == [[long, long[::-1]]]
+    assert interpreter.call("checked", 100_000) == [True, True]
+    first, second, third, fourth = interpreter.call("rows")
+    assert first == [[100.0 * row + n for n in range(100)] for row in range(600)]
+    assert (second, third, fourth) == ([[[1.0]] * 2] * 300, [[]] * 100, [[1, 2], [3]] * 50)
+    odd = interpreter.call("odd")
+    assert odd == [
+        [True] * 100,
+        [1 << 70] * 100,
+        [1.5, 2] * 100,
+        [[1.5] * 3, [2.5] * 3] * 40,
+        [-0.0, float("inf")] * 64,
+    ]
+    assert [type(value) for value in (odd[0][0], odd[2][1], odd[3][1][0])] == [bool, int, float]
+    for function in ("much", "wide"):
+        with pytest.raises(ScriptError, match="more than 256 KiB of texts and short lists cannot travel"):
+            interpreter.call(function)
+    assert interpreter.call("same", 1) == [1]
+
+
 ORPHAN = """
 import sys, os
 sys.path.insert(0, {tests!r})
 from python_echo import PythonEchoApi, PythonInterpreter
 api = PythonEchoApi()
 interpreter = PythonInterpreter("test.py", api)
-interpreter.run(b"import os\\ndef pid(): return os.getpid()\\ndef f():\\n  while True: pass")
+interpreter.run(b'''
+import os, sys, time
+def pid(): return os.getpid()
+def give_up(how):
+    frame = sys._getframe()
+    while "lifeline" not in frame.f_locals: frame = frame.f_back
+    try: how(frame.f_locals["lifeline"])
+    except OSError: pass
+    time.sleep(1000)
+def f():
+    {body}
+''')
 print(interpreter.call("pid")[0], flush=True)
 api.vanish = True
 interpreter.call("f")
 """
 
 
-def test_endless_script_does_not_outlive_the_server() -> None:
-    """The server vanishes while the script loops; end of file on the script's copy of standard output is its end."""
+@pytest.mark.parametrize(
+    "body",
+    [
+        "while True: pass",
+        "give_up(lambda lifeline: os.close(lifeline))",
+        "give_up(lambda lifeline: os.dup2(2, lifeline))",
+        "give_up(lambda lifeline: os.closerange(lifeline, lifeline + 1))",
+    ],
+    ids=["loop", "closes", "replaces", "closes a range"],
+)
+def test_endless_script_does_not_outlive_the_server(body: str) -> None:
+    """The server vanishes while the script goes on."""
     run = subprocess.run(
-        [sys.executable, "-c", ORPHAN.format(tests=str(Path(__file__).parent))],
+        [sys.executable, "-c", ORPHAN.format(tests=str(Path(__file__).parent), body=body)],
         stdout=subprocess.PIPE,
         timeout=30,
         check=True,

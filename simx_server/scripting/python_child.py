@@ -240,13 +240,15 @@ def main() -> None:
     os.dup2(2, 1)
     # The server reads standard error only when this process has ended: a full pipe must not stop the script.
     os.set_blocking(2, False)
-    end_with(int(sys.argv.pop()))
+    lifeline = int(sys.argv.pop())
+    end_with(lifeline)
     faulthandler.register(signal.SIGUSR1, all_threads=True)
     _, name, namespaces, folder = link.receive()
     random.seed(1)
     sys.dont_write_bytecode = True
-    folders = python_guard.library_folders()
-    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in folders]
+    libraries = python_guard.library_folders()
+    sys.path[:] = [path for path in sys.path if os.path.realpath(path) in libraries]
+    folders = list(libraries)
     if folder is not None:
         folders.append(os.path.realpath(folder))
         os.chdir(folder)
@@ -254,10 +256,9 @@ def main() -> None:
     builtins.__dict__.pop("exit", None)
     builtins.__dict__.pop("quit", None)
     python_guard.limit_resources()
-    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"])
-    for module in [key for key in sys.modules if "ctypes" in key]:
-        del sys.modules[module]
-    python_guard.refuse(folders)
+    missing = python_confine.confine([*folders, f"{sys.base_prefix}/lib"], lifeline)
+    python_guard.hide_modules()
+    python_guard.refuse(folders, libraries)
     link.send("ready", missing)
     while True:
         script.serve()

@@ -3,10 +3,13 @@
 Three walls, each for what the others let through:
 
 * an audit hook: clear errors at once for files, processes, sockets, signals, threads, ctypes. It is Python code in the
-  script's own process, so someone who means harm can find and disable it;
-* limits of the kernel: memory, no file grows, no processes and threads (the last not for root), no core file;
-* Landlock and seccomp, see `python_confine.py`: which files can be opened; no sockets, processes, threads, signals to
-  others, changes of the file tree, tracing. They hold against native code too, as far as the kernel itself does.
+  script's own process: one function without globals, whose values are constants, known to Python's list of hooks alone.
+  No module, frame, built-in name or object that a script can change has a part in it. Native code gets past it, and
+  ctypes, which puts up the kernel's walls, leaves its types in the process;
+* limits of the kernel: memory, processor time, no file grows, no processes and threads (the last not for root), no core
+  file;
+* Landlock and seccomp, see `python_confine.py` and `python_calls.py`: which files can be opened; which system calls can
+  be made. They hold against native code too, as far as the kernel itself does.
 
 A kernel without Landlock (before 5.13, or switched off) or seccomp leaves the first two walls: good against mistakes
 and careless scripts, not against a hostile author; the server's log says so. What none of them prevents: reading
@@ -19,6 +22,8 @@ from __future__ import annotations
 import os
 import resource
 import sys
+from collections.abc import Callable, Sequence
+from typing import Any
 
 MEMORY_LIMIT = 512 << 20
 """Bytes of address space; numpy alone takes 200 MiB of it."""
@@ -42,15 +47,16 @@ _REFUSED = {
     "limits stay as they are": ("resource.",),
 }  # fmt: skip
 
-_EVENTS = tuple((prefix, reason) for reason, prefixes in _REFUSED.items() for prefix in prefixes)
-
 _MODULES = {
-    "ctypes": "no native code",
-    "_ctypes": "no native code",
-    "_posixsubprocess": "no other processes",
-    "_socket": "no connections",
-    "fcntl": "files can only be read",
-}
+    "no native code": (
+        "ctypes", "_ctypes", "_cffi_backend", "_interpreters", "_xxsubinterpreters", "_testcapi", "_testinternalcapi",
+    ),
+    "no other processes": ("_posixsubprocess",),
+    "no connections": ("_socket",),
+    "files can only be read": ("fcntl",),
+}  # fmt: skip
+
+_OWN_MODULES = ("python_calls", "python_confine", "python_guard", "python_link", "python_wire")
 
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
@@ -77,37 +83,115 @@ def library_folders() -> list[str]:
     return sorted({os.path.realpath(path) for path in (*own, *packages)})
 
 
-def refuse(folders: list[str]) -> None:
-    """Answer what a script may not do with PermissionError; `folders` can be read."""
-    allowed = tuple(folder.rstrip("/") + "/" for folder in folders)
-    realpath = os.path.realpath
-    events: dict[str, str] = {}
+def hide_modules() -> None:
+    """Take from `sys.modules` what made this process: the next import of it is asked about, or finds nothing."""
+    hidden = {name for names in _MODULES.values() for name in names}.union(_OWN_MODULES)
+    for name in [name for name in sys.modules if name.partition(".")[0] in hidden]:
+        del sys.modules[name]
 
-    def may_read(path: object) -> bool:
-        if isinstance(path, bytes):
-            path = os.fsdecode(path)
-        return isinstance(path, str) and (realpath(path) + "/").startswith(allowed)
 
-    def hook(event: str, arguments: tuple[object, ...]) -> None:
+def refuse(folders: Sequence[str], libraries: Sequence[str]) -> None:
+    """Answer what a script may not do with PermissionError, for good.
+
+    Args:
+        folders: what can be read.
+        libraries: those of them that native modules may come from.
+    """
+    sys.addaudithook(make_hook(folders, libraries))
+
+
+def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str, tuple[Any, ...]], None]:
+    """The audit hook.
+
+    What it refuses raises, and a traceback shows its frame to the script. So all that it uses are its own parameters,
+    which are constants and functions in C: no name is looked up in a module, no value can be changed from the frame,
+    and no method of the script's own objects is called.
+    """
+
+    def hook(
+        event: str,
+        arguments: tuple[Any, ...],
+        *,
+        readable: tuple[bytes, ...] = _prefixes(folders),
+        native: tuple[bytes, ...] = _prefixes(libraries),
+        events: tuple[tuple[str, tuple[str, ...]], ...] = tuple(_REFUSED.items()),
+        prefixes: tuple[str, ...] = tuple(prefix for group in _REFUSED.values() for prefix in group),
+        modules: tuple[tuple[str, frozenset[bytes]], ...] = tuple(
+            (reason, frozenset(name.encode() for name in names)) for reason, names in _MODULES.items()
+        ),
+        writing: int = _WRITING,
+        encode: Callable[[str, str, str], bytes] = str.encode,
+        join: Callable[[bytes, tuple[bytes]], bytes] = bytes.join,
+        readlink: Callable[[bytes], bytes] = os.readlink,
+        current: Callable[[], bytes] = os.getcwdb,
+        permission_error: type[PermissionError] = PermissionError,
+        import_error: type[ImportError] = ImportError,
+        type_error: type[TypeError] = TypeError,
+        os_error: type[OSError] = OSError,
+    ) -> None:
+        allowed = readable
+        given: Any = None
         if event == "open":
-            path, _, flags = arguments
-            if isinstance(flags, int) and flags & _WRITING:
-                raise PermissionError(f"a script may not write files ({path!r}): files can only be read")
-            if not may_read(path):
-                raise PermissionError(f"a script may not open {path!r}: only files of the scene's folder")
+            given, _, flags = arguments
+            problem = "open"
+            if flags & writing:
+                raise permission_error("a script may not write files: files can only be read")
         elif event in ("os.listdir", "os.scandir", "glob.glob", "os.chdir"):
-            if not may_read(arguments[0] or os.curdir):
-                raise PermissionError(f"a script may not look into {arguments[0]!r}: only the scene's folder")
+            given = arguments[0]
+            problem = "look into"
+            if given is None:
+                given = b"."
         elif event == "import":
-            reason = _MODULES.get(str(arguments[0]))
-            if reason:
-                raise ImportError(f"a script may not import {arguments[0]}: {reason}", name=str(arguments[0]))
+            name = encode(arguments[0], "utf-8", "surrogateescape").rpartition(b".")[2]
+            for reason, names in modules:
+                if name in names:
+                    text = name.decode("utf-8", "replace")
+                    raise import_error(f"a script may not import {text}: {reason}")
+            given = arguments[1]
+            if given is None:
+                return
+            problem = "load native code from"
+            allowed = native
         else:
-            reason = events.get(event)
-            if reason is None:
-                reason = next((why for prefix, why in _EVENTS if event.startswith(prefix)), "")
-                events[event] = reason
-            if reason:
-                raise PermissionError(f"a script may not do this ({event}): {reason}")
+            if event.startswith(prefixes):
+                for reason, group in events:
+                    if event.startswith(group):
+                        raise permission_error(f"a script may not do this ({event}): {reason}")
+            return
+        # A copy of the text, whatever class it has and whatever methods that has.
+        try:
+            path = encode(given, "utf-8", "surrogateescape")
+        except type_error:
+            try:
+                path = join(b"", (given,))
+            except type_error:
+                raise permission_error(f"a script may not {problem} this: it is not a path") from None
+        # As os.path.realpath does it, which is a function that the script could change.
+        place = b"" if path.startswith(b"/") else current()
+        left = path.split(b"/")[::-1]
+        links = 0
+        while left:
+            part = left.pop()
+            if part == b"..":
+                place = place.rpartition(b"/")[0]
+            elif part != b"" and part != b".":
+                try:
+                    target = readlink(place + b"/" + part)
+                except os_error:
+                    place += b"/" + part
+                    continue
+                links += 1
+                if links > 40:
+                    raise permission_error("a script may not open a path of more than 40 links")
+                if target.startswith(b"/"):
+                    place = b""
+                left += target.split(b"/")[::-1]
+        if not (place + b"/").startswith(allowed):
+            text = path.decode("utf-8", "replace")
+            raise permission_error(f"a script may not {problem} {text!r}: only files of the scene's folder")
 
-    sys.addaudithook(hook)
+    return hook
+
+
+def _prefixes(folders: Sequence[str]) -> tuple[bytes, ...]:
+    return tuple(os.fsencode(folder.rstrip("/") + "/") for folder in folders)

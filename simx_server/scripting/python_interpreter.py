@@ -34,7 +34,7 @@ from .interpreter import (
     refusal,
 )
 from .python_process import PythonProcess
-from .python_wire import Packer, Unpacker
+from .python_wire import MAX_DEPTH, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker, WireError
 
 logger = logging.getLogger(__name__)
 
@@ -45,6 +45,16 @@ _PLUGIN = re.compile(r": (?:NameError: name|ModuleNotFoundError: No module named
 
 _LONGEST_TEXT = 1 << 16
 """Characters of one line that a script prints, and of an error."""
+
+_LONGEST_NAME = 200
+"""Characters of the name of a function; a longer one is none, and what is near it takes long to find."""
+
+_MOST_TURNS = 1 << 20
+
+_WALLS = ("no_new_privs", "landlock", "seccomp")
+
+_LONG_LIST = 16
+_NUMBERS = {int, float, bool, type(None)}
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
@@ -90,8 +100,14 @@ class PythonInterpreter:
         self._held_call = ""
         self._turns = 0
         """Of the thread's loops, since its resumption."""
+        self._is_warned = False
         self._process = PythonProcess(
-            name, Packer(self._number_of), Unpacker(self._function_of), api.serve_others, time_limit
+            name,
+            Packer(self._number_of),
+            Unpacker(self._function_of, MAX_TEXT, MAX_NUMBERS),
+            api.serve_others,
+            lambda: api.is_ending,
+            time_limit,
         )
         self._process.begin()
         known = {space: dict(names) for space, names in api.namespaces().items()}
@@ -170,34 +186,46 @@ class PythonInterpreter:
         try:
             self._process.send(*message)
             return self._serve()
+        except WireError as problem:
+            raise self._process.kill(f"{self.name}: its process sent {problem}") from problem
         except (TypeError, ValueError) as problem:
             raise ScriptError(f"{self.name}: {problem}") from problem
         finally:
             self._depth -= 1
             self._in_thread = outer
+            if not self._depth:
+                self._process.finish()
 
     def _serve(self) -> list[Any]:
         while True:
             kind, *rest = self._process.receive()
             match kind, rest:
                 case "invoke", [str(name), list(arguments)]:
-                    answer = self._invoke(name, arguments)
+                    _from_script(arguments)
+                    self._process.serve_when_due()
+                    answer = self._invoke(name[:_LONGEST_NAME], arguments)
                     if answer is None:
                         return []
-                    self._process.send(*answer)
-                case "turns", [int(turns)]:
+                    self._process.serve_when_due()
+                    try:
+                        self._process.send(*answer)
+                    except (TypeError, ValueError) as problem:  # a result that cannot travel
+                        self._process.send("refused", f"{name[:_LONGEST_NAME]}: {problem}")
+                case "turns", [int(turns)] if 0 < turns <= _MOST_TURNS:
                     self._turns += turns
                     if self._in_thread and self._api.switching.is_tired(self._turns * _TURN_TIME):
                         self._held = ["ok", []]
                         return []
                     self._process.send("ok", [])
-                case "ready", [list(missing)]:
-                    if missing:
+                case "ready", [list(told)]:
+                    missing = [wall for wall in _WALLS if wall in told]
+                    if missing and not self._is_warned:
+                        self._is_warned = True
                         logger.warning(
                             "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
                             "scripts whose author you trust",
                             self.name,
-                            " and ".join(map(str, missing)),
+                            " and ".join(missing),
                         )
                 case "print", [str(text)]:
                     self._api.output(_clean(text))
@@ -205,7 +233,7 @@ class PythonInterpreter:
                     self._process.send(*self._module(name))
                 case "done", [list(results), names]:
                     self._learn(names)
-                    return [self._from_script(value) for value in results]
+                    return _from_script(results)
                 case "failed", [str(text), names]:
                     self._learn(names)
                     raise ScriptError(self._explain(_clean(text)))
@@ -224,7 +252,7 @@ class PythonInterpreter:
         """The answer to a call of the API; None when the thread is to wait for it."""
         began, spent = time.monotonic(), self._api.switching.spent
         try:
-            results = self._api.invoke(name, [self._from_script(value) for value in arguments])
+            results = self._api.invoke(name, arguments)
             if self._api.switching.spent > spent:
                 self._process.grant(time.monotonic() - began)
             if isinstance(results, Generator):
@@ -261,7 +289,7 @@ class PythonInterpreter:
     def _module(self, name: str) -> list[Any]:
         try:
             return ["ok", [self._api.module(name)]]
-        except CommandError as problem:
+        except (CommandError, ValueError) as problem:  # a name that no file can have
             return ["refused", f"import {name}: {problem}"]
 
     def _number_of(self, value: Any) -> int:
@@ -276,15 +304,25 @@ class PythonInterpreter:
             raise TypeError
         return PythonFunction(self, number)
 
-    def _from_script(self, value: Any) -> Any:
-        """Every string as bytes."""
-        if isinstance(value, str):
-            return _encoded(value)
-        if isinstance(value, list):
-            return [self._from_script(item) for item in value]
-        if isinstance(value, dict):
-            return {key: self._from_script(item) for key, item in value.items()}
+
+def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
+    """Every string as bytes, in place. Raises WireError for what is nested deeper than a correct side sends."""
+    if type(value) is str:
+        return _encoded(value)
+    if type(value) is list:
+        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+            return value
+        places: Any = enumerate(value)
+    elif type(value) is dict:
+        places = value.items()
+    else:
         return value
+    if depth == 0:
+        raise WireError("a list that is nested too deeply")
+    for place, item in places:
+        if type(item) is str or (type(item) in (list, dict) and item):
+            value[place] = _from_script(item, depth - 1)
+    return value
 
 
 def _clean(text: str) -> str:
@@ -310,6 +348,8 @@ def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
             return value
         return value if _CONTROL.search(text) else text
     if isinstance(value, (list, tuple)):
+        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+            return value
         return [_to_script(item, as_bytes=as_bytes) for item in value]
     if isinstance(value, dict):
         return {_to_script(key): _to_script(item, as_bytes=as_bytes) for key, item in value.items()}

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from python_wire import HEADER, Packer, Unpacker
+from python_wire import HEADER, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker
 
 _LINE = 1 << 16
 """Characters of printed text without a line end that are kept together."""
@@ -20,7 +20,7 @@ class Link:
         self._reading, self._writing = reading, writing
         self._functions: list[Callable[..., Any]] = []
         self._numbers: dict[int, int] = {}
-        self._packer = Packer(self._number_of)
+        self._packer = Packer(self._number_of, MAX_TEXT, MAX_NUMBERS)
         self._unpacker = Unpacker(self.function)
 
     def function(self, number: int) -> Callable[..., Any]:

@@ -16,6 +16,15 @@ from .base import ApiPart
 _TABLE_MARK = b"simx:table:1\n"
 """Begins what `packTable` makes; the digit is the version of the form."""
 
+MAX_NUMBERS = 1 << 21
+"""Of one unpacked table: no client is served while one is made."""
+
+MAX_TABLE = 1 << 20
+"""Bytes of a packed table that are unpacked, for the same reason."""
+
+MAX_TABLES = 100_000
+"""Tables within it."""
+
 _INTEGERS = {"B": (8, False), "H": (16, False), "I": (32, False), "i": (32, True)}
 
 
@@ -37,9 +46,14 @@ def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[
     size = struct.calcsize(letter)
     if not 0 <= skip <= len(data):
         raise CommandError(f"the byte offset must be 0 to {len(data)}, the length of the data, not {skip}")
-    present = (len(data) - skip) // size
-    whole = struct.unpack_from(f"<{present}{letter}", data, skip)
-    return list(_span(whole, start, count, "the data"))
+    present = range((len(data) - skip) // size)
+    chosen = _span(present, start, count, "the data")
+    if len(chosen) > MAX_NUMBERS:
+        raise CommandError(
+            f"{len(chosen)} numbers are too many for one table, which holds {MAX_NUMBERS}: unpack in parts "
+            "(start, count)"
+        )
+    return list(struct.unpack_from(f"<{len(chosen)}{letter}", data, skip + size * start))
 
 
 def _span(values: Any, start: int, count: int, what: str) -> Any:
@@ -73,12 +87,29 @@ def unpack_table(data: bytes) -> Any:
         raise CommandError(
             "this was not made by packTable of this server, whose data is the only one it reads"
         )
+    if len(data) > MAX_TABLE:
+        raise CommandError(
+            f"the packed table has {len(data)} bytes, of which at most {MAX_TABLE} are unpacked"
+        )
+    count = 0
+
+    def counted(table: Any) -> Any:
+        nonlocal count
+        count += 1
+        if count > MAX_TABLES:
+            raise ValueError(f"it has more than {MAX_TABLES} tables within it")
+        return table
+
     try:
         return msgpack.unpackb(
-            data[len(_TABLE_MARK) :], strict_map_key=False, unicode_errors="surrogateescape"
+            data[len(_TABLE_MARK) :],
+            strict_map_key=False,
+            unicode_errors="surrogateescape",
+            list_hook=counted,
+            object_hook=counted,
         )
     except ValueError as problem:
-        raise CommandError(f"the packed table is damaged: {problem}") from None
+        raise CommandError(f"the packed table is damaged or too large: {problem}") from None
 
 
 class PackingFunctions(ApiPart):
