@@ -32,6 +32,7 @@ from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
 from ..status_bar import as_log_line
+from .access import has_rules, rules
 from .exposure import exposure
 
 logger = logging.getLogger(__name__)
@@ -113,6 +114,8 @@ class ZenohGateway:
                 config = link.configured_by(zenoh, config_file, defaults)
             except zenoh.ZError as error:
                 raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
+        if not has_rules(config):
+            link.configure(config, {"access_control": rules(self.realm)})
         if warning := exposure(self.endpoints, config):
             logger.warning("%s", warning)
         try:
