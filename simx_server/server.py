@@ -240,7 +240,6 @@ def run_server(
             realm=settings.realm,
             config=settings.config,
             multicast_scouting=settings.multicast_scouting,
-            is_frugal=is_one_of_many,
         )
     except GatewayError as error:
         logger.error("%s", error)

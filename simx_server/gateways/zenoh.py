@@ -58,7 +58,6 @@ class ZenohGateway:
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
-        is_frugal: bool = False,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -69,13 +68,12 @@ class ZenohGateway:
                 tried again and again.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
-            is_frugal: one of many servers on this host.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
         """
         is_plain = config is None and not multicast_scouting
-        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.RUNTIME)
+        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
         self._engine = engine
         self.ports = tuple(_claim(port) for port in ports)
@@ -97,7 +95,7 @@ class ZenohGateway:
         self._present: set[str] = set()
         """Clients whose liveliness token is there."""
 
-        more: dict[str, Any] = {**link.FRUGAL} if is_frugal else {}
+        more: dict[str, Any] = {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
         self._session = self._open(config, more, multicast_scouting)
@@ -106,7 +104,7 @@ class ZenohGateway:
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
-        defaults = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting}
+        defaults = {**link.SERVER, "scouting/multicast/enabled": multicast_scouting}
         if config_file is None:
             config = link.configure(zenoh.Config(), defaults)
         else:
