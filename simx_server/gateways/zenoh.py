@@ -40,6 +40,10 @@ logger = logging.getLogger(__name__)
 CLOSE_TIMEOUT = 3.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
 
+MOST_PRESENT = 10_000
+"""Names of clients that are remembered before they say hello, which they do at once; the oldest go first. Who says so
+late that 10,000 others came meanwhile has to connect anew."""
+
 
 class GatewayError(Exception):
     """The server cannot be reached as it was asked to be; the text says what to do."""
@@ -92,8 +96,8 @@ class ZenohGateway:
             self.realm = keys.check_chunk(name)
         except ValueError as error:
             raise GatewayError(f"--realm: {error}") from None
-        self._present: set[str] = set()
-        """Clients whose liveliness token is there."""
+        self._present: dict[str, None] = {}
+        """Clients whose liveliness token is there, in the order of their coming."""
 
         more: dict[str, Any] = {}
         if connect:
@@ -153,15 +157,19 @@ class ZenohGateway:
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
         is_there = sample.kind != self._zenoh.SampleKind.DELETE
+        if len(client) > keys.LONGEST:  # no client can be called so
+            return
         self._engine.post(partial(self._note_presence, client, is_there))
 
     # --- the physics thread ----------------------------------------------------------------------
 
     def _note_presence(self, client: str, is_there: bool) -> None:
         if is_there:
-            self._present.add(client)
+            self._present[client] = None
+            if len(self._present) > max(MOST_PRESENT, 2 * len(self._engine.sessions)):
+                del self._present[next(name for name in self._present if name not in self._engine.sessions)]
         else:
-            self._present.discard(client)
+            self._present.pop(client, None)
             self._engine.leave(client)
 
     def _welcome(self, query: Any) -> None:
