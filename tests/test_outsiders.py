@@ -20,8 +20,8 @@ from real_world import BLOCKING
 import simx_client as v
 from simx_client.clients import CLIENTS
 from simx_client.protocol import keys, link
-from simx_client.protocol.codec import encode
-from simx_client.protocol.messages import Batch, Call
+from simx_client.protocol.codec import decode_welcome, encode
+from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting
 
 on_linux = pytest.mark.skipif(sys.platform != "linux", reason="counts in /proc")
 PATIENCE = 20.0
@@ -150,6 +150,28 @@ def test_nobody_lists_clients_or_poses_as_a_server(place: ServerProcess, victim:
         assert [str(token.ok.key_expr) for token in alive] == [keys.alive(realm(place))]
     assert (seen, listed) == ([], [])
     assert v.simxGetConnectionId(victim) == 1
+
+
+@pytest.mark.parametrize("secret", [None, bytes(16), b""])
+def test_nobody_calls_in_the_name_of_another(place: ServerProcess, victim: int, secret: bytes | None) -> None:
+    """Also when its name is known."""
+    name = transport(victim).client
+    start = encode(Batch(1, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))
+    greeting = encode(Greeting(OLDEST_PROTOCOL, name, "impostor", place.port, PROTOCOL_VERSION))
+    with connect(place.port) as outsider:
+        token = outsider.liveliness().declare_token(keys.client(realm(place), name))
+        for _ in range(2):
+            for each in (name, "*"):
+                outsider.put(keys.call(realm(place), each), start, attachment=secret)
+            (reply,) = outsider.get(
+                keys.hello(realm(place)), payload=greeting, attachment=secret, timeout=PATIENCE
+            )
+            assert "another client" in decode_welcome(reply.ok.payload.to_bytes()).refusal
+        token.undeclare()
+        settled(outsider, place)
+    assert v.simxGetPingTime(victim)[0] == 0
+    assert v.simxGetConnectionId(victim) == 1
+    assert v.simxGetInMessageInfo(victim, v.simx_headeroffset_server_state)[1] & 1 == 0
 
 
 # --- what stays -----------------------------------------------------------------------------------
@@ -286,6 +308,3 @@ def test_invented_clients_take_no_memory_and_do_not_keep_others_out(place: Serve
         assert v.simxGetObjectHandle(second, "hinge", BLOCKING)[0] == 0
         v.simxFinish(second)
     assert v.simxGetObjectHandle(victim, "hinge", BLOCKING)[0] == 0
-
-
-START = encode(Batch(1, 0, [Call(1, 0, 0, "simxStartSimulation", [])]))

@@ -69,7 +69,7 @@ SERVER: dict[str, Any] = {
     **COMMON,
     # What a peer sends through shared memory stays mapped here for good, 16 MB and two descriptors for each that there
     # ever was: Zenoh 1.10 keeps all segments it has read. It would bring a picture of 640x480 0.3 ms sooner.
-    "transport/shared_memory/enabled": False,
+    "transport/shared_memory": {"enabled": False},
     # More connections than descriptors may be waiting to say something; a newcomer is not refused for them.
     "transport/unicast/accept_pending": 100_000,
 }

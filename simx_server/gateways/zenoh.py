@@ -44,6 +44,9 @@ MOST_PRESENT = 10_000
 """Names of clients that are remembered before they say hello, which they do at once; the oldest go first. Who says so
 late that 10,000 others came meanwhile has to connect anew."""
 
+MOST_SECRET = 64
+"""Bytes of a client's secret; ours have 16. A longer one is never matched."""
+
 
 class GatewayError(Exception):
     """The server cannot be reached as it was asked to be; the text says what to do."""
@@ -99,6 +102,9 @@ class ZenohGateway:
         self._present: dict[str, None] = {}
         """Clients whose liveliness token is there, in the order of their coming."""
 
+        self._secrets: dict[str, bytes | None] = {}
+        """What comes with each message of a client that has said hello; None: it is older than secrets."""
+
         more: dict[str, Any] = {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
@@ -141,7 +147,7 @@ class ZenohGateway:
                 (keys.metrics(realm), self._tell_metrics),
             )
         ]
-        inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
+        inlet = self._engine.inlet(self._zenoh.Sample, self._read_call)
         self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
             keys.client(realm), direct(self._on_client, indirect=False)
@@ -170,28 +176,43 @@ class ZenohGateway:
                 del self._present[next(name for name in self._present if name not in self._engine.sessions)]
         else:
             self._present.pop(client, None)
+            self._secrets.pop(client, None)
             self._engine.leave(client)
+
+    def _read_call(self, sample: Any) -> Arrival:
+        client = str(sample.key_expr).rpartition("/")[2]
+        if not self._is_from(client, sample):
+            client = ""  # nobody
+        return Arrival(client, sample.payload.to_bytes())
+
+    def _is_from(self, client: str, message: Any) -> bool:
+        """Whether a sample or query brings the secret that came with this client's hello.
+
+        Names of clients are part of keys that others may listen to; what is attached to calls is not.
+        """
+        attached = message.attachment
+        return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
         with query:
             version, refusal = PROTOCOL_VERSION, ""
             if query.payload is not None:
-                joined = self._join(query.payload.to_bytes())
+                joined = self._join(query)
                 if joined is None:
                     return  # without an answer: it asks again
                 version, refusal = joined
             welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
             query.reply(keys.hello(self.realm), encode(welcome))
 
-    def _join(self, payload: bytes) -> tuple[int, str] | None:
-        """Take a client in.
+    def _join(self, query: Any) -> tuple[int, str] | None:
+        """Take in the client that says hello by a query.
 
         Returns:
             The version of the protocol to speak and, if the client is refused, the reason; None if nobody would notice
             that it goes.
         """
         try:
-            greeting = decode_greeting(payload)
+            greeting = decode_greeting(query.payload.to_bytes())
             client = keys.check_chunk(greeting.client)
         except (CodecError, ValueError) as error:
             return PROTOCOL_VERSION, f"the greeting could not be read ({error})"
@@ -203,12 +224,16 @@ class ZenohGateway:
             return PROTOCOL_VERSION, refusal
         if client not in self._present:
             return None
-        if client not in self._engine.sessions:
+        if client in self._engine.sessions:
+            if not self._is_from(client, query):
+                return version, f"another client is called {client}"
+        else:
             try:
                 wanted = len(self._engine.sessions) + 1
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
+            self._secrets[client] = None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
@@ -298,10 +323,6 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
-
-
-def _read_call(sample: Any) -> Arrival:
-    return Arrival(str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes())
 
 
 def _and_connect(options: dict[str, Any]) -> str:
