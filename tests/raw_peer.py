@@ -1,7 +1,7 @@
 """A Zenoh program that is no client of ours: ``python tests/raw_peer.py PORT MODE END``.
 
-It connects with Zenoh's own defaults, sends what takes shared memory where that is offered, and ends: END is ``leave`` or
-``kill``.
+It connects with Zenoh's own defaults, sends what takes shared memory where that is offered, and ends: END is ``leave``
+or ``kill``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,11 @@ LARGE = 20_000
 def connect(port: int, mode: str = "peer", **options: object) -> zenoh.Session:
     """A session to a server's port; everything else is as Zenoh has it, multicast aside: others share this host."""
     config = zenoh.Config()
-    settings = {"mode": mode, "connect/endpoints": [f"tcp/127.0.0.1:{port}"], "scouting/multicast/enabled": False}
+    settings = {
+        "mode": mode,
+        "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
+        "scouting/multicast/enabled": False,
+    }
     for path, value in {**settings, **options}.items():
         config.insert_json5(path, json.dumps(value))
     return zenoh.open(config)

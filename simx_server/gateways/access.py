@@ -1,8 +1,8 @@
 """The access rules of a server's own Zenoh session: clients may do what a client does, and nothing else.
 
-A Zenoh peer passes messages on between those who connect to it, so without rules one client could answer the greetings of
-others, send them replies, and receive their calls. A rule holds for a key expression that it includes, so everything is
-denied but what is listed: a subscription to ``**`` is not included in any of these, one to ``simx/REALM/reply/*`` is.
+A Zenoh peer passes messages on between those who connect to it, so without rules one client could answer the greetings
+of others, send them replies, and receive their calls. A rule holds for a key expression that it includes, so everything
+is denied but what is listed: a subscription to ``**`` is not included in any of these, ``simx/REALM/reply/*`` is.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ def rules(realm: str) -> dict[str, Any]:
         _rule("answer", "egress", own, "declare_queryable", "reply"),
         _rule("send", "egress", sent, "put"),
         _rule("take-calls", "egress", [keys.call(realm)], "declare_subscriber"),
-        _rule("see-clients", "egress", [keys.client(realm)], "liveliness_query", "declare_liveliness_subscriber"),
+        _rule(
+            "see-clients", "egress", [keys.client(realm)], "liveliness_query", "declare_liveliness_subscriber"
+        ),
         _rule("be-found", "egress", [keys.alive(realm)], "liveliness_token"),
     ]
     return {

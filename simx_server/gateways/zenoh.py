@@ -233,7 +233,9 @@ class ZenohGateway:
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
-            self._secrets[client] = None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
+            self._secrets[client] = (
+                None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
+            )
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""

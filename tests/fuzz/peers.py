@@ -60,7 +60,15 @@ class Peer:
         made = (
             *(keys.call(at, name), keys.reply(at, name), keys.stream(at, name), keys.picture(at, name, 1)),
             *(keys.client(at, name), keys.hello(at), keys.status(at), keys.health(at), keys.metrics(at)),
-            *(keys.alive(at), "**", "simx/**", f"simx/{at}/{name}", "@/**", name, f"simx/{at}/call/{name}/more"),
+            *(
+                keys.alive(at),
+                "**",
+                "simx/**",
+                f"simx/{at}/{name}",
+                "@/**",
+                name,
+                f"simx/{at}/call/{name}/more",
+            ),
         )
         return chance.choice(made)
 
@@ -92,7 +100,9 @@ class Peer:
             session.liveliness().get(key, lambda _: None, timeout=1.0)
             return
         selector = f"{key}?{'a=b;' * self._chance.choice((0, 1, 1_000))}"
-        session.get(selector, lambda _: None, payload=self._payload(), target=target, timeout=1.0, **self._options())
+        session.get(
+            selector, lambda _: None, payload=self._payload(), target=target, timeout=1.0, **self._options()
+        )
 
     def _declare(self) -> None:
         session, key = self._session, self._key()
@@ -175,7 +185,9 @@ def run(cases: int, seed: int, folder: Path) -> str:
         assert v.simxGetObjectHandle(newcomer, "hinge", v.simx_opmode_blocking)[0] == 0
         assert v.simxGetConnectionId(witness.client) == 1, "the connection was lost in between"
         v.simxFinish(newcomer)
-        return f"{witness.calls} pairs of calls beside them, the slowest {1000 * witness.longest:.0f} ms a call"
+        return (
+            f"{witness.calls} pairs of calls beside them, the slowest {1000 * witness.longest:.0f} ms a call"
+        )
 
 
 @contextlib.contextmanager
