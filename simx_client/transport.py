@@ -138,6 +138,9 @@ class ZenohTransport:
         at_port = place.host_and_port[1] if place.host_and_port else 0
         self._asked_port = at_port if asked_port is None else asked_port
         self.client = client_name()
+        self._secret = os.urandom(16)
+        """Tells the server that a message in this client's name is from it; others may learn the name."""
+
         self._pictures: dict[str, Any] = {}
         """The newest of each stream, by key."""
 
@@ -227,6 +230,7 @@ class ZenohTransport:
             replies = self._session.get(
                 key,
                 payload=greeting,
+                attachment=None if greeting is None else self._secret,
                 timeout=max(0.01, min(GREETING_TIMEOUT, remaining)),
                 target=self._zenoh.QueryTarget.ALL,
                 consolidation=self._zenoh.ConsolidationMode.NONE,
@@ -320,13 +324,13 @@ class ZenohTransport:
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         if len(payload) <= SMALL and self._writer.is_idle:
-            self._session.put(self._calls, payload, congestion_control=self._block)
+            self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
         else:
             self._writer.send(payload, deadline)
 
     def _put(self, payload: bytes) -> None:
         with contextlib.suppress(self._zenoh.ZError):  # closed meanwhile
-            self._session.put(self._calls, payload, congestion_control=self._block)
+            self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
 
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         try:

@@ -25,6 +25,7 @@ from .command_server import add_command_server
 from .engine import Engine
 from .errors import CommandError
 from .filming import Film, Moment, Shot, write_snapshot
+from .gateways.descriptors import DescriptorWatch, raise_limit
 from .gateways.zenoh import GatewayError, ZenohGateway
 from .handlers import HANDLERS
 from .hooks import nothing
@@ -234,6 +235,7 @@ def run_server(
         pacer,
         starting_port=settings.temporary_port if settings.auto_start else None,
     )
+    raise_limit()
     try:
         gateway = ZenohGateway(
             engine,
@@ -243,7 +245,6 @@ def run_server(
             realm=settings.realm,
             config=settings.config,
             multicast_scouting=settings.multicast_scouting,
-            is_frugal=is_one_of_many,
         )
     except GatewayError as error:
         logger.error("%s", error)
@@ -251,6 +252,7 @@ def run_server(
     simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
     engine.metrics.pictures = simulation.rendering.times
     engine.watches.append(simulation.rendering.watch)
+    engine.watches.append(DescriptorWatch().look)
     if not is_one_of_many:
         keep_warm(simulation)
     simulation.parameters.pace = pacer

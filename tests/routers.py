@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 from processes import ROOT, read_line, running
 
@@ -20,10 +21,10 @@ def free_port() -> int:
 
 
 @contextlib.contextmanager
-def router(port: int) -> Iterator[subprocess.Popen[str]]:
+def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
     """A Zenoh router in a process of its own on this loopback port."""
     process = subprocess.Popen(
-        [sys.executable, str(ROOT / "tests" / "zenoh_router.py"), f"tcp/127.0.0.1:{port}"],
+        [sys.executable, str(ROOT / "tests" / "zenoh_router.py"), f"tcp/127.0.0.1:{port}", *map(str, config)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

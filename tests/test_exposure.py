@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -77,3 +78,10 @@ def test_file_of_the_user_keeps_what_simx_has_chosen_and_it_does_not_say(tmp_pat
     (tmp_path / "b.json5").write_text("{ scouting: { multicast: { enabled: true } } }")
     config = link.configured_by(zenoh, tmp_path / "b.json5", link.COMMON)
     assert config.get_json("scouting/multicast/enabled") == "true"
+
+
+@pytest.mark.parametrize(("text", "is_enabled"), [("{}", False), ("{ mode: 'init' }", True)])
+def test_shared_memory_is_the_operators_choice(tmp_path: Path, text: str, is_enabled: bool) -> None:
+    (tmp_path / "a.json5").write_text(f"{{ transport: {{ shared_memory: {text} }} }}")
+    config = link.configured_by(link.import_zenoh(), tmp_path / "a.json5", link.SERVER)
+    assert json.loads(config.get_json("transport/shared_memory/enabled")) is is_enabled

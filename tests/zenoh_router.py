@@ -1,4 +1,4 @@
-"""A plain Zenoh router, nothing of simx in it: ``python tests/zenoh_router.py ENDPOINT``. Ends with its stdin."""
+"""A plain Zenoh router without simx: ``python tests/zenoh_router.py ENDPOINT [CONFIG]``. Ends with its stdin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import zenoh
 
 OPTIONS = {
     "mode": "router",
-    "listen/endpoints": sys.argv[1:],
+    "listen/endpoints": sys.argv[1:2],
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": False,
     "transport/link/tx/lease": 2_000,  # what others think of it when it is frozen
@@ -17,7 +17,7 @@ OPTIONS = {
 
 
 def main() -> None:
-    config = zenoh.Config()
+    config = zenoh.Config.from_file(sys.argv[2]) if len(sys.argv) > 2 else zenoh.Config()
     for path, value in OPTIONS.items():
         config.insert_json5(path, json.dumps(value))
     with zenoh.open(config):

@@ -22,7 +22,10 @@ ANY_ALIVE = f"{ROOT}/*/alive"
 VIEWER = "viewer-"
 """Clients whose name begins so may only read. The name is part of every key, so access rules of Zenoh can hold a user
 to it, although the commands themselves are in payloads, which such rules do not see."""
-_CHUNK = re.compile(r"[A-Za-z0-9._-]{1,64}")
+LONGEST = 64
+"""Characters of a realm or client name."""
+
+_CHUNK = re.compile(rf"[A-Za-z0-9._-]{{1,{LONGEST}}}")
 
 
 def check_chunk(text: str) -> str:

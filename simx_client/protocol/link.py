@@ -14,17 +14,27 @@ from pathlib import Path
 from typing import Any
 
 WORKERS = 8
-"""Threads of Zenoh's pool. Closing the link of a peer that stopped reading with its queue full keeps one of them
-for ten seconds, and with none left nobody is served; idle ones cost nothing that could be measured."""
+"""Threads of Zenoh's pool in a client. Closing the link of a peer that stopped reading with its queue full keeps one of
+them for ten seconds, and with none left nobody is served; idle ones cost nothing that could be measured."""
 
-RUNTIME = f"(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:{WORKERS}))"
+SERVER_WORKERS = 64
+"""The same in a server, where strangers choose how many links are closed: also a link that never finished its handshake
+keeps a thread for 40 ms, until the other system acknowledges the end. 1500 of them held 8 threads up for seconds."""
+
+
+def _runtime(workers: int, *, own_sender: bool) -> str:
+    tx = "" if own_sender else "tx:(handover:app),"
+    return f"(rx:(handover:app),acc:(handover:app),{tx}net:(handover:app),app:(worker_threads:{workers}))"
+
+
+RUNTIME = _runtime(WORKERS, own_sender=True)
 """Merge Zenoh's thread pools, but leave transmission its own thread: with one pool for all, a large or
 express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
 
-SERVER_RUNTIME = (
-    "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),"
-    f"app:(worker_threads:{WORKERS}))"
-)
+CONFIGURED_SERVER_RUNTIME = _runtime(SERVER_WORKERS, own_sender=True)
+"""The same for a server with scouting or a configuration of the user's own."""
+
+SERVER_RUNTIME = _runtime(SERVER_WORKERS, own_sender=False)
 """One pool for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
 and never answers from a callback; but not with scouting or a configuration of the user's own."""
 
@@ -55,6 +65,15 @@ CLIENT: dict[str, Any] = {
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 
+SERVER: dict[str, Any] = {
+    **COMMON,
+    # What a peer sends through shared memory stays mapped here for good, 16 MB and two descriptors for each that there
+    # ever was: Zenoh 1.10 keeps all segments it has read. It would bring a picture of 640x480 0.3 ms sooner.
+    "transport/shared_memory": {"enabled": False},
+    # More connections than descriptors may be waiting to say something; a newcomer is not refused for them.
+    "transport/unicast/accept_pending": 100_000,
+}
+
 TO_ROUTERS: dict[str, Any] = {
     # A server begins without its routers, and finds them when they come.
     "connect/timeout_ms": -1,
@@ -63,12 +82,6 @@ TO_ROUTERS: dict[str, Any] = {
     # Else opening waits half a second, for peers that nobody looks for.
     "open/return_conditions/connect_scouted": False,
 }
-
-FRUGAL: dict[str, Any] = {
-    # Zenoh takes all of it with the first picture, 16 MB by itself. Six of 640x480 fit in; what does not is copied.
-    "transport/shared_memory/transport_optimization/pool_size": 6 << 20,
-}
-"""For one of many servers on a host."""
 
 
 def import_zenoh(runtime: str = RUNTIME) -> Any:

@@ -32,12 +32,20 @@ from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
 from ..status_bar import as_log_line
+from .access import has_rules, rules
 from .exposure import exposure
 
 logger = logging.getLogger(__name__)
 
 CLOSE_TIMEOUT = 3.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
+
+MOST_PRESENT = 10_000
+"""Names of clients that are remembered before they say hello, which they do at once; the oldest go first. Who says so
+late that 10,000 others came meanwhile has to connect anew."""
+
+MOST_SECRET = 64
+"""Bytes of a client's secret; ours have 16. A longer one is never matched."""
 
 
 class GatewayError(Exception):
@@ -57,7 +65,6 @@ class ZenohGateway:
         realm: str | None = None,
         config: Path | None = None,
         multicast_scouting: bool = False,
-        is_frugal: bool = False,
     ) -> None:
         """Open the session and declare everything. Physics thread, or before it runs.
 
@@ -68,13 +75,12 @@ class ZenohGateway:
                 tried again and again.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
-            is_frugal: one of many servers on this host.
 
         Raises:
             GatewayError: a port is taken, an endpoint or the file is wrong.
         """
         is_plain = config is None and not multicast_scouting
-        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.RUNTIME)
+        zenoh = link.import_zenoh(link.SERVER_RUNTIME if is_plain else link.CONFIGURED_SERVER_RUNTIME)
         self._zenoh = zenoh
         self._engine = engine
         self.ports = tuple(_claim(port) for port in ports)
@@ -93,10 +99,13 @@ class ZenohGateway:
             self.realm = keys.check_chunk(name)
         except ValueError as error:
             raise GatewayError(f"--realm: {error}") from None
-        self._present: set[str] = set()
-        """Clients whose liveliness token is there."""
+        self._present: dict[str, None] = {}
+        """Clients whose liveliness token is there, in the order of their coming."""
 
-        more: dict[str, Any] = {**link.FRUGAL} if is_frugal else {}
+        self._secrets: dict[str, bytes | None] = {}
+        """What comes with each message of a client that has said hello; None: it is older than secrets."""
+
+        more: dict[str, Any] = {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
         self._session = self._open(config, more, multicast_scouting)
@@ -105,7 +114,7 @@ class ZenohGateway:
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
-        defaults = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting}
+        defaults = {**link.SERVER, "scouting/multicast/enabled": multicast_scouting}
         if config_file is None:
             config = link.configure(zenoh.Config(), defaults)
         else:
@@ -113,6 +122,8 @@ class ZenohGateway:
                 config = link.configured_by(zenoh, config_file, defaults)
             except zenoh.ZError as error:
                 raise GatewayError(f"{config_file} is no Zenoh configuration: {link.reason(error)}") from None
+        if not has_rules(config):
+            link.configure(config, {"access_control": rules(self.realm)})
         if warning := exposure(self.endpoints, config):
             logger.warning("%s", warning)
         try:
@@ -136,7 +147,7 @@ class ZenohGateway:
                 (keys.metrics(realm), self._tell_metrics),
             )
         ]
-        inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
+        inlet = self._engine.inlet(self._zenoh.Sample, self._read_call)
         self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
             keys.client(realm), direct(self._on_client, indirect=False)
@@ -152,37 +163,56 @@ class ZenohGateway:
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
         is_there = sample.kind != self._zenoh.SampleKind.DELETE
+        if len(client) > keys.LONGEST:  # no client can be called so
+            return
         self._engine.post(partial(self._note_presence, client, is_there))
 
     # --- the physics thread ----------------------------------------------------------------------
 
     def _note_presence(self, client: str, is_there: bool) -> None:
         if is_there:
-            self._present.add(client)
+            self._present[client] = None
+            if len(self._present) > max(MOST_PRESENT, 2 * len(self._engine.sessions)):
+                del self._present[next(name for name in self._present if name not in self._engine.sessions)]
         else:
-            self._present.discard(client)
+            self._present.pop(client, None)
+            self._secrets.pop(client, None)
             self._engine.leave(client)
+
+    def _read_call(self, sample: Any) -> Arrival:
+        client = str(sample.key_expr).rpartition("/")[2]
+        if not self._is_from(client, sample):
+            client = ""  # nobody
+        return Arrival(client, sample.payload.to_bytes())
+
+    def _is_from(self, client: str, message: Any) -> bool:
+        """Whether a sample or query brings the secret that came with this client's hello.
+
+        Names of clients are part of keys that others may listen to; what is attached to calls is not.
+        """
+        attached = message.attachment
+        return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
         with query:
             version, refusal = PROTOCOL_VERSION, ""
             if query.payload is not None:
-                joined = self._join(query.payload.to_bytes())
+                joined = self._join(query)
                 if joined is None:
                     return  # without an answer: it asks again
                 version, refusal = joined
             welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
             query.reply(keys.hello(self.realm), encode(welcome))
 
-    def _join(self, payload: bytes) -> tuple[int, str] | None:
-        """Take a client in.
+    def _join(self, query: Any) -> tuple[int, str] | None:
+        """Take in the client that says hello by a query.
 
         Returns:
             The version of the protocol to speak and, if the client is refused, the reason; None if nobody would notice
             that it goes.
         """
         try:
-            greeting = decode_greeting(payload)
+            greeting = decode_greeting(query.payload.to_bytes())
             client = keys.check_chunk(greeting.client)
         except (CodecError, ValueError) as error:
             return PROTOCOL_VERSION, f"the greeting could not be read ({error})"
@@ -194,12 +224,18 @@ class ZenohGateway:
             return PROTOCOL_VERSION, refusal
         if client not in self._present:
             return None
-        if client not in self._engine.sessions:
+        if client in self._engine.sessions:
+            if not self._is_from(client, query):
+                return version, f"another client is called {client}"
+        else:
             try:
                 wanted = len(self._engine.sessions) + 1
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
+            self._secrets[client] = (
+                None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
+            )
             zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
@@ -289,10 +325,6 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
-
-
-def _read_call(sample: Any) -> Arrival:
-    return Arrival(str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes())
 
 
 def _and_connect(options: dict[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """Feeds the server what means no good: `python tests/fuzz/run.py TARGET CASES [SEED]`.
 
-TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), files, calls, results.
+TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), files, calls, results, lua,
+peers.
 Nothing is written into the repository. Exit code 0: nothing found; 1: the case is told, with how to run it again:
 `python tests/fuzz/run.py TARGET -r HEX`.
 """
@@ -139,6 +140,16 @@ def _hypothesis_target(target: str, cases: int, seed: int) -> int:
     return 0
 
 
+def _peers_target(cases: int, seed: int) -> int:
+    from fuzz import peers
+
+    with tempfile.TemporaryDirectory() as name:
+        began = time.monotonic()
+        seen = peers.run(cases, seed, Path(name))
+        sys.stdout.write(f"peers: {cases} cases in {time.monotonic() - began:.0f} s, nothing found; {seen}\n")
+    return 0
+
+
 def main(argv: list[str]) -> int:
     target, amount, *rest = argv
     if amount == "-r":
@@ -149,6 +160,8 @@ def main(argv: list[str]) -> int:
     if "--in" in rest:
         _child(target, cases, seed, Path(rest[rest.index("--in") + 1]), rest[-1])
         return 0
+    if target == "peers":
+        return _peers_target(cases, seed)
     if target not in ("codec", "scenes", "files"):
         return _hypothesis_target(target, cases, seed)
     if target == "files":  # what they do is done in a process of its own, where nobody counts the branches

@@ -1,0 +1,60 @@
+"""The access rules of a server's own Zenoh session: clients may do what a client does, and nothing else.
+
+A Zenoh peer passes messages on between those who connect to it, so without rules one client could answer the greetings
+of others, send them replies, and receive their calls. A rule holds for a key expression that it includes, so everything
+is denied but what is listed: a subscription to ``**`` is not included in any of these, ``simx/REALM/reply/*`` is.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from simx_client.protocol import keys
+
+_PERMISSION = "access_control/enabled"
+
+
+def rules(realm: str) -> dict[str, Any]:
+    """Return Zenoh's ``access_control`` section for a server with this realm."""
+    asked = [key("*") for key in (keys.hello, keys.status, keys.health, keys.metrics)]
+    own = [key(realm) for key in (keys.hello, keys.status, keys.health, keys.metrics)]
+    sent = [keys.reply(realm, "*"), keys.stream(realm, "*"), keys.picture(realm, "*")]
+    listed = [
+        # what others may do here
+        _rule("ask", "ingress", asked, "query"),
+        _rule("find", "ingress", [keys.ANY_ALIVE], "liveliness_query", "declare_liveliness_subscriber"),
+        _rule("be-there", "ingress", [keys.client(realm)], "liveliness_token"),
+        _rule("call", "ingress", [keys.call(realm)], "put"),
+        _rule("listen", "ingress", sent, "declare_subscriber"),
+        # what leaves the server
+        _rule("answer", "egress", own, "declare_queryable", "reply"),
+        _rule("send", "egress", sent, "put"),
+        _rule("take-calls", "egress", [keys.call(realm)], "declare_subscriber"),
+        _rule(
+            "see-clients", "egress", [keys.client(realm)], "liveliness_query", "declare_liveliness_subscriber"
+        ),
+        _rule("be-found", "egress", [keys.alive(realm)], "liveliness_token"),
+    ]
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": listed,
+        "subjects": [{"id": "everybody"}],
+        "policies": [{"rules": [rule["id"] for rule in listed], "subjects": ["everybody"]}],
+    }
+
+
+def has_rules(config: Any) -> bool:
+    """Whether a Zenoh configuration has access rules of its own."""
+    return json.loads(config.get_json(_PERMISSION)) is True
+
+
+def _rule(name: str, flow: str, key_expressions: list[str], *messages: str) -> dict[str, Any]:
+    return {
+        "id": name,
+        "permission": "allow",
+        "flows": [flow],
+        "key_exprs": key_expressions,
+        "messages": list(messages),
+    }
