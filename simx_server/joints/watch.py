@@ -20,8 +20,11 @@ MOST_AT_ONCE = 32
 GLANCE = 0.02
 """Seconds that such a call may last."""
 
+RECORDED_AT_ONCE = 8
+"""Physics steps in one call while a recording or a replay has to know where others were served."""
+
 MANY = 1024
-"""A simulation step of more physics steps than these is interrupted: others are served, and it ends at `LONGEST`."""
+"""A simulation step of more physics steps than these ends at `LONGEST`."""
 
 SERVES_AFTER = 0.1
 """Seconds of a simulation step after which others are served within it."""
@@ -64,10 +67,12 @@ class Watch:
         """
         bad = data.warning.number[_DIVERGED]  # a view: what MuJoCo counts is seen in it
         bad[:] = 0
+        point = self._sim.physics_point
         began = before = time.perf_counter()
         done = 0
         while done < count:
-            size = max(1, min(MOST_AT_ONCE - done % MOST_AT_ONCE, count - done, int(GLANCE / self._cost)))
+            most = int(GLANCE / self._cost) if point is None else RECORDED_AT_ONCE
+            size = max(1, min(MOST_AT_ONCE, most, count - done))
             yield range(done, done + size)
             done += size
             if any(bad.tolist()):
@@ -75,12 +80,22 @@ class Watch:
             now = time.perf_counter()
             self._cost = max(1e-9, (now - before) / size)
             before = now
-            if done < count and (now - began > SERVES_AFTER or count > MANY):
+            if done == count:
+                break
+            if now - began > SERVES_AFTER:
                 self._look_around(now - began, done, count)
+            if point is not None:
+                point()
 
     def _look_around(self, seconds: float, done: int, count: int) -> None:
+        """Within a simulation step that has lasted a while."""
         if self._sim.is_ending and seconds > CUT_AFTER:
             raise StepFailed("the server ends, within a long simulation step")
+        if count > MANY and seconds > LONGEST:
+            raise StepFailed(
+                f"a simulation step has {count} physics steps, and not all were made within {LONGEST:g} s; choose a "
+                "longer timestep of <option> or a shorter simulation step"
+            )
         whole = seconds * count / done
         if whole > TOO_LONG and seconds > WARNS_AFTER and not self._has_warned:
             self._has_warned = True
@@ -91,17 +106,7 @@ class Watch:
                 count,
                 whole,
             )
-        if count <= MANY:
-            return
-        if seconds > LONGEST:
-            raise StepFailed(
-                f"a simulation step has {count} physics steps, and not all were made within {LONGEST:g} s; choose a "
-                "longer timestep of <option> or a shorter simulation step"
-            )
-        if done % MOST_AT_ONCE == 0:  # at the same steps in each run, so that a recording knows where
-            if seconds > SERVES_AFTER:
-                self._sim.serve_others()
-            self._sim.script_point()
+        self._sim.serve_others()
 
 
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
