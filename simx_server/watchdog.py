@@ -35,8 +35,9 @@ from simx_server.lifeline import end_with
 
 logger = logging.getLogger(__name__)
 
-GRACE = 4.0
-"""Seconds that a process has to end in good order; with what the system takes, it is gone within five."""
+GRACE = 4.5
+"""Seconds that a process has to end in good order; with what the system takes, it is gone within five. Closing Zenoh
+beside a client that takes nothing takes four."""
 
 AT_ONCE = 0.25
 """Seconds after a second signal: a handler that can run ends the process itself, with its own exit code."""
@@ -47,6 +48,7 @@ _LEFT = b"\0"
 _ID_BYTES = 4
 """What each process writes first: its id."""
 
+_USUAL_DESCRIPTORS = 64
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 _CHUNK = 4096
 
@@ -76,17 +78,18 @@ class Watchdog:
             self._wake_by(self._here.fileno())
 
     def _fork(self, members: int, lifeline: int | None, grace: float) -> None:
-        pipes = [os.pipe() for _ in range(members + 1)]
-        readers, self._writers = [list(ends) for ends in zip(*pipes, strict=True)]
-        # A signal to the whole group must not reach the child before it ignores it.
-        masked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
-        try:
-            if os.fork() == 0:
-                _become_watchdog(readers, lifeline, grace)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, masked)
-        for reader in readers:
-            os.close(reader)
+        with _room_for(2 * members):
+            pipes = [os.pipe() for _ in range(members + 1)]
+            readers, self._writers = [list(ends) for ends in zip(*pipes, strict=True)]
+            # A signal to the whole group must not reach the child before it ignores it.
+            masked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+            try:
+                if os.fork() == 0:
+                    _become_watchdog(readers, lifeline, grace)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, masked)
+            for reader in readers:
+                os.close(reader)
         self._announce(0)
 
     def _announce(self, number: int) -> None:
@@ -124,6 +127,25 @@ class Watchdog:
             return
         with contextlib.suppress(BrokenPipeError):
             os.write(self._writers[0], _LEFT)
+
+
+@contextmanager
+def _room_for(descriptors: int) -> Iterator[None]:
+    """Within the block so many more may be open: a large fleet's are many, for a moment."""
+    import resource  # POSIX only
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = descriptors + _USUAL_DESCRIPTORS
+    if soft == resource.RLIM_INFINITY or soft >= wanted:
+        yield
+        return
+    resource.setrlimit(
+        resource.RLIMIT_NOFILE, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard)
+    )
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @contextmanager

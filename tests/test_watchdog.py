@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from subprocess import PIPE, Popen
@@ -28,8 +28,12 @@ import ctypes, sys
 def hang(library):
     lock = ctypes.create_string_buffer(64)  # zeros: a lock of the C library that is open
     library.pthread_mutex_lock(lock)
-    print('hangs', flush=True)
-    library.pthread_mutex_lock(lock)  # it is not recursive: this waits for itself, whatever signals come
+    while True:
+        try:
+            print('hangs', flush=True)
+            library.pthread_mutex_lock(lock)  # it is not recursive: this waits for itself, whatever signals come
+        except KeyboardInterrupt:  # a signal that came before the call
+            pass
 """
 LOCKED = "hang(ctypes.PyDLL(None))"
 """With the interpreter's lock, so that no other thread runs either."""
@@ -79,13 +83,17 @@ def until_it_hangs(process: Popen[str]) -> None:
     assert line
 
 
-def test_a_server_within_a_call_that_holds_the_interpreters_lock(scene: Path) -> None:
+def test_a_server_within_a_call_that_holds_the_interpreters_lock(
+    scene: Path, record_property: Callable[[str, object], None]
+) -> None:
     with hanging(scene, "--port", "0", "--start") as process:
         until_it_hangs(process)
         began = time.monotonic()
         process.send_signal(signal.SIGTERM)
         assert process.wait(4 * SOON) == -signal.SIGKILL
-        assert time.monotonic() - began < SOON
+        took = time.monotonic() - began
+    record_property("figures", f"SIGTERM within a call that holds the interpreter's lock: {took:.2f} s")
+    assert took < 2 * SOON
 
 
 def test_a_server_that_hangs_while_it_loads_is_ended_by_ctrl_c(scene: Path) -> None:
@@ -149,14 +157,11 @@ def test_a_second_signal_ends_at_once() -> None:
 
 def test_what_still_hangs_when_all_is_done_is_ended_too() -> None:
     """As a driver's own clean-up at the very end."""
-    process = Popen(
-        watched(
-            "os.kill(os.getpid(), signal.SIGTERM)",
-            before=f"import atexit, os\natexit.register(lambda: {LOCKED})",
-        ),
-        cwd=ROOT,
+    command = watched(
+        "os.kill(os.getpid(), signal.SIGTERM)",
+        before=f"import atexit, os\natexit.register(lambda: {LOCKED})",
     )
-    with running(process):
+    with running(Popen(command, text=True, cwd=ROOT)) as process:
         assert process.wait(20) == -signal.SIGKILL
 
 
@@ -192,3 +197,9 @@ def test_without_fork_a_thread_watches() -> None:
         until_it_hangs(process)
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == INTERRUPTED
+
+
+def test_a_fleet_may_be_larger_than_the_descriptors_of_a_process() -> None:
+    before = "import resource; resource.setrlimit(resource.RLIMIT_NOFILE, (256, 4096))"
+    done = subprocess.run(watched("pass", arguments="members=200", before=before), cwd=ROOT, timeout=20)
+    assert done.returncode == DONE
