@@ -38,7 +38,7 @@ logger = logging.getLogger(__name__)
 READY_WITHIN = 60.0
 """Seconds until all servers must be ready; on a busy host many of them take turns."""
 
-ENDS_WITHIN = 4.75
+ENDS_WITHIN = 4.8
 """Seconds that a server has to end; after that it is killed."""
 
 _CHUNK = 4096

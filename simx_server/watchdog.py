@@ -35,7 +35,7 @@ from simx_server.lifeline import end_with
 
 logger = logging.getLogger(__name__)
 
-GRACE = 4.5
+GRACE = 4.7
 """Seconds that a process has to end in good order; with what the system takes, it is gone within five. Closing Zenoh
 beside a client that takes nothing takes four."""
 

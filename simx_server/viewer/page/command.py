@@ -61,8 +61,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     lifeline = sys.stdin.fileno() if options.until_eof else None
     with listener, watched(0, lifeline, _END_TIMEOUT), ExitStack() as stack:
         try:
+            from simx_server import engine_warnings
+
             from .composition import Page
             from .quiet_viser import open_browser_server
+
+            engine_warnings.listen()
 
             browser = open_browser_server()
             stack.callback(browser.stop)
