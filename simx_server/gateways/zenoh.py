@@ -37,7 +37,7 @@ from .exposure import exposure
 logger = logging.getLogger(__name__)
 
 CLOSE_TIMEOUT = 2.0
-"""Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten. The watchdog leaves the whole end 4.7."""
+"""Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
 
 
 class GatewayError(Exception):
