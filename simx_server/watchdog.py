@@ -49,6 +49,8 @@ _ID_BYTES = 4
 """What each process writes first: its id."""
 
 _USUAL_DESCRIPTORS = 64
+_MOST_DESCRIPTORS = 1 << 16
+"""What the system allows may be 2**63, and some systems close them one by one."""
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 _CHUNK = 4096
 
@@ -209,7 +211,7 @@ def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float)
 
 def _hold_only(kept: Sequence[int]) -> None:
     """Close every other descriptor: who reads the server's output must see its end."""
-    edges = [-1, *sorted(set(kept)), os.sysconf("SC_OPEN_MAX")]
+    edges = [-1, *sorted(set(kept)), max(_MOST_DESCRIPTORS, *kept)]
     for low, high in pairwise(edges):
         if low + 1 < high:  # Python's closerange(0, 0) closes all
             os.closerange(low + 1, high)
