@@ -22,9 +22,10 @@ from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.parser import Parser
 from simx_client.protocol.terminal import print_what_can_be, while_read
 from simx_server import __version__, log_format
-from simx_server.lifeline import end_with
+from simx_server.lifeline import GRACE as LIFELINE_GRACE
 from simx_server.sensors.mujoco_import import import_mujoco
 from simx_server.settings import SETTINGS, SettingError, Settings
+from simx_server.watchdog import Watchdog, watched
 
 logger = logging.getLogger(__name__)
 
@@ -185,6 +186,13 @@ def _serve(settings: Settings) -> int:
     if settings.until_eof and sys.stdin is None:
         logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
         return USAGE
+    # A fleet's parent sees to its own lifeline, as it ends the servers one by one.
+    lifeline = sys.stdin.fileno() if settings.until_eof and settings.count is None else None
+    with watched(settings.count or 0, lifeline, LIFELINE_GRACE) as watchdog:
+        return _serve_watched(settings, watchdog)
+
+
+def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     import_mujoco()
     from simx_server.sensors.gl_backend import requested_backend
 
@@ -196,14 +204,12 @@ def _serve(settings: Settings) -> int:
     if settings.count is not None:
         from simx_server.fleet import serve as serve_many
 
-        return serve_many(settings)
+        return serve_many(settings, watchdog)
     from simx_server.library import DEFAULT_SCENE
     from simx_server.sensors.gl_early import begin_early
 
     # Before the rest is imported, which takes as long.
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
-    if settings.until_eof:  # not before the early probe, whose fork wants a process without threads
-        end_with(sys.stdin.fileno())
     try:
         from simx_server.server import serve
 
@@ -230,10 +236,11 @@ def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
             from simx_server.doctor.page import print_findings
 
             return print_findings(settings, as_json=as_json)
-        import_mujoco()
-        from simx_server.scene_listing import print_tree
+        with watched():
+            import_mujoco()
+            from simx_server.scene_listing import print_tree
 
-        return print_tree(settings, as_json=as_json)
+            return print_tree(settings, as_json=as_json)
     except KeyboardInterrupt:
         return INTERRUPTED
 

@@ -8,12 +8,14 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
+import mujoco
+
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.kinds import apply
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, of_fields
 
-from .errors import CommandError, shortened
+from .errors import CommandError, one_line, shortened
 from .handlers.registry import Handler
 from .metrics import UNKNOWN, Metrics, Tally
 from .sessions import ClientSession
@@ -86,6 +88,8 @@ class Dispatch:
 
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         """The answer to a call that failed; the log, the counters and the client's errors are told why."""
+        if isinstance(error, mujoco.FatalError):  # a text for people, and no fault of this program's
+            error = CommandError(f"MuJoCo cannot do that: {one_line(error)}")
         if isinstance(error, CommandError) and error.silent:
             self.metrics.failed(name, "")
             return Answer(STATUS_REMOTE_ERROR, [])

@@ -111,6 +111,9 @@ class Engine:
 
     def end(self) -> None:
         """Let ``run`` return."""
+        self.simulation.is_ending = (
+            True  # what runs long looks there, and may be in no call of ours for a while
+        )
         self._inbox.put(self._end)
 
     def end_when_left(self) -> None:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from .errors import CommandError
+from .scene.loader import ITERATIONS, MOST_ITERATIONS
 from .scene.objects import ObjectKind
 
 if TYPE_CHECKING:
@@ -79,6 +80,8 @@ def _option(name: str, option: str, index: int | None = None, *, is_integer: boo
     def put(sim: Simulation, _handle: int, value: float) -> None:
         if value < 0 and option != "wind":
             raise CommandError(f"{name} must not be below 0, it is {value}")
+        if option in ITERATIONS and value > MOST_ITERATIONS:
+            raise CommandError(f"{name} must not be above {MOST_ITERATIONS}, it is {value:.0f}")
         if index is None:
             setattr(sim.model.opt, option, int(value) if is_integer else value)
         else:

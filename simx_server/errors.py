@@ -77,5 +77,10 @@ def shortened(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}... ({len(text)} characters)"
 
 
+def one_line(error: BaseException) -> str:
+    """An error's text without its line breaks, as MuJoCo's have."""
+    return " ".join(str(error).split())
+
+
 class RenderError(RuntimeError):
     """A picture could not be made; the message says why and what to do."""

@@ -31,13 +31,14 @@ from .lifeline import end_with
 from .server import build_simulation, run_server
 from .settings import Settings
 from .simulation import Simulation
+from .watchdog import Watchdog
 
 logger = logging.getLogger(__name__)
 
 READY_WITHIN = 60.0
 """Seconds until all servers must be ready; on a busy host many of them take turns."""
 
-ENDS_WITHIN = 5.0
+ENDS_WITHIN = 4.8
 """Seconds that a server has to end; after that it is killed."""
 
 _CHUNK = 4096
@@ -65,8 +66,11 @@ class Member:
         return f"server {self.number}{realm}, process {self.process_id},"
 
 
-def serve(settings: Settings) -> int:
+def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
     """Run ``settings.count`` servers until all have ended or this process is told to end them.
+
+    Args:
+        watchdog: has a place for each of them.
 
     Writes one line of JSON to stdout when all can be reached. Returns the exit code: 0 when all ended well.
     """
@@ -88,7 +92,7 @@ def serve(settings: Settings) -> int:
         gc.collect()
         gc.freeze()  # or the first collection of each server writes to every object, and nothing stays shared
         signals = stack.enter_context(_signals())
-        fleet = Fleet(signals)
+        fleet = Fleet(signals, watchdog)
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
             fleet.fork(loaded, settings.member(number), number)
@@ -100,12 +104,14 @@ def serve(settings: Settings) -> int:
 class Fleet:
     """The children of this process. Used by its only thread."""
 
-    def __init__(self, signals: int) -> None:
+    def __init__(self, signals: int, watchdog: Watchdog | None = None) -> None:
         """Make an empty fleet.
 
         Args:
             signals: a file descriptor out of which the numbers of arriving signals can be read.
+            watchdog: ends a server that does not end when it, and not the fleet, is told to.
         """
+        self._watchdog = watchdog
         self._signals = signals
         self._selector = selectors.DefaultSelector()
         self._selector.register(signals, selectors.EVENT_READ)
@@ -122,8 +128,10 @@ class Fleet:
         sys.stderr.flush()
         process_id = os.fork()
         if process_id == 0:
-            _become_server(simulation, settings, self._lifeline, writer)
+            _become_server(simulation, settings, number, self._lifeline, writer, self._watchdog)
         os.close(writer)
+        if self._watchdog is not None:
+            self._watchdog.forked(number + 1)
         member = Member(number, process_id, reader)
         self._members.append(member)
         self._selector.register(reader, selectors.EVENT_READ, member)
@@ -219,13 +227,20 @@ def _say_ready(members: list[Member]) -> None:
 
 
 def _become_server(
-    simulation: Simulation | None, settings: Settings, lifeline: tuple[int, int], writer: int
+    simulation: Simulation | None,
+    settings: Settings,
+    number: int,
+    lifeline: tuple[int, int],
+    writer: int,
+    watchdog: Watchdog | None,
 ) -> NoReturn:
     """The life of a child: it must never return into what its parent was doing."""
     exit_code = FAILURE
     try:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        if watchdog is not None:
+            watchdog.watch(number + 1)
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
         end_with(lifeline[0], ENDS_WITHIN)

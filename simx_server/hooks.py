@@ -49,6 +49,8 @@ class Hooks:
         self.script_point: Listener = nothing
         """Called before each call of a script's into the API, and after each call into a script: a script cannot tell
         where between two of these something was changed. Set by recordings and replays."""
+        self.physics_point: Listener | None = None
+        """As `script_point`, between pieces of a simulation step's physics, which then have a fixed length."""
         self.serve_others: Listener = nothing
         """For what takes long on the physics thread: answers other clients meanwhile. Set by the engine."""
 

@@ -69,6 +69,8 @@ class Limits:
     drawings: int = _count(1000, "drawing objects")
     tubes: int = _count(1000, "open ends of tubes")
     collections: int = _count(1000, "collections that scripts made")
+    substeps: int = _count(10_000, "physics steps in a simulation step")
+    """Each takes a microsecond at least; only an operator's own scene may need more."""
     pictures: int = _count(32, "pictures that wait to be rendered")
     """Each may hold a copy of the scene's state."""
     images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)

@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from simx_server import engine_warnings
 from simx_server.client_files import ClientFiles
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, one_line
 from simx_server.hooks import Hooks, Listener, call
 from simx_server.joints import Joints
+from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.physics_calls import PhysicsCalls
 from simx_server.scene.loader import empty_scene, load_scene
@@ -57,12 +59,6 @@ logger = logging.getLogger(__name__)
 DEFAULT_TIME_STEP = 0.05
 """Seconds; V-REP's default pass."""
 
-_DIVERGED = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
-
 
 class SimulationState(Enum):
     STOPPED = "stopped"
@@ -100,7 +96,7 @@ class Simulation(Hooks):
 
     def __init__(self) -> None:
         super().__init__()
-        mujoco.set_mju_user_warning(_log_warning)
+        engine_warnings.listen()
         self.state = SimulationState.STOPPED
         self.client_files = ClientFiles()
         self.version = 0
@@ -141,7 +137,7 @@ class Simulation(Hooks):
         self._stale = False
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
-        self._adopt(*empty_scene())
+        self._adopt_empty()
 
     @property
     def time(self) -> float:
@@ -160,8 +156,9 @@ class Simulation(Hooks):
             raise CommandError("the time step can be set only while the simulation is stopped; stop it first")
         if not 0 < seconds <= 10:
             raise CommandError(f"a time step is a number above 0, up to 10 s, not {seconds}")
+        count = self._substeps(seconds, self._wanted_timestep)
         self._time_step = float(seconds)
-        timestep = self._time_step / self.substeps
+        timestep = self._time_step / count
         if abs(timestep - self.model.opt.timestep) > 1e-12:
             logger.info(
                 "physics step is %.6g s, a whole fraction of the pass of %.6g s", timestep, self._time_step
@@ -198,8 +195,9 @@ class Simulation(Hooks):
         is_of_client = self.client_files.made(Path(path))
         scene, model = load_scene(path, sources or self.sources, name)
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
+        data = self._first_state(scene, model)
         call(self.on_closing)
-        self._adopt(scene, model)
+        self._adopt(scene, model, data)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
         log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
@@ -209,8 +207,9 @@ class Simulation(Hooks):
     def use(self, scene: Scene, model: mujoco.MjModel) -> None:
         """As `load`, for a scene that is built already."""
         self._require_stopped("a scene can be loaded")
+        data = self._first_state(scene, model)
         call(self.on_closing)
-        self._adopt(scene, model)
+        self._adopt(scene, model, data)
         call(self.on_load)
         call(self.on_model_changed)
 
@@ -218,7 +217,7 @@ class Simulation(Hooks):
         """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
         self._require_stopped("a scene can be closed")
         call(self.on_closing)
-        self._adopt(*empty_scene())
+        self._adopt_empty()
         call(self.on_close)
         call(self.on_model_changed)
 
@@ -281,22 +280,10 @@ class Simulation(Hooks):
         call(self.on_pass_begin)
         if self.state != SimulationState.RUNNING:  # a listener may stop the run
             return
-        before = [self.data.warning[kind].number for kind in _DIVERGED]
-        if self.dynamics_enabled:
-            if self.sleepers.are_to_wake:
-                self.refresh()
-            with self.sleepers.watched_awake():
-                self.joints.step(self.substeps)
-        warned = [self.data.warning[kind].number for kind in _DIVERGED] != before
-        # MuJoCo looks at the state before each step, so what the last one made of it is not seen by it.
-        if warned or not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
-            problem = f"the physics diverged at {self.time:.3f} s; the simulation is stopped"
-            logger.error("%s", problem)
-            self.stop()
-            for tell in self.on_script_stopped:
-                tell(
-                    f"{problem}; a shorter physics step (timestep of <option>) or weaker forces may keep it stable"
-                )
+        try:
+            self._make_physics()
+        except (StepFailed, mujoco.FatalError) as error:
+            self._give_up(error)
             return
         self._moved()
         self.refresh()
@@ -306,6 +293,29 @@ class Simulation(Hooks):
         self.pass_count += 1
         call(self.on_pass_end)
         self.settle()
+
+    def _make_physics(self) -> None:
+        """The physics of a pass. Raises StepFailed, mujoco.FatalError."""
+        if not self.dynamics_enabled:
+            return
+        with engine_warnings.once_a_kind():
+            if self.sleepers.are_to_wake:
+                self.refresh()
+            with self.sleepers.watched_awake():
+                self.joints.step(self.substeps)
+        # MuJoCo looks at the state before each step, so what the last one made of it is not seen by it.
+        if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
+            raise StepFailed(DIVERGED)
+
+    def _give_up(self, error: Exception) -> None:
+        """End a run whose physics cannot go on. The stop resets MuJoCo's data, which an error leaves half computed."""
+        text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
+        what, _, advice = text.partition("; ")
+        problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
+        logger.error("%s", problem)
+        self.stop()
+        for tell in self.on_script_stopped:
+            tell(f"{problem}; {advice}" if advice else problem)
 
     def idle(self) -> None:
         """To be called now and then while stopped or paused."""
@@ -372,7 +382,7 @@ class Simulation(Hooks):
         """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
         old = self.model
         self.scene, self.model, self.data = scene, model, data
-        self.sleepers.keep_possible()
+        self.sleepers.keep_possible(model)
         self.joints.rebind()
         self.model_edited()
         self.changed()
@@ -380,16 +390,40 @@ class Simulation(Hooks):
         self._velocities.carry(old, model)
         call(self.on_model_changed)
 
-    def _adopt(self, scene: Scene, model: mujoco.MjModel) -> None:
-        self.scene, self.model = scene, model
-        self.sleepers.keep_possible()
+    def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
+        """The state that a scene begins in. Raises CommandError when it cannot be simulated."""
+        self._substeps(scene.annotations.time_step or DEFAULT_TIME_STEP, model.opt.timestep)
+        self.sleepers.keep_possible(model)
+        try:
+            data = mujoco.MjData(model)
+            with engine_warnings.once_a_kind():
+                mujoco.mj_forward(model, data)
+        except (mujoco.FatalError, MemoryError) as error:
+            raise CommandError(f"'{scene.name}' cannot be simulated: {one_line(error)}") from error
+        return data
+
+    def _substeps(self, time_step: float, timestep: float) -> int:
+        """Physics steps in a simulation step; raises LimitReached when they are too many."""
+        count = max(1, round(min(time_step / timestep, 1e15)))
+        self.limits.check(
+            "substeps",
+            count,
+            f"a simulation step of {time_step:g} s with physics steps of {timestep:g} s has {count}; choose a shorter "
+            "simulation step, or a scene with a longer timestep of <option>",
+        )
+        return count
+
+    def _adopt_empty(self) -> None:
+        scene, model = empty_scene()
+        self._adopt(scene, model, self._first_state(scene, model))
+
+    def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self.scene, self.model, self.data = scene, model, data
         self.scene_id += 1
-        self.data = mujoco.MjData(model)
         self.dynamics_enabled = True
         self.scene_is_of_client = False
         self._wanted_timestep = float(model.opt.timestep)
         self._stale = True
-        mujoco.mj_forward(model, self.data)
         self.joints = Joints(self)
         self.pass_count = 0
         self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
@@ -404,8 +438,3 @@ class Simulation(Hooks):
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:
             raise CommandError(f"{what} only while the simulation is stopped; stop it first")
-
-
-def _log_warning(text: str) -> None:
-    """Engine warnings go to the log; MuJoCo's own way is a file in the working directory."""
-    logger.warning("mujoco: %s", text)

@@ -63,9 +63,8 @@ class Sleepers:
         self._copy: tuple[int, mujoco.MjData] | None = None
         """Version of the simulation, and the data made of it in which nothing sleeps."""
 
-    def keep_possible(self) -> None:
+    def keep_possible(self, model: mujoco.MjModel) -> None:
         """Switch sleeping off in a new model in which it would be noticed: see `_reason_against`."""
-        model = self._sim.model
         if model.opt.enableflags & _SLEEP and (reason := _reason_against(model)):
             model.opt.enableflags &= ~_SLEEP
             logger.info("nothing sleeps in this scene, as %s", reason)

@@ -37,7 +37,7 @@ from .exposure import exposure
 
 logger = logging.getLogger(__name__)
 
-CLOSE_TIMEOUT = 3.0
+CLOSE_TIMEOUT = 2.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
 
 MOST_PRESENT = 10_000

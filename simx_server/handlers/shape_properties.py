@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import CommandError
+from ..scene.model_changes import undone_on_failure
 from ..scene.objects import ObjectKind, SceneObject
 from ..scene.respondable import collect_masks, compile_hulls
 
@@ -73,9 +74,10 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
     model = sim.model
     if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
         raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
-    model.body_inertia[body] *= mass / model.body_mass[body]
-    model.body_mass[body] = mass
-    sim.joints.masses_changed()
+    with undone_on_failure(sim):
+        model.body_inertia[body] *= mass / model.body_mass[body]
+        model.body_mass[body] = mass
+        sim.joints.masses_changed()
     sim.model_edited()
     sim.changed()
 

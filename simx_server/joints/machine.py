@@ -16,6 +16,7 @@ from simx_server.joints.scripted import Ask
 from simx_server.joints.servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
 from simx_server.joints.state import Binding, JointMode, JointState, bind, initial_state
 from simx_server.joints.stepping import Accompany, Stepper
+from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.placing import carry_followers
@@ -46,6 +47,7 @@ class Machine:
         self._asked: Mapping[int, Ask] = {}
         self._accompany: Accompany | None = None
         self._measured = Measured(sim)
+        self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
         self.bind_all()
 
@@ -75,13 +77,19 @@ class Machine:
         self._write_weights(always=True)
 
     def masses_changed(self) -> None:
-        """Masses of the model, or places of its joints, are new: find again what follows from them."""
+        """Masses of the model, or places of its joints, are new: find again what follows from them.
+
+        Raises:
+            mujoco.FatalError: MuJoCo cannot; see `scene.model_changes.undone_on_failure`.
+        """
         model = self._sim.model
         # MuJoCo counts the bodies whose weight is compensated, and at none never compensates any: the world is one now.
         model.body_gravcomp[0] = 1.0
         # Not with the simulation's own data, because this writes the reset pose into it.
-        mujoco.mj_setConst(model, mujoco.MjData(model))
-        model.body_gravcomp[0] = 0.0
+        try:
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+        finally:
+            model.body_gravcomp[0] = 0.0
         self._weights = Weights(model, self._weights.armature)
         self._write_weights(always=True)
 
@@ -174,7 +182,7 @@ class Machine:
         return bool(self._asked) or self._accompany is not None
 
     def step(self, count: int) -> None:
-        """`count` physics steps under the controllers."""
+        """Make `count` physics steps under the controllers. Raises StepFailed, and mujoco.FatalError."""
         self._measured.begin()
         self._current_stepper().step(count, average_force=self._average_force)
 
@@ -287,7 +295,9 @@ class Machine:
         return self._stepper
 
     def _make_stepper(self) -> Stepper:
-        return Stepper(self._sim.model, self._sim.data, self._entries(), self._asked, self._accompany)
+        return Stepper(
+            self._sim.model, self._sim.data, self._entries(), self._watch.pieces, self._asked, self._accompany
+        )
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())

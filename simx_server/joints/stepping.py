@@ -7,7 +7,8 @@ only once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 
 import mujoco
 import numpy as np
@@ -21,6 +22,9 @@ from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 Accompany = Callable[[int, int, bool], object]
 """Called before and after each physics step: which of the pass (from 0), of how many, whether it is over."""
 
+Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
+"""Divides the physics steps of a simulation step, and looks around in between: see `watch.Watch`."""
+
 
 class Stepper:
     """The controllers of one model and its data, in arrays. Rebuilt when a setting changes other than a target."""
@@ -30,10 +34,12 @@ class Stepper:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         entries: Sequence[Entry],
+        pieces: Pieces,
         asked: Mapping[int, Ask] | None = None,
         accompany: Accompany | None = None,
     ) -> None:
         """`asked`: by joint handle the scripts that control a motor."""
+        self._pieces = pieces
         self._accompany = accompany
         self._scripted = ScriptedJoints(model, entries, asked or {})
         self._model = model
@@ -105,10 +111,14 @@ class Stepper:
         return True
 
     def step(self, count: int, *, average_force: bool) -> None:
-        """`count` physics steps. Without `average_force` and without controllers, forces are those of the last step."""
+        """Make `count` physics steps. Without `average_force` and controllers, forces are those of the last one.
+
+        Raises what `pieces` raises between two of them.
+        """
         model, data = self._model, self._data
         if self.is_constant and not average_force and not self._has_cells:
-            mujoco.mj_step(model, data, count)
+            for piece in self._pieces(data, count):
+                mujoco.mj_step(model, data, len(piece))
             self._force[:] = data.actuator_force
             return
         step, control, springs, kinematic = mujoco.mj_step, self._control, self._springs, self._kinematic
@@ -119,7 +129,7 @@ class Stepper:
         accompany = self._accompany
         has_cells, sensed, sensor_values = self._has_cells, self._sensed, data.sensordata
         sensed[:] = 0.0
-        for index in range(count):
+        for index in chain.from_iterable(self._pieces(data, count)):
             if accompany is not None:
                 accompany(index, count, False)
             if has_loops:

@@ -3,7 +3,8 @@
 **Points.** A script that runs long lets other clients' calls in between (`Engine.serve_others`), wherever the clock
 wants it. But a script notices what these changed only in its next call into the API, so it is enough to know between
 which two of these calls they came: points are counted, at each call into the API and at the end of each call into a
-script, and what was done within a script's run is recorded with the number of the last one.
+script, and what was done within a script's run is recorded with the number of the last one. A simulation step whose
+physics takes long lets calls in, too, and has points of its own, between pieces of so many physics steps.
 """
 
 from __future__ import annotations
@@ -66,6 +67,7 @@ class Recorder:
             "server": __version__,
             "mujoco": mujoco.__version__,
             "behaviour": BEHAVIOUR,
+            "physics_points": True,
             "machine": platform.machine(),
             "python": platform.python_version(),
             "began": self.began,
@@ -90,7 +92,7 @@ class Recorder:
         """Record from now on what this engine does."""
         self._engine = engine
         engine.recorder = self
-        self._sim.script_point = self._count_point
+        self._sim.script_point = self._sim.physics_point = self._count_point
         self._sim.on_stopping.append(self._stopping)
 
     def close(self) -> None:

@@ -39,7 +39,7 @@ class Divergence(Exception):
 class ReplayEngine(Engine):
     """An engine whose loop is the recording."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, *, has_physics_points: bool = True) -> None:
         skipped = {name: _without_picture(HANDLERS[name]) for name in _PICTURES}
         super().__init__(simulation, {**HANDLERS, **skipped}, Pacer(math.inf))
         self.points = 0
@@ -48,6 +48,7 @@ class ReplayEngine(Engine):
 
         self._clients: dict[int, str] = {}
         simulation.script_point = self._reach_point
+        simulation.physics_point = self._reach_point if has_physics_points else None
 
     def post(self, event: Any) -> None:
         """Nobody waits: what an answer leads to is in the recording as well."""

@@ -52,7 +52,7 @@ class Outcome(NamedTuple):
 
 def replay(recording: Opened, simulation: Simulation) -> Outcome:
     """Do all that was recorded, and compare. Raises Divergence, LogError."""
-    engine = ReplayEngine(simulation)
+    engine = ReplayEngine(simulation, has_physics_points=bool(recording.header.get("physics_points")))
     simulation.scripts.add_ons[WINDOWS] = Windows()
     simulation.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
     states = _States(simulation)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.loader import compile_spec
+from simx_server.scene.model_changes import undone_on_failure
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.recompile import edit
 
@@ -65,13 +66,14 @@ def set_inertia(sim: Simulation, handle: int, mass: float, inertia: Array, centr
         target.fullinertia[:] = np.nan
         target.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
 
-    # An edit, because a body whose inertia is simple is treated as such by MuJoCo's compiler.
-    edit(sim, surgery, set())
-    model = sim.model
-    body = model.body(name).id
-    model.body_mass[body], model.body_inertia[body] = mass, moments
-    model.body_ipos[body], model.body_iquat[body] = centre, quat
-    sim.joints.masses_changed()
+    with undone_on_failure(sim):
+        # An edit, because a body whose inertia is simple is treated as such by MuJoCo's compiler.
+        edit(sim, surgery, set())
+        model = sim.model
+        body = model.body(name).id
+        model.body_mass[body], model.body_inertia[body] = mass, moments
+        model.body_ipos[body], model.body_iquat[body] = centre, quat
+        sim.joints.masses_changed()
     sim.model_edited()
     sim.changed()
 

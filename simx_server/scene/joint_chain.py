@@ -6,10 +6,12 @@ others. So to move a link against its joint means to move the body, and the join
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server.scene.model_changes import undone_on_failure
 from simx_server.scene.poses import (
     IDENTITY,
     NO_TURN,
@@ -123,20 +125,21 @@ def shift_beyond(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
     back = _unit(compose(inverse(new_start), start))
     alignments = [normalised(multiply(back[1], _alignment(sim, joint))) for joint in joints]
     parent = body_pose(sim, int(model.body_parentid[body]))
-    position, quat = compose(inverse(parent), new_start)
-    model.body_pos[body], model.body_quat[body] = position, normalised(quat)
-    for joint, alignment in zip(joints, alignments, strict=True):
-        model.jnt_pos[joint] = compose(back, (tuple(model.jnt_pos[joint].tolist()), NO_TURN))[0]
-        model.jnt_axis[joint] = rotate(back[1], model.jnt_axis[joint].tolist())
-        if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
-            address = int(model.jnt_qposadr[joint])
-            value: Quaternion = tuple(data.qpos[address : address + 4].tolist())  # type: ignore[assignment]
-            data.qpos[address : address + 4] = multiply(multiply(back[1], value), conjugate(back[1]))
-        sim.joints.align(joint, alignment)
-    if staying:
-        sim.joints.masses_changed()
-        if model.body_simple[body] and model.body_dofnum[body] > 1:
-            _compile_anew(sim, model.body(body).name)
+    with undone_on_failure(sim) if staying else nullcontext():
+        position, quat = compose(inverse(parent), new_start)
+        model.body_pos[body], model.body_quat[body] = position, normalised(quat)
+        for joint, alignment in zip(joints, alignments, strict=True):
+            model.jnt_pos[joint] = compose(back, (tuple(model.jnt_pos[joint].tolist()), NO_TURN))[0]
+            model.jnt_axis[joint] = rotate(back[1], model.jnt_axis[joint].tolist())
+            if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
+                address = int(model.jnt_qposadr[joint])
+                value: Quaternion = tuple(data.qpos[address : address + 4].tolist())  # type: ignore[assignment]
+                data.qpos[address : address + 4] = multiply(multiply(back[1], value), conjugate(back[1]))
+            sim.joints.align(joint, alignment)
+        if staying:
+            sim.joints.masses_changed()
+            if model.body_simple[body] and model.body_dofnum[body] > 1:
+                _compile_anew(sim, model.body(body).name)
     sim.model_edited()
 
 

@@ -41,6 +41,10 @@ ADDED_ACTUATOR = INTERNAL + "motor:"
 
 _TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
 
+ITERATIONS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations")
+MOST_ITERATIONS = 10_000
+"""Of each solver in a physics step, which nothing interrupts; MuJoCo's defaults are 100 at most."""
+
 LONGEST_STEP = 10.0
 """Seconds of a physics step, as of a pass."""
 
@@ -135,6 +139,9 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
         raise SceneError(
             f"option timestep is {model.opt.timestep}; valid is a number above 0, up to {LONGEST_STEP} s"
         )
+    for name in ITERATIONS:
+        if (count := getattr(model.opt, name)) > MOST_ITERATIONS:
+            raise SceneError(f"option {name} is {count}; at most {MOST_ITERATIONS} are valid")
     scene = build_scene(spec, model, annotations, path)
     scene.welded_bodies |= mounted
     return scene, model

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
-from simx_server.errors import CommandError
+from simx_server.errors import CommandError, one_line
 from simx_server.scene.loader import SceneError, compile_spec
 from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition, build_scene
@@ -112,4 +112,7 @@ def _take_weight(model: mujoco.MjModel, names: set[str]) -> None:
         model.body_mass[present] = 0.0
         model.body_inertia[present] = 0.0
     # What the solver derives from masses and places: those that were carried over are not what was compiled.
-    mujoco.mj_setConst(model, mujoco.MjData(model))
+    try:
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    except mujoco.FatalError as error:
+        raise CommandError(f"the scene cannot be changed that way: {one_line(error)}") from error

@@ -124,6 +124,8 @@ def _become_probe(name: str, writer: int) -> NoReturn:
     """The life of the child: it must never return into what its parent was doing."""
     exit_code = 1
     try:
+        if (wakeup := signal.set_wakeup_fd(-1)) >= 0:  # the server's, whose watchdog would take this for it
+            os.close(wakeup)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
         signal.alarm(round(PROBE_LIMIT))  # ends it, also when the server is gone
         for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything

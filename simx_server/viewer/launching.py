@@ -17,7 +17,8 @@ from simx_client.protocol.installing import extra_line
 logger = logging.getLogger(__name__)
 
 NEEDED = ("viser", "mjviser")
-_END_TIMEOUT = 5.0
+_END_TIMEOUT = 3.0
+"""Seconds; a page that hangs is killed by its watchdog before, and the server itself has no more than five."""
 _ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE")
 """Variables that would lead the page to another server than its own, or have it look at nothing."""
 

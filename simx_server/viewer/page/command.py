@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.exit_codes import DONE, FAILURE, INTERRUPTED
 from simx_client.protocol.parser import Parser
 from simx_server import log_format
-from simx_server.lifeline import end_with
 from simx_server.setting_rules import web_address
 from simx_server.settings import LOG_LEVELS
 from simx_server.viewer.launching import listen, missing
 from simx_server.viewer.messages import OWN_NAME
+from simx_server.watchdog import watched
 
 from .gate import Gate
 
@@ -55,14 +55,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         logger.error("%s", error)
         return FAILURE
     if options.until_eof:
-        end_with(sys.stdin.fileno(), _END_TIMEOUT)
         for name in ("simx_client", "simx_server.viewer"):  # that it ends the server says itself
             logging.getLogger(name).setLevel(logging.ERROR)
     sys.argv[0] = OWN_NAME  # what the server knows this process's clients by
-    with listener, ExitStack() as stack:
+    lifeline = sys.stdin.fileno() if options.until_eof else None
+    with listener, watched(0, lifeline, _END_TIMEOUT), ExitStack() as stack:
         try:
+            from simx_server import engine_warnings
+
             from .composition import Page
             from .quiet_viser import open_browser_server
+
+            engine_warnings.listen()
 
             browser = open_browser_server()
             stack.callback(browser.stop)

@@ -1,0 +1,112 @@
+"""What is looked at between the physics steps of one simulation step: does it diverge, does it last too long."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import mujoco
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MOST_AT_ONCE = 32
+"""Physics steps in one call of MuJoCo's, which needs the interpreter's lock once."""
+
+GLANCE = 0.02
+"""Seconds that such a call may last."""
+
+RECORDED_AT_ONCE = 8
+"""Physics steps in one call while a recording or a replay has to know where others were served."""
+
+MANY = 1024
+"""A simulation step of more physics steps than these ends at `LONGEST`."""
+
+SERVES_AFTER = 0.1
+"""Seconds of a simulation step after which others are served within it."""
+
+CUT_AFTER = 1.0
+"""Seconds of a simulation step that is given up when the server is to end."""
+
+WARNS_AFTER = 0.5
+"""Seconds of a simulation step after which it is estimated how long it will take."""
+
+TOO_LONG = 5.0
+"""Seconds, as long as clients wait by default for the answer to a blocking call."""
+
+LONGEST = 10.0
+"""Seconds of a simulation step of many physics steps, then the run is stopped."""
+
+
+DIVERGED = (
+    "the physics diverged; a shorter physics step (timestep of <option>) or weaker forces may keep it stable"
+)
+
+
+class StepFailed(Exception):
+    """A simulation step that cannot be completed; the text says why and what may help. The run is to be stopped."""
+
+
+class Watch:
+    """Divides the simulation steps of one model into calls of MuJoCo's, and looks around between these."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._cost = GLANCE
+        """Seconds of a physics step, as the last ones took."""
+        self._has_warned = False
+
+    def pieces(self, data: mujoco.MjData, count: int) -> Iterator[range]:
+        """Which physics steps (from 0, of `count`) to make at once, one piece after the other.
+
+        Raises StepFailed.
+        """
+        bad = data.warning.number[_DIVERGED]  # a view: what MuJoCo counts is seen in it
+        bad[:] = 0
+        point = self._sim.physics_point
+        began = before = time.perf_counter()
+        done = 0
+        while done < count:
+            most = int(GLANCE / self._cost) if point is None else RECORDED_AT_ONCE
+            size = max(1, min(MOST_AT_ONCE, most, count - done))
+            yield range(done, done + size)
+            done += size
+            if any(bad.tolist()):
+                raise StepFailed(DIVERGED)
+            now = time.perf_counter()
+            self._cost = max(1e-9, (now - before) / size)
+            before = now
+            if done == count:
+                break
+            if now - began > SERVES_AFTER:
+                self._look_around(now - began, done, count)
+            if point is not None:
+                point()
+
+    def _look_around(self, seconds: float, done: int, count: int) -> None:
+        """Within a simulation step that has lasted a while."""
+        if self._sim.is_ending and seconds > CUT_AFTER:
+            raise StepFailed("the server ends, within a long simulation step")
+        if count > MANY and seconds > LONGEST:
+            raise StepFailed(
+                f"a simulation step has {count} physics steps, and not all were made within {LONGEST:g} s; choose a "
+                "longer timestep of <option> or a shorter simulation step"
+            )
+        whole = seconds * count / done
+        if whole > TOO_LONG and seconds > WARNS_AFTER and not self._has_warned:
+            self._has_warned = True
+            logger.warning(
+                "a simulation step of %g s has %d physics steps and takes about %.0f s on this machine: blocking calls "
+                "wait that long; choose a longer timestep of <option> or a shorter simulation step",
+                self._sim.time_step,
+                count,
+                whole,
+            )
+        self._sim.serve_others()
+
+
+_DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
