@@ -99,7 +99,7 @@ class Batches:
         """A pass was made, or none will be for a while: paced calls go on, in the order of their clients' waiting."""
         for client, batch in self._waiting_for_step.items():
             if session := self._engine.sessions.get(client):
-                self._engine.post(partial(self._go_on, session, batch, None))
+                self._engine.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
@@ -190,7 +190,8 @@ class Batches:
     ) -> None:
         """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
         status, values = done.result()
-        self._engine.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
+        reply = Reply(call_id, status, time_ms, values)
+        self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
 
     def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
         """What waits for a pass is to be executed now, unless it was already.

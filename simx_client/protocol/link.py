@@ -17,16 +17,20 @@ WORKERS = 8
 """Threads of Zenoh's pool. Closing the link of a peer that stopped reading with its queue full keeps one of them
 for ten seconds, and with none left nobody is served; idle ones cost nothing that could be measured."""
 
+READERS = 40
+"""Threads of a server that read links. One waits for each link on which more arrives than is executed."""
+
 RUNTIME = f"(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:{WORKERS}))"
 """Merge Zenoh's thread pools, but leave transmission its own thread: with one pool for all, a large or
 express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
 
 SERVER_RUNTIME = (
-    "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),"
+    f"(rx:(worker_threads:{READERS}),acc:(handover:app),tx:(handover:app),net:(handover:app),"
     f"app:(worker_threads:{WORKERS}))"
 )
-"""One pool for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
-and never answers from a callback; but not with scouting or a configuration of the user's own."""
+"""One pool for everything else: less per round trip. A server may, as it batches, sends nothing express
+and never answers from a callback; but not with scouting or a configuration of the user's own. The threads that read
+have a pool of their own: what is to be done next by a thread that waits for a flooding link is not done meanwhile."""
 
 LEASE_MS = 4_000
 """A peer that says nothing for so long is gone. This is for frozen ones and cut cables: a process that ends, however

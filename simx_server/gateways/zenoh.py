@@ -27,12 +27,12 @@ from simx_client.protocol.reports import Health, Metrics, encode_report
 
 from .. import __version__, report
 from ..engine import Engine
-from ..inbox import Arrival
 from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
 from ..status_bar import as_log_line
 from .exposure import exposure
+from .throttle import Throttle
 
 logger = logging.getLogger(__name__)
 
@@ -99,6 +99,8 @@ class ZenohGateway:
         more: dict[str, Any] = {**link.FRUGAL} if is_frugal else {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
+        # Of a router's link all clients behind it have a share.
+        self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
         self._session = self._open(config, more, multicast_scouting)
         self._declare()
 
@@ -128,7 +130,7 @@ class ZenohGateway:
         direct = self._zenoh.handlers.Callback
         # complete=True: a client's question may stop at this server.
         self._queryables = [
-            session.declare_queryable(key, direct(self._answering(answer), indirect=False), complete=True)
+            session.declare_queryable(key, direct(self._answering(key, answer), indirect=False), complete=True)
             for key, answer in (
                 (keys.hello(realm), self._welcome),
                 (keys.status(realm), self._tell_status),
@@ -136,8 +138,7 @@ class ZenohGateway:
                 (keys.metrics(realm), self._tell_metrics),
             )
         ]
-        inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
-        self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
+        self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
         self._clients = session.liveliness().declare_subscriber(
             keys.client(realm), direct(self._on_client, indirect=False)
         )
@@ -145,23 +146,38 @@ class ZenohGateway:
 
     # --- Zenoh's threads -------------------------------------------------------------------------
 
-    def _answering(self, answer: Callable[[Any], None]) -> Callable[[Any], None]:
-        """What Zenoh is to call with a query that the physics thread will answer."""
-        return lambda query: self._engine.post(partial(answer, query))
+    def _take_in(self) -> Callable[[Any], None]:
+        """What Zenoh is to call with a batch of calls. It is as short as can be: it takes the interpreter from others."""
+        submit, slow_down = self._engine.submit_as, self._throttle.slow_down
+        begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
+
+        def take_in(sample: Any) -> None:
+            payload = sample.payload
+            size = len(payload)
+            if not submit(str(sample.key_expr)[begin:], payload, size, read):
+                slow_down(size)
+
+        return take_in
+
+    def _answering(self, kind: str, answer: Callable[[Any], None]) -> Callable[[Any], None]:
+        """What Zenoh is to call with a query that the physics thread will answer, unless too many wait already."""
+
+        def ask(query: Any) -> None:
+            if not self._engine.ask(kind, partial(answer, query)):
+                query.drop()
+                self._throttle.slow_down(0)
+
+        return ask
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
-        is_there = sample.kind != self._zenoh.SampleKind.DELETE
-        self._engine.post(partial(self._note_presence, client, is_there))
-
-    # --- the physics thread ----------------------------------------------------------------------
-
-    def _note_presence(self, client: str, is_there: bool) -> None:
-        if is_there:
+        if sample.kind != self._zenoh.SampleKind.DELETE:
             self._present.add(client)
         else:
             self._present.discard(client)
-            self._engine.leave(client)
+            self._engine.depart(client)
+
+    # --- the physics thread ----------------------------------------------------------------------
 
     def _welcome(self, query: Any) -> None:
         with query:
@@ -192,7 +208,7 @@ class ZenohGateway:
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
             return PROTOCOL_VERSION, refusal
-        if client not in self._present:
+        if client not in self._present or self._engine.is_departing(client):
             return None
         if client not in self._engine.sessions:
             try:
@@ -289,10 +305,6 @@ class ZenohLink:
     def close(self) -> None:
         self._replies.undeclare()
         self._stream.undeclare()
-
-
-def _read_call(sample: Any) -> Arrival:
-    return Arrival(str(sample.key_expr).rpartition("/")[2], sample.payload.to_bytes())
 
 
 def _and_connect(options: dict[str, Any]) -> str:
