@@ -106,8 +106,8 @@ class Engine:
         """Have something done as part of what a client has sent, in front of its messages that wait."""
         self._inbox.put_first(client, event)
 
-    def ask(self, kind: str, question: Event) -> bool:
-        """Have a question of somebody outside answered; return False if too many of this kind wait already."""
+    def ask(self, kind: str, question: Event) -> int:
+        """Have a question of somebody outside answered; return how many of its kind wait, 0 if they are too many."""
         return self._inbox.ask(kind, question)
 
     def submit(self, client: str, payload: bytes) -> bool:
@@ -167,7 +167,7 @@ class Engine:
             self._settle()  # after each, however many came together
         self._outbox.send()
         self._settle()
-        if self._seconds_until_pass() <= 0:
+        if self._seconds_until_pass() <= 0 and not self._batches.hold_steps:
             self._pass()
 
     def _serving_time(self) -> float:

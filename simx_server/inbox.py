@@ -35,10 +35,20 @@ MUCH, MUCH_BYTES = 500, 32 << 20
 """Messages and bytes of a client that wait, from which on it should be slowed down. A client of this project has 200
 messages on the way at most."""
 
+MOMENT = 0.01
+"""Seconds over which messages are counted as they arrive: each takes the interpreter from the physics thread."""
+
+BUSY, GREEDY = 150, 25
+"""Messages of a moment, counting a large one as several: with so many of all clients, those should be slowed down that
+sent so many of them. A program alone makes at most 100 blocking calls in a moment."""
+
+LARGE = 1 << 17
+"""Bytes that count as one more message."""
+
 RESERVED = 1 << 20
 """Bytes that every client may have waiting, also while others fill the room that there is for all."""
 
-MOST_QUESTIONS = 256
+MOST_QUESTIONS = 100
 """Questions of a kind that wait for their answers; whoever asks beyond that gets none, and may ask again."""
 
 
@@ -67,7 +77,7 @@ class _Item(NamedTuple):
 class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
-    __slots__ = ("client", "finish", "is_leaving", "is_known", "items", "size", "waits")
+    __slots__ = ("client", "finish", "is_known", "is_leaving", "items", "recent", "size", "tick", "waits")
 
     def __init__(self, client: str = "") -> None:
         self.client = client
@@ -83,6 +93,12 @@ class Box:
 
         self.finish = 0.0
         """How far the service will have come when this queue has had its share."""
+
+        self.tick = 0
+        """The moment of its newest message, as `Inbox.put` counts them."""
+
+        self.recent = 0
+        """Messages of that moment."""
 
         self.waits: tuple[int, bool] | None = None
         """Number of an item, and whether it has to wait for scripts."""
@@ -123,6 +139,12 @@ class Inbox:
         self._held: deque[Event] = deque()
         """Events that had to wait for a script's end; they come before all else."""
 
+        self._tick = 0
+        """The moment of the newest message."""
+
+        self._recent = 0
+        """Messages of that moment, of all clients."""
+
         self._count = 0
         """Items that wait in queues."""
 
@@ -158,7 +180,7 @@ class Inbox:
             read: makes bytes of it; called only if there is room.
 
         Returns:
-            Whether the client may go on like this: it was executed, and not much of this client waits.
+            Whether the client may go on like this. If not it should be slowed down; the message may be taken all the same.
         """
         with self._lock:
             box = self._boxes.get(client)
@@ -170,7 +192,20 @@ class Inbox:
             self._add(box, Arrival(client, read(payload)), None)
             box.size += size
             self._size += size
-            return len(box.items) <= MUCH and box.size <= MUCH_BYTES
+            return not self._is_flood(box, size)
+
+    def _is_flood(self, box: Box, size: int) -> bool:
+        """Whether a client should be slowed down that has sent one more message."""
+        tick, weight = int(time.monotonic() / MOMENT), 1 + size // LARGE
+        if tick != self._tick:
+            self._tick, self._recent = tick, 0
+        if tick != box.tick:
+            box.tick, box.recent = tick, 0
+        self._recent += weight
+        box.recent += weight
+        if self._recent > BUSY and box.recent > GREEDY:
+            return True
+        return len(box.items) > MUCH or box.size > MUCH_BYTES
 
     def _limit_reached(self, box: Box, size: int) -> str:
         """The limit that one more message would go beyond; empty if there is room for it."""
@@ -201,14 +236,14 @@ class Inbox:
         with self._lock:
             self._add(self._events, event, False)
 
-    def ask(self, kind: str, question: Event) -> bool:
-        """Have a question dealt with; return False if too many of this kind wait already."""
+    def ask(self, kind: str, question: Event) -> int:
+        """Have a question dealt with; return how many of this kind wait now, 0 if too many did already."""
         with self._lock:
             box = self._questions.setdefault(kind, Box())
             if len(box.items) >= MOST_QUESTIONS:
-                return False
+                return 0
             self._add(box, question, False)
-        return True
+            return len(box.items)
 
     def leave(self, client: str, leaving: Event) -> None:
         """Have an event dealt with behind all that a client has sent; nothing of it is taken any more."""

@@ -32,9 +32,13 @@ from ..load import LoadMeter
 from ..simulation import SimulationState
 from ..status_bar import as_log_line
 from .exposure import exposure
+from .posting import Care, Postman
 from .throttle import Throttle
 
 logger = logging.getLogger(__name__)
+
+FEW_QUESTIONS = 3
+"""Questions of a kind that may wait before those who ask are slowed down."""
 
 CLOSE_TIMEOUT = 3.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
@@ -101,6 +105,10 @@ class ZenohGateway:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
         # Of a router's link all clients behind it have a share.
         self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
+        self._care = Care()
+        self._answers: dict[str, Postman] = {}
+        """By key of a question."""
+
         self._session = self._open(config, more, multicast_scouting)
         self._declare()
 
@@ -163,8 +171,10 @@ class ZenohGateway:
         """What Zenoh is to call with a query that the physics thread will answer, unless too many wait already."""
 
         def ask(query: Any) -> None:
-            if not self._engine.ask(kind, partial(answer, query)):
+            waiting = self._engine.ask(kind, partial(answer, query))
+            if not waiting:
                 query.drop()
+            if not waiting or waiting > FEW_QUESTIONS:
                 self._throttle.slow_down(0)
 
         return ask
@@ -180,15 +190,15 @@ class ZenohGateway:
     # --- the physics thread ----------------------------------------------------------------------
 
     def _welcome(self, query: Any) -> None:
-        with query:
-            version, refusal = PROTOCOL_VERSION, ""
-            if query.payload is not None:
-                joined = self._join(query.payload.to_bytes())
-                if joined is None:
-                    return  # without an answer: it asks again
-                version, refusal = joined
-            welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
-            query.reply(keys.hello(self.realm), encode(welcome))
+        version, refusal = PROTOCOL_VERSION, ""
+        if query.payload is not None:
+            joined = self._join(query.payload.to_bytes())
+            if joined is None:
+                query.drop()  # without an answer: it asks again
+                return
+            version, refusal = joined
+        welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
+        self._answer(query, keys.hello(self.realm), encode(welcome))
 
     def _join(self, payload: bytes) -> tuple[int, str] | None:
         """Take a client in.
@@ -216,7 +226,7 @@ class ZenohGateway:
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
-            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, self._care)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
 
@@ -237,8 +247,7 @@ class ZenohGateway:
             load.core_share,
             __version__,
         )
-        with query:
-            query.reply(keys.status(self.realm), encode(status))
+        self._answer(query, keys.status(self.realm), encode(status))
 
     def _tell_health(self, query: Any) -> None:
         self._report(query, keys.health(self.realm), report.health(self._engine, self.realm))
@@ -247,8 +256,17 @@ class ZenohGateway:
         self._report(query, keys.metrics(self.realm), report.metrics(self._engine, self.realm, self.ports))
 
     def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
-        with query:
-            query.reply(key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
+        self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
+
+    def _answer(self, query: Any, key: str, payload: bytes, **options: Any) -> None:
+        """Answer a question, for whose asker nobody waits: it asks again."""
+
+        def reply() -> None:
+            with query:
+                query.reply(key, payload, congestion_control=self._zenoh.CongestionControl.DROP, **options)
+
+        postman = self._answers.setdefault(key, Postman(self._care))
+        postman.send(reply, len(payload))
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.
@@ -271,7 +289,8 @@ class ZenohGateway:
 class ZenohLink:
     """The publishers that reach one client."""
 
-    def __init__(self, zenoh: Any, session: Any, realm: str, client: str) -> None:
+    def __init__(self, zenoh: Any, session: Any, realm: str, client: str, care: Care) -> None:
+        self._postman = Postman(care)
         reliable = zenoh.Reliability.RELIABLE
         self._zenoh, self._session = zenoh, session
         self._realm, self._client = realm, client
@@ -286,7 +305,8 @@ class ZenohLink:
         )
 
     def deliver(self, payload: bytes) -> None:
-        self._put(self._replies.put, payload)
+        if not self._postman.send(partial(self._put, self._replies.put, payload), len(payload)):
+            logger.debug("client %s does not read its answers, of which some are thrown away", self._client)
 
     def publish(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
