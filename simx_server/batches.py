@@ -38,7 +38,7 @@ MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
 
 
-SLICE = 0.005
+SLICE = 0.002
 """Seconds of a batch until others are served that wait."""
 
 LONGEST_TOGETHER = 0.25

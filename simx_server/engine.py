@@ -122,6 +122,10 @@ class Engine:
         """Have a client leave when all that it has sent is executed; what it sends now is not."""
         self._inbox.leave(client, partial(self.leave, client))
 
+    def suspend(self, client: str, is_behind: bool) -> None:
+        """Execute nothing more of a client that does not read its answers, or go on."""
+        self._inbox.suspend(client, is_behind)
+
     def is_departing(self, client: str) -> bool:
         """Whether a client is about to leave."""
         return self._inbox.is_leaving(client)

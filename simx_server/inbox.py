@@ -31,7 +31,7 @@ CREDIT = 0.001
 """Seconds of the physics thread that a client may use at once before it has to take turns. Within it the order is that
 of arrival, so that programs of several clients meet no other order than they sent in."""
 
-MUCH, MUCH_BYTES = 500, 32 << 20
+MUCH, MUCH_BYTES = 300, 32 << 20
 """Messages and bytes of a client that wait, from which on it should be slowed down. A client of this project has 200
 messages on the way at most."""
 
@@ -77,7 +77,10 @@ class _Item(NamedTuple):
 class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
-    __slots__ = ("client", "finish", "is_known", "is_leaving", "items", "recent", "size", "tick", "waits")
+    __slots__ = (
+        "client", "finish", "is_known", "is_leaving", "is_parked", "is_suspended",
+        "items", "recent", "size", "tick", "waits",
+    )  # fmt: skip
 
     def __init__(self, client: str = "") -> None:
         self.client = client
@@ -90,6 +93,12 @@ class Box:
 
         self.is_leaving = False
         """Nothing is taken any more: the last item has the client leave."""
+
+        self.is_suspended = False
+        """Nothing is taken out, until its client has read its answers."""
+
+        self.is_parked = False
+        """Its turn has come while it was suspended."""
 
         self.finish = 0.0
         """How far the service will have come when this queue has had its share."""
@@ -250,8 +259,33 @@ class Inbox:
         with self._lock:
             box = self._boxes.get(client)
             if box is not None and not box.is_leaving:
-                box.is_leaving = True
+                box.is_leaving, box.is_suspended = True, False
+                while len(box.items) > MUCH:
+                    self._forget(box, box.items.pop())
+                self._unpark(box)
                 self._add(box, leaving, False)
+
+    def _unpark(self, box: Box) -> None:
+        if box.is_parked:
+            box.is_parked = False
+            self._ready.put(box)
+
+    def _forget(self, box: Box, item: _Item) -> None:
+        """An item was taken out of a queue."""
+        self._count -= 1
+        if isinstance(item.what, Arrival):
+            size = len(item.what.payload)
+            box.size -= size
+            self._size -= size
+
+    def suspend(self, kind: str, is_behind: bool) -> None:
+        """Serve a client, or questions of a kind, not before it is suspended no more."""
+        with self._lock:
+            box = self._boxes.get(kind) or self._questions.get(kind)
+            if box is not None and not box.is_leaving:
+                box.is_suspended = is_behind
+                if not is_behind:
+                    self._unpark(box)
 
     def is_leaving(self, client: str) -> bool:
         """Whether a client is about to leave."""
@@ -293,9 +327,7 @@ class Inbox:
                 for item in box.items:
                     if item.number in awaited and isinstance(item.what, Arrival):
                         taken.append(item.what)
-                        box.size -= len(item.what.payload)
-                        self._size -= len(item.what.payload)
-                        self._count -= 1
+                        self._forget(box, item)
                     else:
                         stay.append(item)
                 box.items = stay
@@ -406,6 +438,9 @@ class Inbox:
     def _line_up(self, box: Box) -> None:
         """Have a queue wait for its turn, if anything waits in it."""
         with self._lock:
+            box.is_parked = box.is_suspended
+            if box.is_parked:
+                return  # it stays known, and is announced again when it is suspended no more
             if box.items:
                 first = box.items[0]
                 start = max(first.virtual, box.finish - CREDIT)
@@ -415,15 +450,14 @@ class Inbox:
 
     def _take(self, box: Box) -> Event | Arrival | None:
         with self._lock:
+            box.is_parked = box.is_suspended
+            if box.is_parked:
+                return None
             if not box.items:  # they were taken out meanwhile
                 box.is_known = False
                 return None
             item = box.items.popleft()
-            self._count -= 1
-            if isinstance(item.what, Arrival):
-                size = len(item.what.payload)
-                box.size -= size
-                self._size -= size
+            self._forget(box, item)
         self._virtual = max(self._virtual, item.virtual, box.finish - CREDIT)
         if box is not self._events:
             self._serving = box

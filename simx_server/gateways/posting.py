@@ -23,8 +23,8 @@ LONG = 0.02
 CAREFUL = 60.0
 """Seconds for which threads send after the physics thread has waited."""
 
-MOST_UNSENT = 64 << 20
-"""Bytes that wait to be sent to one client; a single larger message may."""
+MUCH_UNSENT = 4 << 20
+"""Bytes that wait to be sent to one client, from which on nothing is executed for it until half of them is sent."""
 
 IDLE = 5.0
 """Seconds without work after which a thread ends."""
@@ -50,16 +50,23 @@ class Care:
 class Postman:
     """Sends to one client, in order. Any thread."""
 
-    def __init__(self, care: Care) -> None:
+    def __init__(self, care: Care, fall_behind: Callable[[bool], object]) -> None:
+        """Begin with nothing to send.
+
+        Args:
+            fall_behind: told that much is unsent, and that it is not any more; on any thread.
+        """
         self._care = care
+        self._fall_behind = fall_behind
+        self._is_behind = False
         self._changed = threading.Condition()
         self._unsent: deque[tuple[Send, int]] = deque()
         self._size = 0
         self._is_working = False
         """There is a thread."""
 
-    def send(self, send: Send, size: int) -> bool:
-        """Send now, or have it sent; return False if too much waits, and it is thrown away.
+    def send(self, send: Send, size: int) -> None:
+        """Send now, or have it sent.
 
         Args:
             size: bytes.
@@ -67,19 +74,19 @@ class Postman:
         with self._changed:
             is_mine = not self._unsent and not self._care.is_due
             if not is_mine:
-                if self._unsent and self._size + size > MOST_UNSENT:
-                    return False
                 self._unsent.append((send, size))
                 self._size += size
                 if not self._is_working:
                     self._is_working = True
                     threading.Thread(target=self._work, name="simx-send", daemon=True).start()
+                if self._size > MUCH_UNSENT and not self._is_behind:
+                    self._is_behind = True
+                    self._fall_behind(True)
                 self._changed.notify()
-                return True
+                return
         began = time.monotonic()
         send()
         self._care.sent(began)
-        return True
 
     def _work(self) -> None:
         while True:
@@ -97,3 +104,6 @@ class Postman:
             with self._changed:
                 self._unsent.popleft()
                 self._size -= size
+                if self._is_behind and self._size < MUCH_UNSENT // 2:
+                    self._is_behind = False
+                    self._fall_behind(False)

@@ -44,6 +44,17 @@ CLOSE_TIMEOUT = 3.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
 
 
+_SELDOM = [
+    {
+        "id": "questions",
+        "messages": ["query"],
+        "flows": ["ingress"],
+        "rules": [{"key_expr": f"{keys.ROOT}/*/{kind}", "freq": 20.0} for kind in ("status", "health", "metrics")],
+    }
+]
+"""Questions that Zenoh lets pass on each link, in times per second."""
+
+
 class GatewayError(Exception):
     """The server cannot be reached as it was asked to be; the text says what to do."""
 
@@ -106,15 +117,14 @@ class ZenohGateway:
         # Of a router's link all clients behind it have a share.
         self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
         self._care = Care()
-        self._answers: dict[str, Postman] = {}
-        """By key of a question."""
-
         self._session = self._open(config, more, multicast_scouting)
         self._declare()
 
     def _open(self, config_file: Path | None, more: dict[str, Any], multicast_scouting: bool) -> Any:
         zenoh = self._zenoh
         options: dict[str, Any] = {"mode": "peer", "listen/endpoints": list(self.endpoints), **more}
+        if config_file is None:
+            options["downsampling"] = _SELDOM
         defaults = {**link.COMMON, "scouting/multicast/enabled": multicast_scouting}
         if config_file is None:
             config = link.configure(zenoh.Config(), defaults)
@@ -136,14 +146,13 @@ class ZenohGateway:
     def _declare(self) -> None:
         session, realm = self._session, self.realm
         direct = self._zenoh.handlers.Callback
+        asked = keys.hello(realm), keys.status(realm), keys.health(realm), keys.metrics(realm)
+        self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
         # complete=True: a client's question may stop at this server.
         self._queryables = [
             session.declare_queryable(key, direct(self._answering(key, answer), indirect=False), complete=True)
-            for key, answer in (
-                (keys.hello(realm), self._welcome),
-                (keys.status(realm), self._tell_status),
-                (keys.health(realm), self._tell_health),
-                (keys.metrics(realm), self._tell_metrics),
+            for key, answer in zip(
+                asked, (self._welcome, self._tell_status, self._tell_health, self._tell_metrics), strict=True
             )
         ]
         self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
@@ -226,7 +235,8 @@ class ZenohGateway:
                 self._engine.simulation.limits.check("clients", wanted, "let others leave first")
             except LimitReached as problem:
                 return version, str(problem)
-            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, self._care)
+            postman = Postman(self._care, partial(self._engine.suspend, client))
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
 
@@ -265,8 +275,7 @@ class ZenohGateway:
             with query:
                 query.reply(key, payload, congestion_control=self._zenoh.CongestionControl.DROP, **options)
 
-        postman = self._answers.setdefault(key, Postman(self._care))
-        postman.send(reply, len(payload))
+        self._answers[key].send(reply, len(payload))
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.
@@ -289,8 +298,8 @@ class ZenohGateway:
 class ZenohLink:
     """The publishers that reach one client."""
 
-    def __init__(self, zenoh: Any, session: Any, realm: str, client: str, care: Care) -> None:
-        self._postman = Postman(care)
+    def __init__(self, zenoh: Any, session: Any, realm: str, client: str, postman: Postman) -> None:
+        self._postman = postman
         reliable = zenoh.Reliability.RELIABLE
         self._zenoh, self._session = zenoh, session
         self._realm, self._client = realm, client
@@ -305,8 +314,7 @@ class ZenohLink:
         )
 
     def deliver(self, payload: bytes) -> None:
-        if not self._postman.send(partial(self._put, self._replies.put, payload), len(payload)):
-            logger.debug("client %s does not read its answers, of which some are thrown away", self._client)
+        self._postman.send(partial(self._put, self._replies.put, payload), len(payload))
 
     def publish(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
