@@ -22,6 +22,7 @@ from .batches import Batches
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
+from .heap import Tide
 from .hooks import Listener, call
 from .inbox import Arrival, Event, Inbox, interfere
 from .metrics import Metrics
@@ -46,6 +47,9 @@ SERVING_WHEN_LATE = 0.01
 
 SERVING_DURING_SCRIPT = 0.02
 """The same for each time that a script which runs long lets others be served."""
+
+MUCH_WAITED = 8 << 20
+"""Bytes of messages that waited, after which memory is given back to the system when nothing waits any more."""
 
 HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
@@ -77,6 +81,7 @@ class Engine:
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox(lambda: self.simulation.limits)
+        self._tide = Tide(MUCH_WAITED)
         self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
         self._is_serving = False
@@ -142,6 +147,7 @@ class Engine:
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
             self.metrics.tick()
+            self._tide.look(self._inbox.peak())
             call(self.watches)
         self._outbox.send()
 

@@ -136,6 +136,9 @@ class Inbox:
         self._size = 0
         """Bytes that wait, of all clients."""
 
+        self._peak = 0
+        """Most of it lately."""
+
         self._virtual = 0.0
         """How far the service has come: the start of the newest item taken, in seconds of everybody's share."""
 
@@ -201,6 +204,7 @@ class Inbox:
             self._add(box, Arrival(client, read(payload)), None)
             box.size += size
             self._size += size
+            self._peak = max(self._peak, self._size)
             return not self._is_flood(box, size)
 
     def _is_flood(self, box: Box, size: int) -> bool:
@@ -339,10 +343,10 @@ class Inbox:
             dropped, self.dropped = self.dropped, Counter()
         return dropped
 
-    @property
-    def size(self) -> int:
-        """Bytes that wait."""
-        return self._size
+    def peak(self) -> int:
+        """Return the most bytes that have waited since this was asked last."""
+        peak, self._peak = self._peak, self._size
+        return peak
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -354,7 +358,7 @@ class Inbox:
         """What was taken last is dealt with, and has kept the thread for so long."""
         box, self._serving = self._serving, None
         if box is not None:
-            box.finish = max(box.finish, self._virtual) + seconds
+            box.finish += seconds
             if box.client:
                 self._line_up(box)
 
@@ -458,7 +462,9 @@ class Inbox:
                 return None
             item = box.items.popleft()
             self._forget(box, item)
-        self._virtual = max(self._virtual, item.virtual, box.finish - CREDIT)
+        start = max(item.virtual, box.finish - CREDIT)
+        box.finish = max(box.finish, start)
+        self._virtual = max(self._virtual, start)
         if box is not self._events:
             self._serving = box
         if not box.client:  # events and questions are dealt with also while a script runs that one of them has started
