@@ -39,7 +39,11 @@ def flood(port: int, kind: str) -> None:
     zenoh = link.import_zenoh()
     config = link.configure(
         zenoh.Config(),
-        {"mode": "client", "connect/endpoints": [f"tcp/127.0.0.1:{port}"], "scouting/multicast/enabled": False},
+        {
+            "mode": "client",
+            "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
+            "scouting/multicast/enabled": False,
+        },
     )
     session, me = zenoh.open(config), uuid.uuid4().hex
     realm = _greet(session, me)

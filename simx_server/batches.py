@@ -166,7 +166,9 @@ class Batches:
             call_id, operation, delay_ms, name, arguments = call
             if now() >= until and position > 1:
                 if self._may_be_sliced():
-                    self._interrupt(session, Interrupted(replies.made, calls[position - 1 :], False, True))
+                    if replies.made:  # to put all into one message at the end would take long as well
+                        self._outbox.put(session, replies.made)
+                    self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
                     return
                 until = now() + SLICE
             if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):

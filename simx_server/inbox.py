@@ -467,7 +467,9 @@ class Inbox:
         self._virtual = max(self._virtual, start)
         if box is not self._events:
             self._serving = box
-        if not box.client:  # events and questions are dealt with also while a script runs that one of them has started
+        if (
+            not box.client
+        ):  # events and questions are dealt with also while a script runs that one of them has started
             self._line_up(box)
         return item.what
 

@@ -129,7 +129,11 @@ def test_messages_and_bytes_are_counted_per_client_and_dropped_before_they_are_r
     box.put("two", None, 1, lambda _: pytest.fail("it was read"))
     put(box, "three", bytes(60))
     put(box, "three", bytes(60))
-    assert box.take_dropped() == {("one", "waiting"): 2, ("two", "waiting_bytes"): 1, ("three", "waiting_bytes"): 1}
+    assert box.take_dropped() == {
+        ("one", "waiting"): 2,
+        ("two", "waiting_bytes"): 1,
+        ("three", "waiting_bytes"): 1,
+    }
     assert not box.take_dropped()
     assert box._size == 260
     list(box.at_hand())
@@ -241,7 +245,9 @@ def join(world: World, client: str) -> Link:
 
 
 def reads(*ids: int) -> bytes:
-    return encode(Batch(1, 0, [Call(each, Operation.EXECUTE, 0, "simxGetJointPosition", [1]) for each in ids]))
+    return encode(
+        Batch(1, 0, [Call(each, Operation.EXECUTE, 0, "simxGetJointPosition", [1]) for each in ids])
+    )
 
 
 def test_others_are_served_in_the_middle_of_a_batch_that_takes_long(
@@ -282,7 +288,9 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
     assert "pass" in log
 
 
-def test_a_batch_without_end_does_not_stop_the_simulation(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_batch_without_end_does_not_stop_the_simulation(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(batches, "LONGEST_TOGETHER", 0.0)
     monkeypatch.setattr("simx_server.engine.SERVING", 0.0)

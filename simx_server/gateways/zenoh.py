@@ -49,7 +49,9 @@ _SELDOM = [
         "id": "questions",
         "messages": ["query"],
         "flows": ["ingress"],
-        "rules": [{"key_expr": f"{keys.ROOT}/*/{kind}", "freq": 20.0} for kind in ("status", "health", "metrics")],
+        "rules": [
+            {"key_expr": f"{keys.ROOT}/*/{kind}", "freq": 20.0} for kind in ("status", "health", "metrics")
+        ],
     }
 ]
 """Questions that Zenoh lets pass on each link, in times per second."""
@@ -150,7 +152,9 @@ class ZenohGateway:
         self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
         # complete=True: a client's question may stop at this server.
         self._queryables = [
-            session.declare_queryable(key, direct(self._answering(key, answer), indirect=False), complete=True)
+            session.declare_queryable(
+                key, direct(self._answering(key, answer), indirect=False), complete=True
+            )
             for key, answer in zip(
                 asked, (self._welcome, self._tell_status, self._tell_health, self._tell_metrics), strict=True
             )
