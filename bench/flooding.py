@@ -22,7 +22,6 @@ from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Batch, Call, Greeting, Operation
 
-from .client import JOINTS, check, handle_of
 from .processes import ROOT, NotReady
 
 FLOODERS = 8

@@ -22,7 +22,7 @@ from .batches import Batches
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
-from .heap import Tide
+from .heap import give_back
 from .hooks import Listener, call
 from .inbox import Arrival, Event, Inbox, interfere
 from .metrics import Metrics
@@ -48,8 +48,8 @@ SERVING_WHEN_LATE = 0.01
 SERVING_DURING_SCRIPT = 0.02
 """The same for each time that a script which runs long lets others be served."""
 
-MUCH_WAITED = 8 << 20
-"""Bytes of messages that waited, after which memory is given back to the system when nothing waits any more."""
+GIVING_PAUSE = 10.0
+"""Seconds between two times that memory is given back to the system."""
 
 HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
@@ -81,12 +81,13 @@ class Engine:
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox(lambda: self.simulation.limits)
-        self._tide = Tide(MUCH_WAITED)
         self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
+        self._next_giving = 0.0
+        """When memory may be given back to the system again."""
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
@@ -147,9 +148,16 @@ class Engine:
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
             self.metrics.tick()
-            self._tide.look(self._inbox.peak())
+            self._give_memory_back()
             call(self.watches)
         self._outbox.send()
+
+    def _give_memory_back(self) -> None:
+        """After much has waited and nothing does any more."""
+        now = time.monotonic()
+        if self._inbox.had_much and now > self._next_giving and not len(self._inbox):
+            self._inbox.had_much, self._next_giving = False, now + GIVING_PAUSE
+            give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.

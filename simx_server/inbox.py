@@ -12,6 +12,7 @@ client, wait until the script is over.
 from __future__ import annotations
 
 import heapq
+import itertools
 import queue
 import threading
 import time
@@ -78,15 +79,25 @@ class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "client", "finish", "is_known", "is_leaving", "is_parked", "is_suspended",
-        "items", "recent", "size", "tick", "waits",
+        "client", "finish", "is_in_line", "is_known", "is_leaving", "is_parked", "is_suspended",
+        "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
     )  # fmt: skip
 
     def __init__(self, client: str = "") -> None:
         self.client = client
         self.items: deque[_Item] = deque()
-        self.size = 0
-        """Bytes that wait."""
+        self.lock = threading.Lock()
+        """Of those who put something in. The physics thread takes without it: whoever has it may be without the
+        interpreter just then."""
+
+        self.size_put = 0
+        """Bytes that were put in, under the lock, and are not forgotten."""
+
+        self.size_taken = 0
+        """Bytes of them that the physics thread took out."""
+
+        self.is_in_line = False
+        """For the physics thread: it waits for its turn."""
 
         self.is_known = False
         """The physics thread has been told that something waits here."""
@@ -112,6 +123,11 @@ class Box:
         self.waits: tuple[int, bool] | None = None
         """Number of an item, and whether it has to wait for scripts."""
 
+    @property
+    def size(self) -> int:
+        """Bytes that wait."""
+        return self.size_put - self.size_taken
+
 
 class Inbox:
     """Events and batches. Any thread may put them in; the physics thread takes them out."""
@@ -124,7 +140,7 @@ class Inbox:
         """
         self._limits = limits
         self._lock = threading.Lock()
-        """Held for a few operations only, on either side."""
+        """Of the clients that are known, and of what was dropped."""
 
         self._boxes: dict[str, Box] = {}
         self._events = Box()
@@ -132,13 +148,7 @@ class Inbox:
         self._ready: queue.SimpleQueue[Box] = queue.SimpleQueue()
         """Queues in which something waits now and nothing did before; it wakes the physics thread up."""
 
-        self._number = 0
-        self._size = 0
-        """Bytes that wait, of all clients."""
-
-        self._peak = 0
-        """Most of it lately."""
-
+        self._numbers = itertools.count(1)
         self._virtual = 0.0
         """How far the service has come: the start of the newest item taken, in seconds of everybody's share."""
 
@@ -157,15 +167,16 @@ class Inbox:
         self._recent = 0
         """Messages of that moment, of all clients."""
 
-        self._count = 0
-        """Items that wait in queues."""
+        self.had_much = False
+        """Many bytes of a client have waited; whoever gives their memory back clears it."""
 
         self.dropped: Counter[tuple[str, str]] = Counter()
         """Messages that were thrown away, by client and limit; whoever tells of them takes them by `take_dropped`."""
 
     def __len__(self) -> int:
         """How much waits."""
-        return self._count + len(self._held)
+        boxes = [self._events, *self._questions.copy().values(), *self._boxes.copy().values()]
+        return len(self._held) + sum(len(box.items) for box in boxes)
 
     # --- any thread ------------------------------------------------------------------------------
 
@@ -179,8 +190,7 @@ class Inbox:
         """Take no messages of a client any more, and throw away those that wait."""
         with self._lock:
             if (box := self._boxes.pop(client, None)) is not None:
-                self._size -= box.size
-                self._count -= len(box.items)
+                box.is_leaving = True
                 box.items.clear()
 
     def put(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes] = bytes) -> bool:
@@ -192,19 +202,22 @@ class Inbox:
             read: makes bytes of it; called only if there is room.
 
         Returns:
-            Whether the client may go on like this. If not it should be slowed down; the message may be taken all the same.
+            Whether the client may go on like this. If not, slow it down; the message may be taken all the same.
         """
-        with self._lock:
-            box = self._boxes.get(client)
-            if box is None or box.is_leaving:
+        box = self._boxes.get(client)
+        if box is None:
+            return False
+        with box.lock:
+            if box.is_leaving:
                 return False
             if reached := self._limit_reached(box, size):
-                self.dropped[client, reached] += 1
+                with self._lock:
+                    self.dropped[client, reached] += 1
                 return False
+            box.size_put += size
             self._add(box, Arrival(client, read(payload)), None)
-            box.size += size
-            self._size += size
-            self._peak = max(self._peak, self._size)
+            if box.size > RESERVED:
+                self.had_much = True
             return not self._is_flood(box, size)
 
     def _is_flood(self, box: Box, size: int) -> bool:
@@ -229,45 +242,55 @@ class Inbox:
             return "waiting"
         if box.size and of_client > limits.waiting_bytes:
             return "waiting_bytes"
-        if self._size + size > limits.all_waiting_bytes and of_client > RESERVED:
+        if of_client > RESERVED and self.size + size > limits.all_waiting_bytes:
             return "all_waiting_bytes"
         return ""
 
     def _add(self, box: Box, what: Event | Arrival, waits_for_scripts: bool | None) -> None:
-        self._number += 1
-        box.items.append(_Item(what, self._virtual, self._number, time.monotonic(), waits_for_scripts))
+        box.items.append(_Item(what, self._virtual, next(self._numbers), time.monotonic(), waits_for_scripts))
         self._announce(box)
 
     def _announce(self, box: Box) -> None:
-        self._count += 1
         if not box.is_known:
             box.is_known = True
             self._ready.put(box)
 
     def post(self, event: Event) -> None:
         """Have an event of the server's own dealt with; there is always room for it."""
-        with self._lock:
+        with self._events.lock:
             self._add(self._events, event, False)
 
     def ask(self, kind: str, question: Event) -> int:
         """Have a question dealt with; return how many of this kind wait now, 0 if too many did already."""
-        with self._lock:
-            box = self._questions.setdefault(kind, Box())
+        box = self._questions.get(kind) or self._questions.setdefault(kind, Box())
+        with box.lock:
             if len(box.items) >= MOST_QUESTIONS:
                 return 0
             self._add(box, question, False)
             return len(box.items)
 
     def leave(self, client: str, leaving: Event) -> None:
-        """Have an event dealt with behind all that a client has sent; nothing of it is taken any more."""
-        with self._lock:
-            box = self._boxes.get(client)
-            if box is not None and not box.is_leaving:
-                box.is_leaving, box.is_suspended = True, False
+        """Have an event dealt with behind what a client has sent last; nothing of it is taken any more."""
+        if (box := self._boxes.get(client)) is None:
+            return
+        with box.lock:
+            if not box.is_leaving:
                 while len(box.items) > MUCH:
                     self._forget(box, box.items.pop())
-                self._unpark(box)
                 self._add(box, leaving, False)
+                box.is_leaving, box.is_suspended = True, False
+                self._unpark(box)
+
+    def suspend(self, kind: str, is_behind: bool) -> None:
+        """Serve a client, or questions of a kind, not before it is suspended no more."""
+        box = self._boxes.get(kind) or self._questions.get(kind)
+        if box is None:
+            return
+        with box.lock:
+            if not box.is_leaving:
+                box.is_suspended = is_behind
+                if not is_behind:
+                    self._unpark(box)
 
     def _unpark(self, box: Box) -> None:
         if box.is_parked:
@@ -275,12 +298,9 @@ class Inbox:
             self._ready.put(box)
 
     def _forget(self, box: Box, item: _Item) -> None:
-        """An item was taken out of a queue."""
-        self._count -= 1
+        """An item was taken out of a queue, by somebody who has its lock."""
         if isinstance(item.what, Arrival):
-            size = len(item.what.payload)
-            box.size -= size
-            self._size -= size
+            box.size_put -= len(item.what.payload)
 
     def suspend(self, kind: str, is_behind: bool) -> None:
         """Serve a client, or questions of a kind, not before it is suspended no more."""
@@ -298,11 +318,10 @@ class Inbox:
 
     def put_first(self, client: str, event: Event) -> None:
         """Have an event dealt with when it is this client's turn again, in front of its messages, and after scripts."""
-        with self._lock:
-            if (box := self._boxes.get(client)) is None:
-                return
-            self._number += 1
-            box.items.appendleft(_Item(event, self._virtual, self._number, time.monotonic(), True))
+        if (box := self._boxes.get(client)) is None:
+            return
+        with box.lock:
+            box.items.appendleft(_Item(event, self._virtual, next(self._numbers), time.monotonic(), True))
             self._announce(box)
 
     def take_overdue(self, older_than: float, except_client: str | None = None) -> list[Arrival]:
@@ -313,28 +332,21 @@ class Inbox:
             except_client: a client whose batches stay.
         """
         before = time.monotonic() - older_than
-        with self._lock:
-            found = [
-                item
-                for client, box in self._boxes.items()
-                if client != except_client
-                for item in box.items
-                if item.arrived <= before and isinstance(item.what, Arrival)
-            ]
-        awaited = {item.number: item.what for item in found if _is_awaited(item.what.payload)}  # type: ignore[union-attr]
         taken: list[Arrival] = []
-        with self._lock:
-            for client, box in self._boxes.items():
-                if client == except_client or not any(item.number in awaited for item in box.items):
+        for client, box in self._boxes.copy().items():
+            if client == except_client:
+                continue
+            for item in box.items.copy():
+                batch = item.what
+                if item.arrived > before or not isinstance(batch, Arrival) or not _is_awaited(batch.payload):
                     continue
-                stay: deque[_Item] = deque()
-                for item in box.items:
-                    if item.number in awaited and isinstance(item.what, Arrival):
-                        taken.append(item.what)
-                        self._forget(box, item)
-                    else:
-                        stay.append(item)
-                box.items = stay
+                with box.lock:
+                    try:
+                        box.items.remove(item)
+                    except (ValueError, IndexError):  # the physics thread has taken it, or another just now
+                        continue
+                    self._forget(box, item)
+                taken.append(batch)
         return taken
 
     def take_dropped(self) -> Counter[tuple[str, str]]:
@@ -343,10 +355,10 @@ class Inbox:
             dropped, self.dropped = self.dropped, Counter()
         return dropped
 
-    def peak(self) -> int:
-        """Return the most bytes that have waited since this was asked last."""
-        peak, self._peak = self._peak, self._size
-        return peak
+    @property
+    def size(self) -> int:
+        """Bytes that wait, of all clients."""
+        return sum(box.size for box in self._boxes.copy().values())
 
     # --- the physics thread ----------------------------------------------------------------------
 
@@ -379,7 +391,7 @@ class Inbox:
         return taken
 
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
-        """All that is there now, at most for so long. What comes while these are dealt with is left for the next time."""
+        """All that is there now, at most for so long. What comes meanwhile is left for the next time."""
         until = time.perf_counter() + seconds
         for _ in range(len(self)):
             if (taken := self._next()) is None:
@@ -437,31 +449,48 @@ class Inbox:
             self.served(0.0)
         while self._ready.qsize():
             self._line_up(self._ready.get_nowait())
-        return heapq.heappop(self._turns)[2] if self._turns else None
+        if not self._turns:
+            return None
+        box = heapq.heappop(self._turns)[2]
+        box.is_in_line = False
+        return box
 
     def _line_up(self, box: Box) -> None:
         """Have a queue wait for its turn, if anything waits in it."""
-        with self._lock:
-            box.is_parked = box.is_suspended
-            if box.is_parked:
-                return  # it stays known, and is announced again when it is suspended no more
-            if box.items:
-                first = box.items[0]
-                start = max(first.virtual, box.finish - CREDIT)
-                heapq.heappush(self._turns, (start, first.number, box))
-            else:
-                box.is_known = False
+        if box.is_in_line or self._is_parked(box):
+            return
+        if not box.items:
+            box.is_known = False
+            if not box.items:
+                return
+            box.is_known = True  # something came just now
+        try:
+            first = box.items[0]
+        except IndexError:  # it was taken out just now
+            box.is_known = False
+            return
+        box.is_in_line = True
+        heapq.heappush(self._turns, (max(first.virtual, box.finish - CREDIT), first.number, box))
+
+    def _is_parked(self, box: Box) -> bool:
+        """Whether a queue is suspended; it stays known, and is announced again when it is suspended no more."""
+        if box.is_suspended:
+            box.is_parked = True
+            if box.is_suspended:
+                return True
+        box.is_parked = False
+        return False
 
     def _take(self, box: Box) -> Event | Arrival | None:
-        with self._lock:
-            box.is_parked = box.is_suspended
-            if box.is_parked:
-                return None
-            if not box.items:  # they were taken out meanwhile
-                box.is_known = False
-                return None
+        if self._is_parked(box):
+            return None
+        try:
             item = box.items.popleft()
-            self._forget(box, item)
+        except IndexError:  # they were taken out meanwhile
+            self._line_up(box)
+            return None
+        if isinstance(item.what, Arrival):
+            box.size_taken += len(item.what.payload)
         start = max(item.virtual, box.finish - CREDIT)
         box.finish = max(box.finish, start)
         self._virtual = max(self._virtual, start)
@@ -475,10 +504,10 @@ class Inbox:
 
     def _must_wait(self, box: Box) -> bool:
         """Whether the first item of a queue has to wait for scripts."""
-        with self._lock:
-            if not box.items:
-                return False
+        try:
             item = box.items[0]
+        except IndexError:
+            return False
         if item.waits_for_scripts is not None:
             return item.waits_for_scripts
         if box.waits is None or box.waits[0] != item.number:
