@@ -29,8 +29,8 @@ SETTLING = 2.0
 """Seconds of flood before anything is timed."""
 
 KINDS = ("calls", "heavy", "large", "unreadable", "strangers", "questions")
-"""What a flooder sends: batches of one call, batches of a thousand, a megabyte each, bytes that are no batch, calls in the
-name of clients that do not exist, questions about the server's state."""
+"""What a flooder sends: batches of one call, batches of a thousand, a megabyte each, bytes that are no batch, calls in
+the name of clients that do not exist, questions about the server's state."""
 
 
 def flood(port: int, kind: str) -> None:

@@ -302,15 +302,6 @@ class Inbox:
         if isinstance(item.what, Arrival):
             box.size_put -= len(item.what.payload)
 
-    def suspend(self, kind: str, is_behind: bool) -> None:
-        """Serve a client, or questions of a kind, not before it is suspended no more."""
-        with self._lock:
-            box = self._boxes.get(kind) or self._questions.get(kind)
-            if box is not None and not box.is_leaving:
-                box.is_suspended = is_behind
-                if not is_behind:
-                    self._unpark(box)
-
     def is_leaving(self, client: str) -> bool:
         """Whether a client is about to leave."""
         box = self._boxes.get(client)

@@ -168,7 +168,7 @@ class ZenohGateway:
     # --- Zenoh's threads -------------------------------------------------------------------------
 
     def _take_in(self) -> Callable[[Any], None]:
-        """What Zenoh is to call with a batch of calls. It is as short as can be: it takes the interpreter from others."""
+        """What Zenoh is to call with a batch of calls. It takes the interpreter from others, so it is short."""
         submit, slow_down = self._engine.submit_as, self._throttle.slow_down
         begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
