@@ -1,6 +1,6 @@
 """A client that keeps the rules beside eight that do not: how long its calls take, and what the flood leaves behind.
 
-``python -m bench.flooding PORT KIND`` is one flooder, a raw Zenoh peer in a process of its own that waits for nothing:
+``python -m bench.flooding`` measures. ``python -m bench.flooding PORT KIND`` is one flooder, a raw Zenoh peer in a process of its own that waits for nothing:
 it prints a line when it has been greeted, and sends until its standard input ends.
 """
 
@@ -22,9 +22,14 @@ from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Batch, Call, Greeting, Operation
 
-from .processes import ROOT, NotReady
+from .client import JOINTS, handle_of
+from .processes import ROOT, NotReady, server
+from .resources import private_mb
 
 FLOODERS = 8
+TIMED = 5.0
+"""Seconds."""
+
 SETTLING = 2.0
 """Seconds of flood before anything is timed."""
 
@@ -139,5 +144,28 @@ def call_times(client: int, handle: int, seconds: float) -> list[float]:
     return sorted(found)
 
 
+def main() -> None:
+    """Print, for each kind of flood, what a blocking read of a bystander takes beside it and without it."""
+    for kind in KINDS:
+        with server("ur5_rg2_kinect") as running:
+            client = vrep.simxStart("127.0.0.1", running.port, True, True, 20_000, 5)
+            handle, before = handle_of(client, JOINTS[0]), private_mb(running.process_id)
+            alone = call_times(client, handle, TIMED)
+            with flooders(running.port, kind):
+                time.sleep(SETTLING)
+                beside = call_times(client, handle, TIMED)
+            time.sleep(SETTLING)
+            left = private_mb(running.process_id) - before
+            vrep.simxFinish(client)
+        p99, p99_alone = (1000 * each[len(each) * 99 // 100] for each in (beside, alone))
+        _say(
+            f"{kind}: p99 {p99:.2f} ms, alone {p99_alone:.2f} ms, {p99 / p99_alone:.1f} times as long; "
+            f"{left:+.0f} MB are left behind"
+        )
+
+
 if __name__ == "__main__":
-    flood(int(sys.argv[1]), sys.argv[2])
+    if len(sys.argv) == 3:
+        flood(int(sys.argv[1]), sys.argv[2])
+    else:
+        main()
