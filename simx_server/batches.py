@@ -2,11 +2,15 @@
 
 A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch. So does a paced
 call (`pacing`), which waits itself as well.
+
+A batch that takes long is executed in slices while others wait, and these are served in between. No simulation step is
+made meanwhile, so that what a client sends together still acts together, unless it takes very long.
 """
 
 from __future__ import annotations
 
 import logging
+import time
 from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING
@@ -34,6 +38,13 @@ MOST_REFUSALS = 1_000_000
 """Calls that are answered of a message that is beyond a limit."""
 
 
+SLICE = 0.002
+"""Seconds of a batch until others are served that wait."""
+
+LONGEST_TOGETHER = 0.25
+"""Seconds for which a batch in slices holds up simulation steps. One that takes longer is spread over several."""
+
+
 class Batches:
     """Executes the batches of all clients. Physics thread only, except where it says otherwise."""
 
@@ -49,6 +60,9 @@ class Batches:
 
         self._waiting_for_step: dict[str, Interrupted] = {}
         """What paced calls keep waiting, by client."""
+
+        self._in_slices: dict[str, float] = {}
+        """The clients whose batch is executed in part, and until when it holds up simulation steps."""
 
     def execute(self, client: str, payload: bytes) -> None:
         """Do what a batch says, and have it answered."""
@@ -68,7 +82,8 @@ class Batches:
                 self._refuse(session, payload, limits.reached("calls", "send less at a time"))
                 return
         except CodecError as error:
-            logger.warning("client %s sent something unreadable: %s", session.name, error)
+            if session.is_news("unreadable"):
+                logger.warning("client %s sent something unreadable: %s", session.name, error)
             session.errors.append(str(error))
             return
         while session.interrupted is not None:  # this batch may be what lets its pass come
@@ -88,25 +103,37 @@ class Batches:
         session.interrupted = None  # until there is another reason to wait in the rest
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
-        self._execute(session, batch.rest, batch.replies, has_waited=not batch.waits_for_trigger)
+        has_waited = not (batch.waits_for_trigger or batch.is_slice)
+        self._execute(session, batch.rest, batch.replies, has_waited=has_waited)
 
     @property
     def are_waiting_for_step(self) -> bool:
         """Whether paced calls wait for a pass."""
         return bool(self._waiting_for_step)
 
+    @property
+    def hold_steps(self) -> bool:
+        """Whether a batch is executed in part, of which the rest belongs to the same simulation step."""
+        if not self._in_slices:
+            return False
+        now = time.perf_counter()
+        return any(
+            now < until and client in self._engine.sessions for client, until in self._in_slices.items()
+        )
+
     def end_waiting_for_step(self) -> None:
         """A pass was made, or none will be for a while: paced calls go on, in the order of their clients' waiting."""
         for client, batch in self._waiting_for_step.items():
             if session := self._engine.sessions.get(client):
-                self._engine.post(partial(self._go_on, session, batch, None))
+                self._engine.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
         """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
         self._outbox.send()
         session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
-        logger.warning("client %s: %s", session.name, problem)
+        if session.is_news(str(problem)):
+            logger.warning("client %s: %s", session.name, problem)
         session.errors.append(str(problem))
         time_ms = self._publisher.time_ms()
         replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
@@ -127,12 +154,23 @@ class Batches:
         finally:
             run.end()
             self.executing = before
+            if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
+                self._in_slices.pop(session.client, None)
 
     def _execute_in_order(
         self, session: ClientSession, run: Run, calls: list[Call], replies: Replies, has_waited: bool
     ) -> None:
+        now = time.perf_counter
+        until = now() + SLICE
         for position, call in enumerate(calls, 1):
             call_id, operation, delay_ms, name, arguments = call
+            if now() >= until and position > 1:
+                if self._may_be_sliced():
+                    if replies.made:  # to put all into one message at the end would take long as well
+                        self._outbox.put(session, replies.made)
+                    self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
+                    return
+                until = now() + SLICE
             if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
                 waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
                 session.interrupted = self._waiting_for_step[session.client] = waiting
@@ -168,6 +206,17 @@ class Batches:
         if replies.made:
             self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
 
+    def _may_be_sliced(self) -> bool:
+        """Whether to serve others now. A recording knows whole batches only, and scripts are given way to already."""
+        engine = self._engine
+        return self._inbox.others_wait() and not engine.is_serving and engine.recorder is None
+
+    def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
+        """Have the rest of a batch executed when it is this client's turn again."""
+        session.interrupted = rest
+        self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
+        self._engine.post_for(session.client, partial(self._go_on, session, rest, None))
+
     def _is_early(self, session: ClientSession, call: Call) -> bool:
         """Whether a paced call is to wait for a pass; it is noted as made."""
         if call.operation == _STREAM or not self._engine.is_running_freely:
@@ -190,7 +239,8 @@ class Batches:
     ) -> None:
         """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
         status, values = done.result()
-        self._engine.post(partial(self._go_on, session, batch, Reply(call_id, status, time_ms, values)))
+        reply = Reply(call_id, status, time_ms, values)
+        self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
 
     def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
         """What waits for a pass is to be executed now, unless it was already.

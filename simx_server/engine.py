@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -22,8 +22,9 @@ from .batches import Batches
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
+from .heap import give_back
 from .hooks import Listener, call
-from .inbox import Arrival, Event, Inbox, Read, interfere
+from .inbox import Arrival, Event, Inbox, interfere
 from .metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
@@ -37,6 +38,18 @@ logger = logging.getLogger(__name__)
 
 IDLE_PASS = 0.02
 """Seconds between two executions of the streams while no pass is due."""
+
+SERVING = 0.05
+"""Seconds that clients are served at most before a step that nobody paces: as long as a step usually stands for."""
+
+SERVING_WHEN_LATE = 0.01
+"""The same for a step that is due by the wall clock: they were served while it was not due."""
+
+SERVING_DURING_SCRIPT = 0.02
+"""The same for each time that a script which runs long lets others be served."""
+
+GIVING_PAUSE = 10.0
+"""Seconds between two times that memory is given back to the system."""
 
 HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
@@ -67,12 +80,14 @@ class Engine:
         self._publisher = Publisher(simulation, self._dispatch, pacer, self.metrics)
         self._pacer = pacer
         self._starting_port = starting_port
-        self._inbox = Inbox()
+        self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
+        self._next_giving = 0.0
+        """When memory may be given back to the system again."""
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
@@ -94,27 +109,42 @@ class Engine:
 
     def post(self, event: Event) -> None:
         """Have something done on the physics thread, in order of posting."""
-        self._inbox.put(event)
+        self._inbox.post(event)
 
-    def submit(self, client: str, payload: bytes) -> None:
-        """A batch of calls has arrived. Safe to use from Zenoh's threads: it only enqueues."""
-        self._inbox.put(Arrival(client, payload))
+    def post_for(self, client: str, event: Event) -> None:
+        """Have something done as part of what a client has sent, in front of its messages that wait."""
+        self._inbox.put_first(client, event)
 
-    def inlet(self, kind: type, read: Read) -> Callable[[Any], None]:
-        """As ``submit``, for what is to be read on the physics thread; to be called before that runs.
+    def ask(self, kind: str, question: Event) -> int:
+        """Have a question of somebody outside answered; return how many of its kind wait, 0 if they are too many."""
+        return self._inbox.ask(kind, question)
 
-        Args:
-            kind: the class of what the function that is returned is given.
-        """
-        self._inbox.read_by(kind, read)
-        return self._inbox.put
+    def submit(self, client: str, payload: bytes) -> bool:
+        """A batch of calls has arrived; return whether the client may go on like this, see `Inbox.put`."""
+        return self._inbox.put(client, payload, len(payload))
+
+    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
+        """As ``submit``, for what is only made into bytes if there is room for it."""
+        return self._inbox.put(client, payload, size, read)
+
+    def depart(self, client: str) -> None:
+        """Have a client leave when all that it has sent is executed; what it sends now is not."""
+        self._inbox.leave(client, partial(self.leave, client))
+
+    def suspend(self, client: str, is_behind: bool) -> None:
+        """Execute nothing more of a client that does not read its answers, or go on."""
+        self._inbox.suspend(client, is_behind)
+
+    def is_departing(self, client: str) -> bool:
+        """Whether a client is about to leave."""
+        return self._inbox.is_leaving(client)
 
     def end(self) -> None:
         """Let ``run`` return."""
         self.simulation.is_ending = (
             True  # what runs long looks there, and may be in no call of ours for a while
         )
-        self._inbox.put(self._end)
+        self._inbox.post(self._end)
 
     def end_when_left(self) -> None:
         """Let ``run`` return when the client that is being served wants it, but not before the others have left."""
@@ -151,15 +181,22 @@ class Engine:
             left = 1.0 if deadline is None else deadline - time.monotonic()
             self.turn(max_wait=max(0.0, min(1.0, left)))
             self.metrics.tick()
+            self._give_memory_back()
             call(self.watches)
         self._outbox.send()
+
+    def _give_memory_back(self) -> None:
+        """After much has waited and nothing does any more."""
+        now = time.monotonic()
+        if self._inbox.had_much and now > self._next_giving and not len(self._inbox):
+            self._inbox.had_much, self._next_giving = False, now + GIVING_PAUSE
+            give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
 
         At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
         """
-        self._inbox.shed(self.simulation.limits.waiting)
         self._tell_dropped()
         if self._batches.are_waiting_for_step and not self.is_running_freely:
             self._batches.end_waiting_for_step()
@@ -176,13 +213,17 @@ class Engine:
                 self._handle(event)
                 self._settle()
             return
-        for event in self._inbox.at_hand():
+        for event in self._inbox.at_hand(self._serving_time()):
             self._handle(event)
             self._settle()  # after each, however many came together
         self._outbox.send()
         self._settle()
-        if self._seconds_until_pass() <= 0:
+        if self._seconds_until_pass() <= 0 and not self._batches.hold_steps:
             self._pass()
+
+    def _serving_time(self) -> float:
+        """How long clients are served at most before the step that is due."""
+        return SERVING_WHEN_LATE if self._is_paced and math.isfinite(self._pacer.speed) else SERVING
 
     def _settle(self) -> None:
         if not self.simulation.is_settled:
@@ -196,11 +237,9 @@ class Engine:
         self._is_serving = True
         try:
             self._outbox.send()
-            for event in self._inbox.meanwhile(self._batches.executing, self.simulation.limits.waiting):
-                if isinstance(event, Arrival) and self._brings_on_what_interferes(event.client):
-                    self._inbox.hold(event)
-                else:
-                    self._handle(event)
+            executing, waits = self._batches.executing, self._brings_on_what_interferes
+            for event in self._inbox.meanwhile(executing, waits, SERVING_DURING_SCRIPT):
+                self._handle(event)
             self._tell_dropped()
         finally:
             self._is_serving = False
@@ -214,13 +253,14 @@ class Engine:
         """Nobody can fill the memory by sending faster than is executed; who has tried is told."""
         if not self._inbox.dropped:
             return
-        dropped, self._inbox.dropped = self._inbox.dropped, Counter()
-        refusal = self.simulation.limits.reached("waiting", "wait for answers now and then")
-        for client, count in dropped.items():
+        limits = self.simulation.limits
+        for (client, name), count in self._inbox.take_dropped().items():
+            self.metrics.dropped += count
             if session := self.sessions.get(client):
-                session.has_lost(count, str(refusal))
+                session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
     def _handle(self, event: Event | Arrival) -> None:
+        began = time.perf_counter()
         try:
             if isinstance(event, Arrival):
                 self._batches.execute(event.client, event.payload)
@@ -229,6 +269,8 @@ class Engine:
                 event()
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
+        finally:
+            self._inbox.served(time.perf_counter() - began)
         if self._is_serving:
             self._outbox.send()
         else:
@@ -329,7 +371,8 @@ class Engine:
 
     def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
         """A client has said hello. Saying it again (after a loss) begins anew."""
-        self.leave(client)
+        self._end_session(client)
+        self._inbox.open(client)
         if again := [each for each in self.departed if each.client == client]:
             self.departed.remove(again[0])
         session = ClientSession(client, name, port, link)
@@ -353,6 +396,10 @@ class Engine:
 
     def leave(self, client: str) -> None:
         """A client has gone: its streams and its stepped mode go with it."""
+        self._inbox.close(client)
+        self._end_session(client)
+
+    def _end_session(self, client: str) -> None:
         session = self.sessions.pop(client, None)
         if session is not None:
             if self.recorder is not None:

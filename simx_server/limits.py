@@ -49,6 +49,10 @@ class Limits:
     calls: int = _count(50_000, "calls in one message")
     waiting: int = _count(10_000, "messages of a client that wait to be executed")
     """What a client sends beyond it is thrown away; one of this project has 200 on the way at most."""
+    waiting_bytes: int = _size(256 << 20, "of a client that wait to be executed", 16 << 30)
+    """Beyond the first message; what a client sends beyond it is thrown away."""
+    all_waiting_bytes: int = _size(512 << 20, "of all clients that wait to be executed", 64 << 30)
+    """Beyond it each client has room for a megabyte."""
     clients: int = _count(256, "clients")
     streams: int = _count(4096, "streams per client")
     objects: int = _count(10_000, "objects in the scene")

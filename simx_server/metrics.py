@@ -185,6 +185,9 @@ class Metrics:
         self.client_calls: dict[str, int] = {}
         """Of the clients that are there."""
 
+        self.dropped = 0
+        """Messages of clients that were not executed, as too many waited."""
+
         self.command_times: dict[str, Histogram] = {}
         """By name of a command: on the physics thread, for calls and streams alike."""
 

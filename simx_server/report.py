@@ -59,7 +59,7 @@ def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
         "scene": engine.simulation.scene.name,
         "window": window,
         "passes": _passes(engine, before, now, window),
-        "calls": _calls(before, now, window),
+        "calls": {**_calls(before, now, window), "dropped": counted.dropped},
         "commands": {name: _command(engine, name, before, window) for name in sorted(commands)},
         "clients": [_client(engine, session, before, window) for session in engine.sessions.values()],
         "departed": [_departed(engine, each) for each in engine.departed],

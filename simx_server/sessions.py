@@ -73,6 +73,9 @@ class Interrupted:
     waits_for_trigger: bool = True
     """Or else for any pass: the first call of the rest is paced."""
 
+    is_slice: bool = False
+    """It waits for no pass, but until others were served."""
+
 
 @dataclass
 class ClientSession:

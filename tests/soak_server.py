@@ -20,7 +20,6 @@ from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
-from simx_server.inbox import Arrival, Read
 from simx_server.server import build_simulation
 from simx_server.sessions import ClientSession, Link
 from simx_server.settings import Settings
@@ -115,16 +114,13 @@ class SoakServer:
         self.engine = Engine(self.simulation, HANDLERS, pacer)
         self.simulation.parameters.pace = pacer
         self.batches = 0
-        inlet = self.engine.inlet
+        submit_as = self.engine.submit_as
 
-        def counting(kind: type, read: Read) -> Callable[[Any], None]:
-            def counted(item: Any) -> Arrival:
-                self.batches += 1
-                return read(item)
+        def counting(client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
+            self.batches += 1
+            return submit_as(client, payload, size, read)
 
-            return inlet(kind, counted)
-
-        self.engine.inlet = counting
+        self.engine.submit_as = counting
         self.connections = 0
         join = self.engine.join
 

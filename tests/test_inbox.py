@@ -11,18 +11,25 @@ import simx_client as v
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
 from simx_server.inbox import Arrival, Inbox
+from simx_server.limits import Limits
 from simx_server.simulation import SimulationState
 
 COME = [Arrival(client, b"\xc1") for client in ("one", "two", "one", "two")]
 
 
+def _open(*clients: str, **limits: int) -> Inbox:
+    inbox = Inbox(lambda: Limits(**limits))
+    for client in clients:
+        inbox.open(client)
+    return inbox
+
+
+def _put(inbox: Inbox, arrival: Arrival) -> bool:
+    return inbox.put(arrival.client, arrival.payload, len(arrival.payload))
+
+
 def _waited(inbox: Inbox) -> list[object]:
     return [inbox.wait(0) for _ in range(len(inbox))]
-
-
-def _shed(inbox: Inbox) -> list[object]:
-    inbox.shed(1)
-    return list(inbox.at_hand())
 
 
 @pytest.mark.parametrize(
@@ -30,28 +37,26 @@ def _shed(inbox: Inbox) -> list[object]:
     [
         (lambda inbox: list(inbox.at_hand()), COME),
         (_waited, COME),
-        (lambda inbox: list(inbox.meanwhile("", 9)), COME),
-        (lambda inbox: list(inbox.meanwhile("two", 9)), [COME[0], COME[2]]),
-        (lambda inbox: list(inbox.meanwhile("", 1)), COME[:2]),
-        (_shed, COME[:2]),
+        (lambda inbox: list(inbox.meanwhile("")), COME),
+        (lambda inbox: list(inbox.meanwhile("two")), [COME[0], COME[2]]),
     ],
-    ids=("at hand", "waited for", "while a script runs", "while its client's script runs", "at most", "shed"),
+    ids=("at hand", "waited for", "while a script runs", "while its client's script runs"),
 )
 def test_what_has_come_is_taken_in_its_order_and_once(
     take: Callable[[Inbox], list[object]], taken: list[object]
 ) -> None:
-    inbox = Inbox()
+    inbox = _open("one", "two")
     for arrival in COME:
-        inbox.put(arrival)
+        _put(inbox, arrival)
     assert len(inbox) == len(COME)
     assert take(inbox) == taken
 
 
 def test_what_waits_for_a_script_is_before_the_queue() -> None:
-    inbox = Inbox()
-    inbox.put(COME[1])
-    inbox.hold(COME[0])
-    assert list(inbox.at_hand()) == COME[:2]
+    inbox = _open("one", "two")
+    _put(inbox, COME[1])
+    inbox.hold(_open)
+    assert list(inbox.at_hand()) == [_open, COME[1]]
     assert len(inbox) == 0
 
 

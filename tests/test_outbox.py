@@ -381,15 +381,15 @@ def test_a_client_that_sends_without_end_what_is_not_answered_gets_its_answers_a
     monkeypatch.setattr(outbox, "MOST_KEPT", 4)
     link = _join(world, "one")
     sent: list[int] = []
-    read = world.engine._inbox._read
+    execute = world.engine._batches.execute
 
-    def read_and_send_one_more(item):
+    def send_one_more_and_execute(client, payload):
         if len(sent) < 50:
             sent.append(0)
             world.engine.submit("one", b"\xc1")
-        return read(item)
+        execute(client, payload)
 
-    monkeypatch.setattr(world.engine._inbox, "_read", read_and_send_one_more)
+    monkeypatch.setattr(world.engine._batches, "execute", send_one_more_and_execute)
     _send(world, "one", 1, _set(1))
     for _ in range(2):
         assert link.heard == []

@@ -21,22 +21,23 @@ SERVER_WORKERS = 64
 """The same in a server, where strangers choose how many links are closed: also a link that never finished its handshake
 keeps a thread for 40 ms, until the other system acknowledges the end. 1500 of them held 8 threads up for seconds."""
 
+READERS = 40
+"""Threads of a server that read links. One waits for each link on which more arrives than is executed."""
 
-def _runtime(workers: int, *, own_sender: bool) -> str:
-    tx = "" if own_sender else "tx:(handover:app),"
-    return f"(rx:(handover:app),acc:(handover:app),{tx}net:(handover:app),app:(worker_threads:{workers}))"
-
-
-RUNTIME = _runtime(WORKERS, own_sender=True)
+RUNTIME = f"(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:{WORKERS}))"
 """Merge Zenoh's thread pools, but leave transmission its own thread: with one pool for all, a large or
 express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
 
-CONFIGURED_SERVER_RUNTIME = _runtime(SERVER_WORKERS, own_sender=True)
+CONFIGURED_SERVER_RUNTIME = RUNTIME.replace(f":{WORKERS}", f":{SERVER_WORKERS}")
 """The same for a server with scouting or a configuration of the user's own."""
 
-SERVER_RUNTIME = _runtime(SERVER_WORKERS, own_sender=False)
-"""One pool for everything: a sixth less per round trip. A server may, as it batches, sends nothing express
-and never answers from a callback; but not with scouting or a configuration of the user's own."""
+SERVER_RUNTIME = (
+    f"(rx:(worker_threads:{READERS}),acc:(handover:app),tx:(handover:app),net:(handover:app),"
+    f"app:(worker_threads:{SERVER_WORKERS}))"
+)
+"""One pool for everything else: less per round trip. A server may, as it batches, sends nothing express
+and never answers from a callback; but not with scouting or a configuration of the user's own. The threads that read
+have a pool of their own: what is to be done next by a thread that waits for a flooding link is not done meanwhile."""
 
 LEASE_MS = 4_000
 """A peer that says nothing for so long is gone. This is for frozen ones and cut cables: a process that ends, however

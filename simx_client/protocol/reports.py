@@ -82,7 +82,14 @@ class Passes(TypedDict):
     """Of the passes themselves, without streams and calls."""
 
 
-class Calls(TypedDict):
+class CallsAdditions(TypedDict, total=False):
+    """What servers of the first versions do not tell."""
+
+    dropped: int
+    """Messages that were not executed, as too much of their client waited."""
+
+
+class Calls(CallsAdditions):
     """What clients sent. What streams execute is no call."""
 
     count: int

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import queue
+import threading
 import time
 import uuid
 from collections import deque
@@ -49,11 +50,19 @@ class LoopbackTransport:
     def greet(self, timeout: float) -> Welcome:
         if self._engine.is_ending:
             raise ConnectionFailed("the engine has ended")
-        self._engine.post(lambda: self._engine.join(self.client, self._name, self._port, self))
+        joined = threading.Event()
+
+        def join() -> None:
+            self._engine.join(self.client, self._name, self._port, self)
+            joined.set()
+
         self._connected, self._lost = True, False
         self._deliveries = queue.SimpleQueue()  # what a lost link still had on its way is gone
+        self._engine.post(join)
         if self._turns:
             self._engine.turn()
+        elif not joined.wait(timeout):
+            raise ConnectionFailed("the engine does not answer")
         return Welcome(PROTOCOL_VERSION, "", "loopback", "", "")
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:

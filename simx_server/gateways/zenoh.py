@@ -27,15 +27,19 @@ from simx_client.protocol.reports import Health, Metrics, encode_report
 
 from .. import __version__, report
 from ..engine import Engine
-from ..inbox import Arrival
 from ..limits import LimitReached
 from ..load import LoadMeter
 from ..simulation import SimulationState
 from ..status_bar import as_log_line
 from .access import has_rules, rules
 from .exposure import exposure
+from .posting import Care, Postman
+from .throttle import Throttle
 
 logger = logging.getLogger(__name__)
+
+FEW_QUESTIONS = 3
+"""Questions of a kind that may wait before those who ask are slowed down."""
 
 CLOSE_TIMEOUT = 2.0
 """Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
@@ -105,9 +109,15 @@ class ZenohGateway:
         self._secrets: dict[str, bytes | None] = {}
         """What comes with each message of a client that has said hello; None: it is older than secrets."""
 
+        self._presence = threading.Lock()
+        """Of these two."""
+
         more: dict[str, Any] = {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
+        # Of a router's link all clients behind it have a share.
+        self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
+        self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
         self._declare()
 
@@ -137,18 +147,18 @@ class ZenohGateway:
     def _declare(self) -> None:
         session, realm = self._session, self.realm
         direct = self._zenoh.handlers.Callback
+        asked = keys.hello(realm), keys.status(realm), keys.health(realm), keys.metrics(realm)
+        self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
         # complete=True: a client's question may stop at this server.
         self._queryables = [
-            session.declare_queryable(key, direct(self._answering(answer), indirect=False), complete=True)
-            for key, answer in (
-                (keys.hello(realm), self._welcome),
-                (keys.status(realm), self._tell_status),
-                (keys.health(realm), self._tell_health),
-                (keys.metrics(realm), self._tell_metrics),
+            session.declare_queryable(
+                key, direct(self._answering(key, answer), indirect=False), complete=True
+            )
+            for key, answer in zip(
+                asked, (self._welcome, self._tell_status, self._tell_health, self._tell_metrics), strict=True
             )
         ]
-        inlet = self._engine.inlet(self._zenoh.Sample, self._read_call)
-        self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
+        self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
         self._clients = session.liveliness().declare_subscriber(
             keys.client(realm), direct(self._on_client, indirect=False)
         )
@@ -156,34 +166,50 @@ class ZenohGateway:
 
     # --- Zenoh's threads -------------------------------------------------------------------------
 
-    def _answering(self, answer: Callable[[Any], None]) -> Callable[[Any], None]:
-        """What Zenoh is to call with a query that the physics thread will answer."""
-        return lambda query: self._engine.post(partial(answer, query))
+    def _take_in(self) -> Callable[[Any], None]:
+        """What Zenoh is to call with a batch of calls. It takes the interpreter from others, so it is short."""
+        is_from, submit, slow_down = self._is_from, self._engine.submit_as, self._throttle.slow_down
+        begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
+
+        def take_in(sample: Any) -> None:
+            client, payload = str(sample.key_expr)[begin:], sample.payload
+            size = len(payload)
+            if not is_from(client, sample) or not submit(client, payload, size, read):
+                slow_down(size)
+
+        return take_in
+
+    def _answering(self, kind: str, answer: Callable[[Any], None]) -> Callable[[Any], None]:
+        """What Zenoh is to call with a query that the physics thread will answer, unless too many wait already."""
+
+        def ask(query: Any) -> None:
+            waiting = self._engine.ask(kind, partial(answer, query))
+            if not waiting:
+                query.drop()
+            if not waiting or waiting > FEW_QUESTIONS:
+                self._throttle.slow_down(0)
+
+        return ask
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
-        is_there = sample.kind != self._zenoh.SampleKind.DELETE
+        is_gone = sample.kind == self._zenoh.SampleKind.DELETE
         if len(client) > keys.LONGEST:  # no client can be called so
             return
-        self._engine.post(partial(self._note_presence, client, is_there))
+        with self._presence:
+            if is_gone:
+                self._present.pop(client, None)
+                self._secrets.pop(client, None)
+            else:
+                self._present[client] = None
+                if len(self._present) > max(MOST_PRESENT, 2 * len(self._engine.sessions)):
+                    del self._present[
+                        next(name for name in self._present if name not in self._engine.sessions)
+                    ]
+        if is_gone:
+            self._engine.depart(client)
 
     # --- the physics thread ----------------------------------------------------------------------
-
-    def _note_presence(self, client: str, is_there: bool) -> None:
-        if is_there:
-            self._present[client] = None
-            if len(self._present) > max(MOST_PRESENT, 2 * len(self._engine.sessions)):
-                del self._present[next(name for name in self._present if name not in self._engine.sessions)]
-        else:
-            self._present.pop(client, None)
-            self._secrets.pop(client, None)
-            self._engine.leave(client)
-
-    def _read_call(self, sample: Any) -> Arrival:
-        client = str(sample.key_expr).rpartition("/")[2]
-        if not self._is_from(client, sample):
-            client = ""  # nobody
-        return Arrival(client, sample.payload.to_bytes())
 
     def _is_from(self, client: str, message: Any) -> bool:
         """Whether a sample or query brings the secret that came with this client's hello.
@@ -194,15 +220,15 @@ class ZenohGateway:
         return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
 
     def _welcome(self, query: Any) -> None:
-        with query:
-            version, refusal = PROTOCOL_VERSION, ""
-            if query.payload is not None:
-                joined = self._join(query)
-                if joined is None:
-                    return  # without an answer: it asks again
-                version, refusal = joined
-            welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
-            query.reply(keys.hello(self.realm), encode(welcome))
+        version, refusal = PROTOCOL_VERSION, ""
+        if query.payload is not None:
+            joined = self._join(query)
+            if joined is None:
+                query.drop()  # without an answer: it asks again
+                return
+            version, refusal = joined
+        welcome = Welcome(version, refusal, self.realm, self._engine.simulation.scene.name, __version__)
+        self._answer(query, keys.hello(self.realm), encode(welcome))
 
     def _join(self, query: Any) -> tuple[int, str] | None:
         """Take in the client that says hello by a query.
@@ -222,7 +248,7 @@ class ZenohGateway:
             refusal = no_common_version(spoken_there, spoken_here)
             logger.warning("client %s is refused: %s", as_log_line(greeting.name), refusal)
             return PROTOCOL_VERSION, refusal
-        if client not in self._present:
+        if client not in self._present or self._engine.is_departing(client):
             return None
         if client in self._engine.sessions:
             if not self._is_from(client, query):
@@ -236,7 +262,8 @@ class ZenohGateway:
             self._secrets[client] = (
                 None if query.attachment is None else query.attachment.to_bytes()[:MOST_SECRET]
             )
-            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client)
+            postman = Postman(self._care, partial(self._engine.suspend, client))
+            zenoh_link = ZenohLink(self._zenoh, self._session, self.realm, client, postman)
             self._engine.join(client, greeting.name, greeting.port, zenoh_link)
         return version, ""
 
@@ -257,8 +284,7 @@ class ZenohGateway:
             load.core_share,
             __version__,
         )
-        with query:
-            query.reply(keys.status(self.realm), encode(status))
+        self._answer(query, keys.status(self.realm), encode(status))
 
     def _tell_health(self, query: Any) -> None:
         self._report(query, keys.health(self.realm), report.health(self._engine, self.realm))
@@ -267,8 +293,16 @@ class ZenohGateway:
         self._report(query, keys.metrics(self.realm), report.metrics(self._engine, self.realm, self.ports))
 
     def _report(self, query: Any, key: str, said: Health | Metrics) -> None:
-        with query:
-            query.reply(key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
+        self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
+
+    def _answer(self, query: Any, key: str, payload: bytes, **options: Any) -> None:
+        """Answer a question, for whose asker nobody waits: it asks again."""
+
+        def reply() -> None:
+            with query:
+                query.reply(key, payload, congestion_control=self._zenoh.CongestionControl.DROP, **options)
+
+        self._answers[key].send(reply, len(payload))
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.
@@ -291,7 +325,8 @@ class ZenohGateway:
 class ZenohLink:
     """The publishers that reach one client."""
 
-    def __init__(self, zenoh: Any, session: Any, realm: str, client: str) -> None:
+    def __init__(self, zenoh: Any, session: Any, realm: str, client: str, postman: Postman) -> None:
+        self._postman = postman
         reliable = zenoh.Reliability.RELIABLE
         self._zenoh, self._session = zenoh, session
         self._realm, self._client = realm, client
@@ -306,7 +341,7 @@ class ZenohLink:
         )
 
     def deliver(self, payload: bytes) -> None:
-        self._put(self._replies.put, payload)
+        self._postman.send(partial(self._put, self._replies.put, payload), len(payload))
 
     def publish(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)

@@ -53,6 +53,9 @@ class ReplayEngine(Engine):
     def post(self, event: Any) -> None:
         """Nobody waits: what an answer leads to is in the recording as well."""
 
+    def post_for(self, client: str, event: Any) -> None:
+        """So it is with what follows in a batch."""
+
     def serve_others(self) -> None:
         """The clock decides nothing here."""
 
