@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.constants import sim_api_errormessage_report
 
 from .batches import Batches
+from .busy import BusyDesk, Doing
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
@@ -70,6 +71,7 @@ class Engine:
         self._inbox = Inbox()
         self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
+        self._busy = BusyDesk(simulation, self._inbox, self.sessions, self._publisher.message, self._doing)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -114,12 +116,13 @@ class Engine:
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
         """Serve until ``end``, until a time on the monotonic clock, or until something is so; a post makes it look."""
-        while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
-            left = 1.0 if deadline is None else deadline - time.monotonic()
-            self.turn(max_wait=max(0.0, min(1.0, left)))
-            self.metrics.tick()
-            call(self.watches)
-        self._outbox.send()
+        with self._busy.open():
+            while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
+                left = 1.0 if deadline is None else deadline - time.monotonic()
+                self.turn(max_wait=max(0.0, min(1.0, left)))
+                self.metrics.tick()
+                call(self.watches)
+            self._outbox.send()
 
     def turn(self, max_wait: float = 0.0) -> None:
         """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
@@ -149,7 +152,11 @@ class Engine:
         self._outbox.send()
         self._settle()
         if self._seconds_until_pass() <= 0:
-            self._pass()
+            outer = self._busy.begin()
+            try:
+                self._pass()
+            finally:
+                self._busy.go_back_to(outer)
 
     def _settle(self) -> None:
         if not self.simulation.is_settled:
@@ -187,7 +194,11 @@ class Engine:
             if session := self.sessions.get(client):
                 session.has_lost(count, str(refusal))
 
+    def _doing(self) -> Doing:
+        return Doing(self._batches.executing, self._dispatch.executing)
+
     def _handle(self, event: Event | Arrival) -> None:
+        outer = self._busy.begin()
         try:
             if isinstance(event, Arrival):
                 self._batches.execute(event.client, event.payload)
@@ -196,6 +207,8 @@ class Engine:
                 event()
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
+        finally:
+            self._busy.go_back_to(outer)
         if self._is_serving:
             self._outbox.send()
         else:

@@ -76,7 +76,9 @@ def is_unseen(item: SceneObject) -> bool:
 
 def _are_any_unseen(scene: Scene) -> bool:
     """Of many objects few have annotations."""
-    return any(not notes.get("shape", {}).get("renderable", True) for notes in scene.annotations.objects.values())
+    return any(
+        not notes.get("shape", {}).get("renderable", True) for notes in scene.annotations.objects.values()
+    )
 
 
 def _restrict_geoms(sim: Simulation) -> None:

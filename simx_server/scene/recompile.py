@@ -11,8 +11,8 @@ import mujoco
 
 from simx_server.errors import CommandError
 from simx_server.scene.loader import SceneError, compile_spec
-from simx_server.scene.transfer import carry_over
 from simx_server.scene.successor import succeed
+from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition
 from simx_server.scene.twins import Twins
 

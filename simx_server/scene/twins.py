@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 
 
-
 class Names:
     """The names of all elements of one model, by kind and id."""
 

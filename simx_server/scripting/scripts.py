@@ -170,7 +170,9 @@ class Scripts:
     def _with_scripts(self) -> list[int]:
         """Handles of the objects that have scripts. Few of many do, so their annotations are asked."""
         scene = self._sim.scene
-        named = [name for name, notes in scene.annotations.objects.items() if not _KINDS.keys().isdisjoint(notes)]
+        named = [
+            name for name, notes in scene.annotations.objects.items() if not _KINDS.keys().isdisjoint(notes)
+        ]
         handles = map(scene.by_name, named)
         return sorted(handle for handle in handles if handle is not None)
 
