@@ -91,6 +91,8 @@ class Copier:
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
         for name in _attributes(type(old)):
             value = getattr(old, name)
+            if name == "userdata" and not len(value) and not len(getattr(new, name)):
+                continue  # mostly; writing it takes as long as all others together
             if name in ("alt", "ialt"):
                 _copy_orientation(value, getattr(new, name))
             elif name == "name" or (self._references and name in _REFERENCES):
