@@ -6,6 +6,7 @@ order (depth first) from 1; they survive stop, reset and edits, and a new object
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -17,6 +18,7 @@ import numpy as np
 from simx_server.errors import UnknownHandle, WrongKind
 from simx_server.scene.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
+from simx_server.scene.twins import Names
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""
@@ -103,7 +105,9 @@ class Scene:
         """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
         self.owners: np.ndarray = np.zeros(0, dtype=np.int64)
         """MuJoCo body id to the handle that what hangs on the body hangs on, as far as bodies say it; -1: none."""
-        self._children: dict[int, list[int]] | None = None
+        self.names: Names | None = None
+        """Of all elements of the model, where an edit has made it."""
+        self._children: defaultdict[int, list[int]] | None = None
         self._leaves_first: dict[int, int] = {}
         self._of_kind: dict[int, list[int]] = {}
         self._overridden: dict[int, int] = {}
@@ -167,9 +171,10 @@ class Scene:
 
     def by_element(self, element: str, element_id: int) -> int | None:
         """The handle of the object that this MuJoCo element carries, or None."""
-        return self._by_elements().get((element, element_id))
+        return self.by_elements().get((element, element_id))
 
-    def _by_elements(self) -> Mapping[tuple[str, int], int]:
+    def by_elements(self) -> Mapping[tuple[str, int], int]:
+        """Kind and id of the MuJoCo element to handle, of all objects."""
         if self._by_element is None:
             self._by_element = {(item.element, item.id): handle for handle, item in self.objects.items()}
         return self._by_element
@@ -221,12 +226,9 @@ class Scene:
 
     def _lists_of_children(self) -> Mapping[int, list[int]]:
         if self._children is None:
-            self._children = {-1: []}
+            self._children = defaultdict(list)
             for handle, item in self.objects.items():
-                if item.parent in self._children:
-                    self._children[item.parent].append(handle)
-                else:
-                    self._children[item.parent] = [handle]
+                self._children[item.parent] += [handle]
         return self._children
 
     def leaves_first(self) -> Mapping[int, int]:

@@ -14,7 +14,7 @@ from simx_server.scene.loader import SceneError, compile_spec
 from simx_server.scene.successor import succeed
 from simx_server.scene.transfer import carry_over
 from simx_server.scene.tree import Addition
-from simx_server.scene.twins import Twins
+from simx_server.scene.twins import Names, Twins
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene
@@ -57,7 +57,7 @@ def edit(
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
     data = mujoco.MjData(model)
-    twins = Twins(sim.model, model)
+    twins = Twins(old.names or Names(sim.model), model)
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
     # A body that only stands for a copy's missing link weighs what it was given.
@@ -75,6 +75,7 @@ def edit(
         names = added.names
     scene, touched = succeed(old, sim.model, spec, model, twins, annotations, hidden_bodies, names)
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
+    scene.names = twins.new
     scene.made_static = set(old.made_static)
     geoms = set(twins.new.of("geom")) if old.withheld else set()
     scene.withheld = {key: value for key, value in old.withheld.items() if key[0] in geoms}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import compress
 
 import mujoco
 import numpy as np
@@ -141,22 +142,23 @@ class _Successor(Builder):
 
     def _renumber(self) -> None:
         """Give what has stayed its new ids, and note what is gone."""
-        bodies = self.twins.after("body")
+        bodies, handles = self.twins.after("body"), self.old.by_elements()
         for element in ("body", *_KINDS):
             after = bodies if element == "body" else self.twins.after(_KINDS[element])
             body = self._bodies_of(self.old_model, element)
             changed = (after != np.arange(len(after))) | (bodies[body] != body)
             if element == "geom":  # those of other bodies are no objects
                 changed &= body == 0
-            for old_id in np.flatnonzero(changed).tolist():
-                handle = self.old.by_element(element, old_id)
-                if handle is None:
+            if not changed.any():
+                continue
+            places = zip(after.tolist(), bodies[body].tolist(), strict=True)
+            for old_id, (new_id, new_body) in compress(enumerate(places), changed):
+                if (handle := handles.get((element, old_id))) is None:
                     continue
-                if after[old_id] < 0:
+                if new_id < 0:
                     self._gone.append(handle)
                 else:
-                    item = self.old.objects[handle]
-                    self.all[handle] = item.renumbered(int(after[old_id]), int(bodies[body[old_id]]))
+                    self.all[handle] = self.all[handle].renumbered(new_id, new_body)
 
     def _drop(self) -> None:
         """Tendons are all made again, as are sites with sensors, whose numbers change with any other sensor."""

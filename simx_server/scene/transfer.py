@@ -67,7 +67,10 @@ def carry_over(
     placed = {prefix: {name for kind, name in moved if kind == prefix} for prefix, _ in moved}
     for prefix, arrays in _ARRAYS_OF.items():
         old, new = twins.pairs(prefix[:-1], copies)
+        if not len(new):
+            continue
         names = twins.new.of(prefix[:-1])
+        all_old, all_new = _span(old), _span(new)
         own_place = _among(names, new, placed.get(prefix, ()))
         own_weight = _among(names, new, reweighed) if prefix == "body_" else None
         for array in arrays:
@@ -77,9 +80,9 @@ def carry_over(
             if array in _INERTIA and own_weight is not None:
                 keeps = own_weight if keeps is None else keeps | own_weight
             source, target = getattr(old_model, array), getattr(new_model, array)
-            here, there = (old, new) if keeps is None else (old[~keeps], new[~keeps])
+            here, there = (all_old, all_new) if keeps is None else (old[~keeps], new[~keeps])
             values = source[here]
-            if not np.array_equal(target[there], values):
+            if target[there].tobytes() != values.tobytes():
                 target[there] = values
                 differs = True
     options = option_values(old_model)
@@ -103,8 +106,14 @@ def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np
     return np.isin(ids, [index for index, name in enumerate(names) if name in wanted])
 
 
+def _span(ids: np.ndarray) -> Any:
+    """The same elements as a slice, where they follow one another: no copy is made of those."""
+    first, last = int(ids[0]), int(ids[-1])
+    return slice(first, last + 1) if (np.diff(ids) == 1).all() else ids
+
+
 def _are_equal(options: dict[str, Any], others: dict[str, Any]) -> bool:
-    return all(np.array_equal(value, others[name]) for name, value in options.items())
+    return all(np.asarray(value).tobytes() == np.asarray(others[name]).tobytes() for name, value in options.items())
 
 
 def _carry_joints(

@@ -15,6 +15,7 @@ class Names:
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
         self._lists: dict[str, list[str]] = {}
+        self._ids: dict[str, dict[str, int]] = {}
 
     @cached_property
     def _all(self) -> tuple[np.ndarray, list[str]]:
@@ -26,31 +27,41 @@ class Names:
     def of(self, kind: str) -> list[str]:
         """The names of a kind ("body", "jnt", "geom", ...), by id; empty for an element without one."""
         if kind not in self._lists:
-            starts, names = self._all
             addresses = getattr(self._model, f"name_{kind}adr")
+            if not len(addresses):
+                return self._lists.setdefault(kind, [])
+            starts, names = self._all
             places = np.searchsorted(starts, addresses)
-            first, count = (int(places[0]) if len(places) else 0), len(places)
-            if np.array_equal(places, np.arange(first, first + count)):
+            first, count = int(places[0]), len(places)
+            if (np.diff(places) == 1).all():
                 self._lists[kind] = names[first : first + count]
             else:
                 self._lists[kind] = [names[place] for place in places.tolist()]
         return self._lists[kind]
 
+    def ids(self, kind: str) -> dict[str, int]:
+        """The id of each name of a kind."""
+        if kind not in self._ids:
+            names = self.of(kind)
+            ids = dict(zip(reversed(names), range(len(names) - 1, -1, -1), strict=True))
+            ids.pop("", None)
+            self._ids[kind] = ids
+        return self._ids[kind]
+
 
 class Twins:
     """The elements that an edit has left there. Arrays of ids; -1 stands for none."""
 
-    def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel) -> None:
-        self.old, self.new = Names(old), Names(new)
+    def __init__(self, old: Names, new: mujoco.MjModel) -> None:
+        self.old, self.new = old, Names(new)
         self._before: dict[str, np.ndarray] = {}
         self._after: dict[str, np.ndarray] = {}
-        self._ids: dict[str, dict[str, int]] = {}
 
     def before(self, kind: str) -> np.ndarray:
         """Id in the new model to the id that the element of this name had before."""
         if kind not in self._before:
-            names = self.new.of(kind)
-            found = map(self._old_ids(kind).get, names, repeat(-1))
+            names, ids = self.new.of(kind), self.old.ids(kind) if self.new.of(kind) else {}
+            found = map(ids.get, names, repeat(-1))
             self._before[kind] = np.fromiter(found, dtype=np.int64, count=len(names))
         return self._before[kind]
 
@@ -71,18 +82,10 @@ class Twins:
         """
         before = self.before(kind)
         if copies is not None:
-            names, ids = self.new.of(kind), self._old_ids(kind)
+            names, ids = self.new.of(kind), self.old.ids(kind)
             before = before.copy()
             for new in np.flatnonzero(before < 0).tolist():
                 if names[new].startswith(copies):
                     before[new] = ids.get(names[new].removeprefix(copies), -1)
         after = np.flatnonzero(before >= 0)
         return before[after], after
-
-    def _old_ids(self, kind: str) -> dict[str, int]:
-        if kind not in self._ids:
-            names = self.old.of(kind)
-            ids = dict(zip(reversed(names), range(len(names) - 1, -1, -1), strict=True))
-            ids.pop("", None)
-            self._ids[kind] = ids
-        return self._ids[kind]
