@@ -28,12 +28,13 @@ class Weights:
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
         """`kinematic`: ids of the joints that physics does not move."""
-        dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
-        model.dof_armature[:] = self.armature
-        model.dof_armature[dofs] = KINEMATIC_ARMATURE
-        model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
-        model.dof_invweight0[:] = self._dofs
-        model.dof_invweight0[dofs] = 0.0
+        if model.nv:
+            dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
+            model.dof_armature[:] = self.armature
+            model.dof_armature[dofs] = KINEMATIC_ARMATURE
+            model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
+            model.dof_invweight0[:] = self._dofs
+            model.dof_invweight0[dofs] = 0.0
         model.body_invweight0[:] = self._bodies
         model.body_invweight0[_immovable_bodies(model, kinematic)] = 0.0
 
@@ -41,7 +42,8 @@ class Weights:
 def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> np.ndarray:
     """Ids of the bodies that only such joints move, or none."""
     moves = np.zeros(model.nbody, dtype=bool)
-    moves[model.jnt_bodyid[~np.isin(np.arange(model.njnt), list(kinematic))]] = True
+    if model.njnt:
+        moves[model.jnt_bodyid[~np.isin(np.arange(model.njnt), list(kinematic))]] = True
     above = model.body_parentid
     while above.any():  # each round looks twice as far up the tree
         moves |= moves[above]

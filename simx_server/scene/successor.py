@@ -144,8 +144,10 @@ class _Successor(Builder):
         """Give what has stayed its new ids, and note what is gone."""
         bodies, handles = self.twins.after("body"), self.old.by_elements()
         for element in ("body", *_KINDS):
-            after = bodies if element == "body" else self.twins.after(_KINDS[element])
             body = self._bodies_of(self.old_model, element)
+            if not len(body):
+                continue
+            after = bodies if element == "body" else self.twins.after(_KINDS[element])
             changed = (after != np.arange(len(after))) | (bodies[body] != body)
             if element == "geom":  # those of other bodies are no objects
                 changed &= body == 0
@@ -199,8 +201,10 @@ class _Successor(Builder):
     def _with_other(self, element: str) -> set[int]:
         """Bodies that have got or lost elements of a kind, or have sites with sensors."""
         kind = _KINDS[element]
-        before, after = self.twins.before(kind), self.twins.after(kind)
         bodies, were = self._bodies_of(self.model, element), self._bodies_of(self.old_model, element)
+        if not len(bodies) and not len(were):
+            return set()
+        before, after = self.twins.before(kind), self.twins.after(kind)
         new_body = self.twins.after("body")
         came = (before < 0) | (new_body[were[before]] != bodies) if len(were) else before < 0
         if element == "site":

@@ -113,12 +113,16 @@ def _span(ids: np.ndarray) -> Any:
 
 
 def _are_equal(options: dict[str, Any], others: dict[str, Any]) -> bool:
-    return all(np.asarray(value).tobytes() == np.asarray(others[name]).tobytes() for name, value in options.items())
+    return all(
+        np.asarray(value).tobytes() == np.asarray(others[name]).tobytes() for name, value in options.items()
+    )
 
 
 def _carry_joints(
     old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
 ) -> None:
+    if not len(old):
+        return
     kinds = old_model.jnt_type[old]
     source, target = _runs(old_model.jnt_qposadr[old], new_model.jnt_qposadr[new], _POSITIONS[kinds])
     new_data.qpos[target] = old_data.qpos[source]
@@ -138,6 +142,8 @@ def _carry_bodies(
 ) -> None:
     old, new = twins.pairs("body", copies)
     new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
+    if not old_model.nmocap:
+        return
     own_place = _among(twins.new.of("body"), new, placed)
     mocap, twin = old_model.body_mocapid[old], new_model.body_mocapid[new]
     carried = (mocap >= 0) & (twin >= 0)
@@ -150,7 +156,7 @@ def _carry_bodies(
 def _carry_actuators(
     old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
 ) -> None:
-    for name in ("ctrl", "act"):
+    for name in ("ctrl", "act") if len(old) else ():
         counts = getattr(old_model, f"actuator_{name}num")[old]
         has = counts > 0
         source, target = _runs(
