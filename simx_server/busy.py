@@ -55,7 +55,8 @@ class Doing(NamedTuple):
 
 
 class BusyDesk:
-    """Watches the physics thread. That thread calls `begin` and `go_back_to`; `look` belongs to the desk's own."""
+    """Watches the physics thread. That thread calls `begin` and `go_back_to`; `look` belongs to the desk's own,
+    `describe` to any."""
 
     def __init__(
         self,
@@ -101,6 +102,19 @@ class BusyDesk:
         """What was begun is over."""
         self._work = outer
 
+    def describe(self) -> str:
+        """What keeps the server busy for longer than a call waits, with the client's name; empty for nothing."""
+        work, doing = self._work, self._doing()
+        if work is None or (busy := time.monotonic() - work.since) < PATIENCE:
+            return ""
+        return f"{self._named(doing)} takes {busy:.1f} s so far; blocking calls of others are refused"
+
+    def _named(self, doing: Doing) -> str:
+        if not doing.client:
+            return "a simulation step"
+        owner = self._sessions.get(doing.client)
+        return f"{doing.command} of {owner.name if owner is not None else 'a client that has left'}"
+
     def _attend(self) -> None:
         while not self._is_closing.wait(_LOOK):
             try:
@@ -119,16 +133,13 @@ class BusyDesk:
         for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):
             session = self._sessions.get(arrival.client)
             if session is not None:
-                self._tell(work, doing, busy)
+                self._tell(work)
                 self._refuse(session, arrival, doing, busy)
 
-    def _tell(self, work: Work, doing: Doing, busy: float) -> None:
-        if self._told is not work:
+    def _tell(self, work: Work) -> None:
+        if self._told is not work and (what := self.describe()):
             self._told = work
-            owner = self._sessions.get(doing.client)
-            name = owner.name if owner is not None else "a client that has left"
-            what = f"{doing.command} of {name}" if doing.client else "a simulation step"
-            logger.warning("%s takes %.1f s so far; blocking calls of others are refused", what, busy)
+            logger.warning("%s", what)
 
     def _refuse(self, session: ClientSession, arrival: Arrival, doing: Doing, busy: float) -> None:
         what = f"{doing.command} of another client" if doing.client else "a simulation step"

@@ -112,6 +112,10 @@ class Engine:
         """Let ``run`` return."""
         self._inbox.put(self._end)
 
+    def busy_with(self) -> str:
+        """What keeps the physics thread from answering, where it takes long; else empty."""
+        return self._busy.describe()
+
     # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:

@@ -15,7 +15,7 @@ from simx_client.clients import CLIENTS
 from simx_client.connection import Connection
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
-from simx_server import busy
+from simx_server import busy, report
 from simx_server.awaited import divide
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.inbox import Arrival, Inbox
@@ -88,6 +88,7 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
         vrep.simxSetIntegerSignal(other, "kept", 7, ONESHOT)
         assert vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING) == vrep.simx_return_remote_error_flag
         code, texts = vrep.simxGetLastErrors(other, BLOCKING)
+        problems = report.health(world.engine, "realm")["problems"]
     finally:
         compiling.go_on.set()
         edit.join(PATIENCE)
@@ -95,6 +96,7 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
     assert len(texts) == 1
     assert "simxSetIntegerSignal: the server is busy with simxCreateDummy of another client" in texts[0]
     assert "not executed, call again" in texts[0]
+    assert problems[0].startswith("simxCreateDummy of loopback takes ")
     assert made[0][0] == vrep.simx_return_ok  # who edits waits for the result
     assert vrep.simxGetIntegerSignal(other, "kept", BLOCKING) == (vrep.simx_return_ok, 7)
     assert vrep.simxGetIntegerSignal(other, "refused", BLOCKING)[0] != vrep.simx_return_ok

@@ -132,10 +132,11 @@ class ZenohGateway:
             for key, answer in (
                 (keys.hello(realm), self._welcome),
                 (keys.status(realm), self._tell_status),
-                (keys.health(realm), self._tell_health),
                 (keys.metrics(realm), self._tell_metrics),
             )
         ]
+        health = direct(self._on_health, indirect=False)
+        self._queryables.append(session.declare_queryable(keys.health(realm), health, complete=True))
         inlet = self._engine.inlet(self._zenoh.Sample, _read_call)
         self._calls = session.declare_subscriber(keys.call(realm), direct(inlet, indirect=False))
         self._clients = session.liveliness().declare_subscriber(
@@ -148,6 +149,13 @@ class ZenohGateway:
     def _answering(self, answer: Callable[[Any], None]) -> Callable[[Any], None]:
         """What Zenoh is to call with a query that the physics thread will answer."""
         return lambda query: self._engine.post(partial(answer, query))
+
+    def _on_health(self, query: Any) -> None:
+        """A server that is busy is asked for its health more than any other."""
+        if self._engine.busy_with():
+            self._tell_health(query)
+        else:
+            self._engine.post(partial(self._tell_health, query))
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]

@@ -60,6 +60,8 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     prefix = f"{first}{GRAFT_END}"
     names = _names(sim, addition)
     _strip(addition.spec)
+    part = addition.spec
+    brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
 
     def surgery(spec: mujoco.MjSpec) -> None:
         if addition.copies:
@@ -67,7 +69,8 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             return
         agree(addition.spec, spec)
         spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
-        spec.dedup_assets()
+        if brings_assets:
+            spec.dedup_assets()
 
     edit(
         sim,

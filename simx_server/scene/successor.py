@@ -8,7 +8,7 @@ new ids where elements before them were added or removed.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import compress
 
@@ -64,6 +64,7 @@ class _Successor(Builder):
         given_names: Mapping[tuple[str, str], str] | None,
     ) -> None:
         super().__init__(model, annotations, hidden, given_names)
+        self._hidden_now = hidden
         self.old = old_scene
         self.old_model = old_model
         self.twins = twins
@@ -167,7 +168,7 @@ class _Successor(Builder):
         for handle, item in self._tendons():
             if self.twins.after("tendon")[item.id] < 0:
                 self._gone.append(handle)
-        for name in self.hidden - self.old.hidden_bodies:
+        for name in self._hidden_now - self.old.hidden_bodies:
             body = mujoco.mj_name2id(self.old_model, mujoco.mjtObj.mjOBJ_BODY, name)
             hidden = self.old.by_element("body", body) if body >= 0 else None
             if hidden is not None:
@@ -192,7 +193,7 @@ class _Successor(Builder):
             found |= self._with_other(element)
         filled, was_filled = self.model.body_geomnum > 0, self.old_model.body_geomnum[before] > 0
         found.update(np.flatnonzero((before >= 0) & (filled != was_filled)).tolist())
-        for name in self.hidden ^ self.old.hidden_bodies:
+        for name in self._hidden_now ^ self.old.hidden_bodies:
             body = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, name)
             if body >= 0:
                 found.add(body)
@@ -238,7 +239,7 @@ class _Successor(Builder):
         return found
 
 
-def _sensed_sites(model: mujoco.MjModel) -> Collection[int]:
+def _sensed_sites(model: mujoco.MjModel) -> np.ndarray:
     sensed = (model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE) & np.isin(model.sensor_type, _SENSED)
     found: np.ndarray = model.sensor_objid[sensed]
     return found
