@@ -55,7 +55,7 @@ def edit(
         surgery(spec)
         model = compile_spec(spec, logging.DEBUG)  # it was told when the scene was loaded
     except (ValueError, mujoco.FatalError, SceneError) as error:
-        raise CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}") from error
+        raise _refusal(error) from error
     data = mujoco.MjData(model)
     twins = Twins(old.names or Names(sim.model), model)
     weights = old.weightless_bodies if weightless is None else weightless
@@ -66,7 +66,10 @@ def edit(
     differs |= _take_weight(model, weights)
     if differs:
         # What the solver derives from masses and places: those that were carried over are not what was compiled.
-        mujoco.mj_setConst(model, mujoco.MjData(model))
+        try:
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+        except mujoco.FatalError as error:  # weights that a client has set may be none
+            raise _refusal(error) from error
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
     annotations, names = old.annotations, None
     if added is not None:
@@ -90,6 +93,10 @@ def edit(
     scene.reindex()
     _check_tree(scene, touched | parents.keys())
     sim.replace_model(scene, model, data, twins)
+
+
+def _refusal(error: Exception) -> CommandError:
+    return CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}")
 
 
 def _check_tree(scene: Scene, touched: set[int]) -> None:
