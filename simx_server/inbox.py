@@ -89,9 +89,10 @@ class Inbox:
 
     def hold(self, event: Event | Arrival) -> None:
         """Keep something until no script runs."""
-        self._held.append(_Waiting(time.monotonic(), event))
-        if isinstance(event, Arrival):
-            self._held_of[event.client] += 1
+        with self._lock:
+            self._held.append(_Waiting(time.monotonic(), event))
+            if isinstance(event, Arrival):
+                self._held_of[event.client] += 1
 
     def _first_held(self) -> Event | Arrival:
         event = self._held.popleft().event
