@@ -39,6 +39,7 @@ MEASUREMENTS = (
     "view",
     "startup",
     "scale",
+    "edits",
 )
 """Modules of this package with a function ``measure``, in the order of the report."""
 

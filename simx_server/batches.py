@@ -148,12 +148,13 @@ class Batches:
             has_waited: the first of the calls was paced, and the pass it waited for was made.
         """
         before, self.executing = self.executing, session.client
+        command_before = self._dispatch.executing
         run = self._dispatch.run(session)
         try:
             self._execute_in_order(session, run, calls, Replies(replies), has_waited)
         finally:
             run.end()
-            self.executing = before
+            self.executing, self._dispatch.executing = before, command_before
             if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
                 self._in_slices.pop(session.client, None)
 

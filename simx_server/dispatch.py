@@ -42,6 +42,8 @@ class Dispatch:
         self.simulation = simulation
         self._handlers = handlers
         self.metrics = metrics
+        self.executing = ""
+        """The command of the last call that was begun."""
 
     def run(self, client: ClientSession) -> Run:
         """To execute calls of this client, one behind the other; ``end`` it."""
@@ -169,6 +171,7 @@ class Run:
             self._tally.end()
             raise
         self._name, self._command = name, command
+        self._dispatch.executing = command.name
         self._carry_out = handler.bound(self._dispatch.simulation, self._client)
 
     def end(self) -> None:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.constants import sim_api_errormessage_report
 
 from .batches import Batches
+from .busy import BusyDesk, Doing
 from .clock import Pacer
 from .dispatch import Dispatch
 from .handlers.registry import Handler
@@ -83,6 +84,7 @@ class Engine:
         self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(self._publisher.message)
         self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
+        self._busy = BusyDesk(simulation, self._inbox, self.sessions, self._publisher.message, self._doing)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -173,17 +175,22 @@ class Engine:
             self.end()
         return others
 
+    def busy_with(self) -> str:
+        """What keeps the physics thread from answering, where it takes long; else empty."""
+        return self._busy.describe()
+
     # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
         """Serve until ``end``, until a time on the monotonic clock, or until something is so; a post makes it look."""
-        while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
-            left = 1.0 if deadline is None else deadline - time.monotonic()
-            self.turn(max_wait=max(0.0, min(1.0, left)))
-            self.metrics.tick()
-            self._give_memory_back()
-            call(self.watches)
-        self._outbox.send()
+        with self._busy.open():
+            while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
+                left = 1.0 if deadline is None else deadline - time.monotonic()
+                self.turn(max_wait=max(0.0, min(1.0, left)))
+                self.metrics.tick()
+                self._give_memory_back()
+                call(self.watches)
+            self._outbox.send()
 
     def _give_memory_back(self) -> None:
         """After much has waited and nothing does any more."""
@@ -219,7 +226,11 @@ class Engine:
         self._outbox.send()
         self._settle()
         if self._seconds_until_pass() <= 0 and not self._batches.hold_steps:
-            self._pass()
+            outer = self._busy.begin()
+            try:
+                self._pass()
+            finally:
+                self._busy.go_back_to(outer)
 
     def _serving_time(self) -> float:
         """How long clients are served at most before the step that is due."""
@@ -259,7 +270,11 @@ class Engine:
             if session := self.sessions.get(client):
                 session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
+    def _doing(self) -> Doing:
+        return Doing(self._batches.executing, self._dispatch.executing)
+
     def _handle(self, event: Event | Arrival) -> None:
+        outer = self._busy.begin()
         began = time.perf_counter()
         try:
             if isinstance(event, Arrival):
@@ -270,6 +285,7 @@ class Engine:
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")
         finally:
+            self._busy.go_back_to(outer)
             self._inbox.served(time.perf_counter() - began)
         if self._is_serving:
             self._outbox.send()

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 import queue
 import threading
 import time
@@ -22,8 +23,9 @@ from typing import Any, NamedTuple
 
 from simx_client.protocol.codec import MAX_MESSAGE, CodecError, decode_batch
 from simx_client.protocol.commands import ANSWERED
-from simx_client.protocol.messages import NOT_AWAITED_MS, Call
+from simx_client.protocol.messages import Call
 
+from .awaited import divide
 from .limits import Limits
 
 Event = Callable[[], object]
@@ -48,6 +50,12 @@ LARGE = 1 << 17
 
 RESERVED = 1 << 20
 """Bytes that every client may have waiting, also while others fill the room that there is for all."""
+
+_MOST_READ = 4 << 20
+"""Bytes of batches that `take_overdue` reads at a time; the physics thread may wait for it."""
+
+_COST = 1000
+"""Bytes that a batch counts for beside its own."""
 
 MOST_QUESTIONS = 100
 """Questions of a kind that wait for their answers; whoever asks beyond that gets none, and may ask again."""
@@ -141,6 +149,9 @@ class Inbox:
         self._limits = limits
         self._lock = threading.Lock()
         """Of the clients that are known, and of what was dropped."""
+
+        self._taking = threading.Lock()
+        """Between the physics thread and `take_overdue`."""
 
         self._boxes: dict[str, Box] = {}
         self._events = Box()
@@ -315,30 +326,53 @@ class Inbox:
             box.items.appendleft(_Item(event, self._virtual, next(self._numbers), time.monotonic(), True))
             self._announce(box)
 
-    def take_overdue(self, older_than: float, except_client: str | None = None) -> list[Arrival]:
-        """Take out batches that have waited for long and contain a call whose answer is awaited.
+    def take_overdue(
+        self,
+        older_than: float,
+        except_client: str | None = None,
+        is_still_busy: Callable[[], bool] = lambda: True,
+    ) -> list[Arrival]:
+        """Take the blocking calls of batches that have waited for long; they will not be executed.
+
+        What else is in these batches stays, in its place. For another thread, while the physics thread is busy.
 
         Args:
             older_than: seconds since they arrived.
-            except_client: a client whose batches stay.
+            except_client: a client whose calls stay.
+            is_still_busy: whether the physics thread does what it did; else nothing is taken.
         """
-        before = time.monotonic() - older_than
         taken: list[Arrival] = []
-        for client, box in self._boxes.copy().items():
-            if client == except_client:
-                continue
-            for item in box.items.copy():
-                batch = item.what
-                if item.arrived > before or not isinstance(batch, Arrival) or not _is_awaited(batch.payload):
+        with self._taking:
+            if not is_still_busy():
+                return taken
+            before, left_to_read = time.monotonic() - older_than, _MOST_READ
+            for client, box in self._boxes.copy().items():
+                if client == except_client or box.is_leaving or box.is_suspended:
                     continue
                 with box.lock:
-                    try:
-                        box.items.remove(item)
-                    except (ValueError, IndexError):  # the physics thread has taken it, or another just now
-                        continue
-                    self._forget(box, item)
-                taken.append(batch)
+                    for item in box.items.copy():
+                        batch = item.what
+                        if left_to_read < 0 or item.arrived > before or not isinstance(batch, Arrival):
+                            continue
+                        left_to_read -= len(batch.payload) + _COST
+                        awaited, rest = divide(batch.payload)
+                        if awaited is None or not self._replace(box, item, batch, rest):
+                            continue
+                        taken.append(Arrival(client, awaited))
         return taken
+
+    def _replace(self, box: Box, item: _Item, batch: Arrival, rest: bytes | None) -> bool:
+        """Leave of a batch only the rest, which nobody waits for. False: it is not there any more."""
+        try:
+            if rest is None:
+                box.items.remove(item)
+            else:
+                kept = item._replace(what=Arrival(batch.client, rest), arrived=math.inf)
+                box.items[box.items.index(item)] = kept
+        except (ValueError, IndexError):
+            return False
+        box.size_put -= len(batch.payload) - len(rest or b"")
+        return True
 
     def take_dropped(self) -> Counter[tuple[str, str]]:
         """How many messages of which client were thrown away since the last time, and for which limit."""
@@ -475,9 +509,12 @@ class Inbox:
     def _take(self, box: Box) -> Event | Arrival | None:
         if self._is_parked(box):
             return None
-        try:
-            item = box.items.popleft()
-        except IndexError:  # they were taken out meanwhile
+        with self._taking:
+            try:
+                item = box.items.popleft()
+            except IndexError:  # they were taken out meanwhile
+                item = None
+        if item is None:
             self._line_up(box)
             return None
         if isinstance(item.what, Arrival):
@@ -510,14 +547,6 @@ class Inbox:
 def _interferes(payload: bytes) -> bool:
     try:
         return interfere(decode_batch(payload).calls)
-    except CodecError:
-        return False
-
-
-def _is_awaited(payload: bytes) -> bool:
-    """Whether somebody waits for the answer to a call of this batch."""
-    try:
-        return any(call.delay_ms < NOT_AWAITED_MS for call in decode_batch(payload).calls)
     except CodecError:
         return False
 

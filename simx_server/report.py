@@ -34,7 +34,7 @@ from .sessions import ClientSession, Departed
 
 
 def health(engine: Engine, realm: str) -> Health:
-    """What a supervisor wants to know."""
+    """What a supervisor wants to know. Any thread, as long as the physics thread is busy."""
     return {
         "protocol": PROTOCOL_VERSION,
         "realm": realm,
@@ -80,6 +80,8 @@ def _problems(engine: Engine) -> list[str]:
     before, now = counted.recent(), counted.sample()
     window = f"{now.wall - before.wall:.0f} s"
     found: list[str] = []
+    if busy := engine.busy_with():
+        found.append(busy)
     if (lost := now.lost - before.lost) > 0:
         found.append(
             f"the simulation cannot keep up with speed {counted.pacer.speed:g}: "

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
     from simx_server.scene.collection import Collections
+    from simx_server.scene.twins import Twins
     from simx_server.scripting import Scripts
     from simx_server.scripting.script_parameters import ScriptParameters
     from simx_server.sensors.force import ForceSensors
@@ -378,16 +379,15 @@ class Simulation(Hooks):
         """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s) in the world frame, see `velocities.py`."""
         return self._velocities.measure(self.scene.get(handle))
 
-    def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
-        old = self.model
         self.scene, self.model, self.data = scene, model, data
         self.sleepers.keep_possible(model)
         self.joints.rebind()
         self.model_edited()
         self.changed()
         self.refresh()
-        self._velocities.carry(old, model)
+        self._velocities.carry(twins)
         call(self.on_model_changed)
 
     def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:

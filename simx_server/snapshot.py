@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -35,15 +36,16 @@ def editable_arrays(model: mujoco.MjModel) -> Iterator[tuple[str, np.ndarray]]:
 
 def option_values(model: mujoco.MjModel) -> dict[str, Any]:
     """A copy of all physics options."""
-    found: dict[str, Any] = {}
-    for name in dir(model.opt):
-        if not name.startswith("_"):
-            value = getattr(model.opt, name)
-            if isinstance(value, np.ndarray):
-                found[name] = value.copy()
-            elif isinstance(value, int | float):
-                found[name] = value
-    return found
+    values = ((name, getattr(model.opt, name)) for name in option_names())
+    return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values}
+
+
+@cache
+def option_names() -> tuple[str, ...]:
+    """The physics options: numbers and arrays."""
+    option = mujoco.MjOption()
+    names = (name for name in dir(option) if not name.startswith("_"))
+    return tuple(name for name in names if isinstance(getattr(option, name), np.ndarray | int | float))
 
 
 def write_options(model: mujoco.MjModel, values: dict[str, Any]) -> None:

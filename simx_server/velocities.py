@@ -14,6 +14,7 @@ from simx_server.scene.placing import body_pose, carrier_body, object_pose
 from simx_server.scene.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 
 if TYPE_CHECKING:
+    from simx_server.scene.twins import Twins
     from simx_server.simulation import Simulation
 
 _ARRAYS = {
@@ -49,18 +50,15 @@ class Velocities:
             places[:] = getattr(data, place_name)
             turns[:] = getattr(data, turn_name)
 
-    def carry(self, old_model: mujoco.MjModel, new_model: mujoco.MjModel) -> None:
+    def carry(self, twins: Twins) -> None:
         """An edit replaced the model: the elements that stayed, by name, go on as they moved."""
         before, after = self._before, self._after
         self.restart()
         for element in _ARRAYS:
-            ids = {getattr(old_model, element)(i).name: i for i in range(len(before[element][0]))}
-            for index in range(len(self._after[element][0])):
-                earlier = ids.get(getattr(new_model, element)(index).name)
-                if earlier is not None:
-                    for target, source in ((self._before, before), (self._after, after)):
-                        for kept, known in zip(target[element], source[element], strict=True):
-                            kept[index] = known[earlier]
+            old, new = twins.pairs("cam" if element == "camera" else element)
+            for target, source in ((self._before, before), (self._after, after)):
+                for kept, known in zip(target[element], source[element], strict=True):
+                    kept[new] = known[old]
 
     def measure(self, item: SceneObject) -> tuple[list[float], list[float], list[float]]:
         """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s), world axes; zero at start.

@@ -148,15 +148,18 @@ class ZenohGateway:
         session, realm = self._session, self.realm
         direct = self._zenoh.handlers.Callback
         asked = keys.hello(realm), keys.status(realm), keys.health(realm), keys.metrics(realm)
-        self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
-        # complete=True: a client's question may stop at this server.
-        self._queryables = [
-            session.declare_queryable(
-                key, direct(self._answering(key, answer), indirect=False), complete=True
-            )
+        hello, status, health, metrics = (
+            self._answering(key, answer)
             for key, answer in zip(
                 asked, (self._welcome, self._tell_status, self._tell_health, self._tell_metrics), strict=True
             )
+        )
+        asks = hello, status, self._at_once_if_busy(health), metrics
+        self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
+        # complete=True: a client's question may stop at this server.
+        self._queryables = [
+            session.declare_queryable(key, direct(ask, indirect=False), complete=True)
+            for key, ask in zip(asked, asks, strict=True)
         ]
         self._calls = session.declare_subscriber(keys.call(realm), direct(self._take_in(), indirect=False))
         self._clients = session.liveliness().declare_subscriber(
@@ -190,6 +193,17 @@ class ZenohGateway:
                 self._throttle.slow_down(0)
 
         return ask
+
+    def _at_once_if_busy(self, ask: Callable[[Any], None]) -> Callable[[Any], None]:
+        """A server that is busy is asked for its health more than any other."""
+
+        def health(query: Any) -> None:
+            if self._engine.busy_with():
+                self._tell_health(query)
+            else:
+                ask(query)
+
+        return health
 
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]

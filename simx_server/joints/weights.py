@@ -28,23 +28,24 @@ class Weights:
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
         """`kinematic`: ids of the joints that physics does not move."""
-        dofs = [dof for dof in range(model.nv) if int(model.dof_jntid[dof]) in kinematic]
-        model.dof_armature[:] = self.armature
-        model.dof_armature[dofs] = KINEMATIC_ARMATURE
-        model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
-        model.dof_invweight0[:] = self._dofs
-        model.dof_invweight0[dofs] = 0.0
+        if model.nv:
+            dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
+            model.dof_armature[:] = self.armature
+            model.dof_armature[dofs] = KINEMATIC_ARMATURE
+            model.dof_M0[:] = self._inertia + (model.dof_armature - self.armature)
+            model.dof_invweight0[:] = self._dofs
+            model.dof_invweight0[dofs] = 0.0
         model.body_invweight0[:] = self._bodies
         model.body_invweight0[_immovable_bodies(model, kinematic)] = 0.0
 
 
-def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> list[int]:
+def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> np.ndarray:
     """Ids of the bodies that only such joints move, or none."""
-    found = {0}
-    for body in range(1, model.nbody):
-        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-        if int(model.body_parentid[body]) in found and all(
-            j in kinematic for j in range(first, first + count)
-        ):
-            found.add(body)
-    return sorted(found)
+    moves = np.zeros(model.nbody, dtype=bool)
+    if model.njnt:
+        moves[model.jnt_bodyid[~np.isin(np.arange(model.njnt), list(kinematic))]] = True
+    above = model.body_parentid
+    while above.any():  # each round looks twice as far up the tree
+        moves |= moves[above]
+        above = above[above]
+    return np.flatnonzero(~moves)

@@ -1,7 +1,7 @@
 """Copying objects as V-REP's copy and paste does: models whole, other objects by themselves.
 
-The spec is copied, everything that is not to be copied is deleted from it together with what refers to that, and the
-rest is added to the scene. So joints, motors, sensors, tendons and equalities between copied things work in the copy,
+What is to be copied is taken out of the scene's spec with what acts on it, brought into shape, and added to the scene.
+So joints, motors, sensors, tendons and equalities between copied things work in the copy,
 and those that reach outside are left out. Collections, collision and distance objects are copied with what they
 concern. A copy lies where its original is now and has its state; what was carried by something that is not copied
 stands at the top of the tree.
@@ -9,17 +9,20 @@ stands at the top of the tree.
 
 from __future__ import annotations
 
+import heapq
 from typing import TYPE_CHECKING, Any
 
 import mujoco
+import numpy as np
 
 from simx_server.scene import properties
+from simx_server.scene.extracting import extract
 from simx_server.scene.grafting import Element, Graft, graft
 from simx_server.scene.placing import body_pose, element_pose, free_joint
 from simx_server.scene.poses import compose, inverse
 from simx_server.scene.registered import concerning
 from simx_server.scene.transplant import delete, delete_all, move_body, move_leaf
-from simx_server.scene.welding import start_pose
+from simx_server.scene.welding import body_name, start_pose
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -51,8 +54,10 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
         for handle, item in items.items()
         if (item.element, item.element_name) in added
     }
+    sim.scene.override_parents(
+        {copy: copies.get(items[handle].parent, -1) for handle, copy in copies.items()}
+    )
     for handle, copy in copies.items():
-        sim.scene.override_parent(copy, copies.get(items[handle].parent, -1))
         if handle in scene.model_properties:
             sim.scene.set_model_property(copy, scene.model_properties[handle])
     properties.apply(sim)
@@ -65,16 +70,16 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
 
 
 class _Pruned:
-    """A copy of the scene's spec with nothing but the chosen objects, those without a carrier at the top."""
+    """A spec with nothing but the chosen objects, those without a carrier at the top."""
 
     def __init__(self, sim: Simulation, chosen: set[int]) -> None:
         self.sim = sim
         self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
         self.chosen = {(item.element, item.element_name) for item in self.items}
-        self.spec = sim.scene.spec.copy()
         self.moved: set[Element] = set()
         self.carriers: set[str] = set()
         self.kept = self._kept_bodies()
+        self.spec = self._extracted()
         self._move_to_the_top()
         self._delete_the_rest()
 
@@ -100,14 +105,34 @@ class _Pruned:
         model, scene = self.sim.model, self.sim.scene
         whole = {item.id for item in self.items if item.element == "body"}
         kept = dict.fromkeys(whole, True)
-        for body in range(1, model.nbody):
-            is_part = scene.by_element("body", body) is None and int(model.body_parentid[body]) in kept
-            if is_part and not self._lost_joints(body):
-                kept[body] = True
+        # Bodies that are no objects belong to the copied one they hang on.
+        parts: list[int] = []
+        waiting = sorted(whole)
+        while waiting:
+            for body in np.flatnonzero(model.body_parentid == heapq.heappop(waiting)).tolist():
+                if scene.by_element("body", body) is None and not self._lost_joints(body):
+                    parts.append(body)
+                    heapq.heappush(waiting, body)
+        kept |= dict.fromkeys(sorted(parts), True)
         for item in self.items:
             if item.element == "joint":
                 kept.setdefault(item.body, False)
         return kept
+
+    def _extracted(self) -> mujoco.MjSpec:
+        sim, model = self.sim, self.sim.model
+        parents = {body: int(model.body_parentid[body]) for body in sorted(self.kept)}
+        loose = [
+            item for item in self.items if item.element in ("geom", *_PREFIX) and item.body not in self.kept
+        ]
+        loose.sort(key=lambda item: (item.body != 0, item.id if item.body == 0 else 0))
+        tendons = {item.element_name for item in sim.scene.objects.values() if item.element == "tendon"}
+        return extract(
+            sim.scene.spec,
+            {model.body(body).name: body_name(sim, above) for body, above in parents.items()},
+            [(item.element, item.element_name) for item in loose],
+            frozenset(tendons - {name for element, name in self.chosen if element == "tendon"}),
+        )
 
     def _lost_joints(self, body: int) -> list[str]:
         """The joints of a body that are not copied."""
@@ -142,27 +167,23 @@ class _Pruned:
                 self.moved.add((_PREFIX[item.element], item.element_name))
 
     def _delete_the_rest(self) -> None:
+        """What stands in the copied bodies, but is not to be copied."""
         model, scene = self.sim.model, self.sim.scene
-        names = {model.body(body).name: whole for body, whole in self.kept.items()}
-        for many in (self.spec.skins, self.spec.flexes):
-            for element in list(many):
-                self.spec.delete(element)
-        for name, whole in names.items():
+        for body, whole in self.kept.items():
             if not whole:
-                self._hollow_out(name)
-        world = self.spec.worldbody
-        of_the_world = {
-            (element, leaf.name)
-            for element in ("geom", "site", "camera", "light")
-            for leaf in getattr(world, f"{element}s")
-        }
-        objects = {
-            (item.element, item.element_name)
-            for item in scene.objects.values()
-            if item.element not in ("body", "joint")
-        }
-        bodies = [("body", body.name) for body in self.spec.bodies if body.name not in {"world", *names}]
-        delete_all(self.spec, [*bodies, *sorted((of_the_world | objects) - self.chosen)])
+                self._hollow_out(model.body(body).name)
+        doomed: list[Element] = []
+        for element, bodies in (
+            ("site", model.site_bodyid),
+            ("camera", model.cam_bodyid),
+            ("light", model.light_bodyid),
+        ):
+            for index in np.flatnonzero(np.isin(bodies, list(self.kept))).tolist():
+                handle = scene.by_element(element, index)
+                if handle is not None and (element, scene.objects[handle].element_name) not in self.chosen:
+                    doomed.append((element, scene.objects[handle].element_name))
+        if doomed:
+            delete_all(self.spec, sorted(doomed))
 
     def _hollow_out(self, name: str) -> None:
         """Leave a light carrier without shapes: what a copied joint moves when its child is not copied."""

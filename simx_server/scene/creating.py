@@ -63,7 +63,7 @@ def add(
     `stem`: what it is called, with a number if that is taken. `element`: what carries it. `notes`: its annotations by
     kind. `hidden`: names of bodies that are no objects. Raises CommandError.
     """
-    taken = {item.name for item in sim.scene.objects.values()}
+    taken = sim.scene.by_names()
     name, number = stem, 0
     while name in taken:
         name, number = f"{stem}{number}", number + 1

@@ -7,6 +7,7 @@ frames are attached too. So each copy of a scene's part would double what the co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -64,7 +65,7 @@ class Copier:
         for tendon in source.tendons:
             twin = target.add_tendon()
             self.element(tendon, twin)
-            self._path(tendon, twin)
+            self.path(tendon, twin)
         for kind in _ACTING:
             for element in getattr(source, _LISTS.get(kind, f"{kind}s")):
                 self.element(element, getattr(target, f"add_{kind}")())
@@ -81,19 +82,17 @@ class Copier:
             for leaf in getattr(old, LEAVES[kind]):
                 twin = getattr(new, f"add_{kind}")()
                 self.element(leaf, twin)
-                self._frame(leaf, twin, new, frames)
+                self.frame(leaf, twin, new, frames)
         return frames
 
     def element(self, old: Any, new: Any) -> None:
         """The attributes of one element. Raises CommandError for plugins."""
         if getattr(getattr(old, "plugin", None), "active", False):
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
-        for name in dir(old):
-            if name.startswith("_") or name in _NOT_COPIED:
-                continue
+        for name in _attributes(type(old)):
             value = getattr(old, name)
-            if callable(value):
-                continue
+            if name == "userdata" and not len(value) and not len(getattr(new, name)):
+                continue  # mostly; writing it takes as long as all others together
             if name in ("alt", "ialt"):
                 _copy_orientation(value, getattr(new, name))
             elif name == "name" or (self._references and name in _REFERENCES):
@@ -108,9 +107,10 @@ class Copier:
         for child in old.bodies:
             twin = new.add_body()
             self.body(child, twin)
-            self._frame(child, twin, new, frames)
+            self.frame(child, twin, new, frames)
 
-    def _frame(self, old: Any, new: Any, body: Any, frames: dict[Any, Any]) -> None:
+    def frame(self, old: Any, new: Any, body: Any, frames: dict[Any, Any]) -> None:
+        """Let a twin stand in a twin of the frame its original stands in; `frames`: those the body has."""
         if old.frame is not None:
             new.set_frame(self._frame_twin(old.frame, body, frames))
 
@@ -123,7 +123,8 @@ class Copier:
             frames[old] = twin
         return frames[old]
 
-    def _path(self, old: Any, new: Any) -> None:
+    def path(self, old: Any, new: Any) -> None:
+        """The path of a tendon."""
         for wrap in old.path:
             name = self._rename(wrap.target.name) if wrap.target is not None else ""
             if wrap.type == mujoco.mjtWrap.mjWRAP_PULLEY:
@@ -134,6 +135,13 @@ class Copier:
                 new.wrap_site(name)
             else:
                 new.wrap_geom(name, self._rename(wrap.sidesite.name) if wrap.sidesite is not None else "")
+
+
+@cache
+def _attributes(kind: type) -> tuple[str, ...]:
+    """Names of what makes an element of this class what it is."""
+    names = (name for name in dir(kind) if not name.startswith("_") and name not in _NOT_COPIED)
+    return tuple(name for name in names if not callable(getattr(kind, name)))
 
 
 def _copy_orientation(old: Any, new: Any) -> None:

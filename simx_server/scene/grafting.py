@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -55,9 +56,12 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     An object whose element is gone (a tendon without its sites) is left out. Raises CommandError.
     """
     scene = sim.scene
-    prefix = f"{scene.next_handle}{GRAFT_END}"
+    first = scene.next_handle
+    prefix = f"{first}{GRAFT_END}"
     names = _names(sim, addition)
     _strip(addition.spec)
+    part = addition.spec
+    brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
 
     def surgery(spec: mujoco.MjSpec) -> None:
         if addition.copies:
@@ -65,7 +69,8 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             return
         agree(addition.spec, spec)
         spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
-        spec.dedup_assets()
+        if brings_assets:
+            spec.dedup_assets()
 
     edit(
         sim,
@@ -84,11 +89,12 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     if addition.registered:
         _register(sim.scene, addition.registered, names)
     if addition.copies:
-        model_names = {sim.model.geom(geom).name for geom in range(sim.model.ngeom)}
         for (name, array), value in scene.withheld.items():
-            if prefix + name in model_names:
+            if mujoco.mj_name2id(sim.model, mujoco.mjtObj.mjOBJ_GEOM, prefix + name) >= 0:
                 sim.scene.withheld[prefix + name, array] = value
-    handles = {(item.element, item.element_name): handle for handle, item in sim.scene.objects.items()}
+    objects = sim.scene.objects
+    new = takewhile(lambda handle: handle >= first, reversed(objects))
+    handles = {(objects[handle].element, objects[handle].element_name): handle for handle in new}
     return {
         (kind, name): handles[kind, prefix + name]
         for kind, name in addition.names
@@ -99,10 +105,10 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
 def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
     """What everything it brings is called in the scene: all copy numbers rise alike, as in V-REP."""
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
-    taken = {item.name for item in sim.scene.objects.values()}
+    taken: Collection[str] = sim.scene.by_names().keys()
     if addition.registered:
         meters = sim.meters.collisions, sim.meters.distances, sim.ik_groups
-        taken |= {name for each in (sim.collections, *meters) for name in each.names()}
+        taken = taken | {name for each in (sim.collections, *meters) for name in each.names()}
     return copy_names(wanted, taken)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.errors import CommandError, one_line
+from simx_server.scene.twins import Names, Twins
 from simx_server.snapshot import STATE, editable_arrays, get_state
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def undone_on_failure(sim: Simulation) -> Iterator[None]:
         yield
     except Exception as error:
         if sim.model is not model:
-            sim.replace_model(scene, model, data)
+            sim.replace_model(scene, model, data, Twins(Names(sim.model), model))
         for name, value in editable_arrays(model):
             value[...] = arrays[name]
         mujoco.mj_setState(model, data, state, STATE)

@@ -6,16 +6,19 @@ order (depth first) from 1; they survive stop, reset and edits, and a new object
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from simx_server.errors import UnknownHandle, WrongKind
 from simx_server.scene.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
+from simx_server.scene.twins import Names
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""
@@ -61,6 +64,13 @@ class SceneObject:
     sensors: tuple[int, ...] = ()
     """MuJoCo sensor ids: the rangefinders of a proximity sensor; force, torque of a force sensor."""
 
+    def renumbered(self, element_id: int, body: int) -> SceneObject:
+        """The same object in a model in which its element and body have these ids."""
+        twin = object.__new__(SceneObject)
+        twin.__dict__.update(self.__dict__)
+        twin.id, twin.body = element_id, body
+        return twin
+
 
 class Scene:
     """All objects of one loaded scene, by handle."""
@@ -93,13 +103,16 @@ class Scene:
         """Names of bodies that are fixed because their model is not dynamic."""
         self.withheld: dict[tuple[str, str], int] = {}
         """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
-        self._children: dict[int, list[int]] = {-1: []}
+        self.owners: np.ndarray = np.zeros(0, dtype=np.int64)
+        """MuJoCo body id to the handle that what hangs on the body hangs on, as far as bodies say it; -1: none."""
+        self.names: Names | None = None
+        """Of all elements of the model, where an edit has made it."""
+        self._children: defaultdict[int, list[int]] | None = None
         self._leaves_first: dict[int, int] = {}
         self._of_kind: dict[int, list[int]] = {}
         self._overridden: dict[int, int] = {}
-        self._by_element: dict[tuple[str, int], int] = {}
-        self._by_name: dict[str, int] = {}
-        self.reindex()
+        self._by_element: dict[tuple[str, int], int] | None = None
+        self._by_name: dict[str, int] | None = None
 
     @property
     def name(self) -> str:
@@ -107,23 +120,26 @@ class Scene:
         return self.path.stem if self.path is not None else self.spec.modelname or "empty"
 
     def reindex(self) -> None:
-        """Rebuild the look-ups; called after objects or parents changed."""
-        self._children = {-1: []}
+        """Forget the look-ups; called after objects or parents changed. Each is made again when it is wanted."""
+        self._children = None
         self._leaves_first = {}
         self._of_kind.clear()
         self._overridden.clear()
-        self._by_element.clear()
-        self._by_name.clear()
-        for handle, item in self.objects.items():
-            self._children.setdefault(item.parent, []).append(handle)
-            self._by_element[item.element, item.id] = handle
-            self._by_name[item.name] = handle
+        self._by_element = None
+        self._by_name = None
 
     def override_parent(self, handle: int, parent: int) -> None:
         """Put an object elsewhere in the tree without touching the model."""
-        self.parent_overrides[handle] = parent
-        self.objects[handle].parent = parent
-        self.reindex()
+        self.override_parents({handle: parent})
+
+    def override_parents(self, parents: Mapping[int, int]) -> None:
+        """As `override_parent`, for many: handle to parent."""
+        for handle, parent in parents.items():
+            self.parent_overrides[handle] = parent
+            self.objects[handle].parent = parent
+        self._children = None
+        self._leaves_first = {}
+        self._overridden.clear()
 
     def get(self, handle: int) -> SceneObject:
         """The object with this handle. Raises UnknownHandle."""
@@ -145,16 +161,28 @@ class Scene:
 
     def by_name(self, name: str) -> int | None:
         """The handle of exactly this object name, or None."""
-        return self._by_name.get(name)
+        return self.by_names().get(name)
+
+    def by_names(self) -> Mapping[str, int]:
+        """Name to handle, of all objects."""
+        if self._by_name is None:
+            self._by_name = {item.name: handle for handle, item in self.objects.items()}
+        return self._by_name
 
     def by_element(self, element: str, element_id: int) -> int | None:
         """The handle of the object that this MuJoCo element carries, or None."""
-        return self._by_element.get((element, element_id))
+        return self.by_elements().get((element, element_id))
+
+    def by_elements(self) -> Mapping[tuple[str, int], int]:
+        """Kind and id of the MuJoCo element to handle, of all objects."""
+        if self._by_element is None:
+            self._by_element = {(item.element, item.id): handle for handle, item in self.objects.items()}
+        return self._by_element
 
     def owner_of_body(self, body: int, model: mujoco.MjModel) -> int:
         """The shape or dummy a MuJoCo body counts to: itself or the nearest above that is an object; -1: the world."""
         while body > 0:
-            handle = self._by_element.get(("body", body))
+            handle = self.by_element("body", body)
             if handle is not None:
                 return handle
             body = int(model.body_parentid[body])
@@ -162,7 +190,7 @@ class Scene:
 
     def owner_of_geom(self, geom: int, model: mujoco.MjModel) -> int:
         """The shape a geom belongs to; -1 for an unnamed geom of the world."""
-        handle = self._by_element.get(("geom", geom))
+        handle = self.by_element("geom", geom)
         return handle if handle is not None else self.owner_of_body(int(model.geom_bodyid[geom]), model)
 
     def model_property(self, handle: int) -> int:
@@ -194,7 +222,14 @@ class Scene:
 
     def children(self, handle: int) -> list[int]:
         """Handles of the direct children in hierarchy order; -1 gives the top level."""
-        return list(self._children.get(handle, ()))
+        return list(self._lists_of_children().get(handle, ()))
+
+    def _lists_of_children(self) -> Mapping[int, list[int]]:
+        if self._children is None:
+            self._children = defaultdict(list)
+            for handle, item in self.objects.items():
+                self._children[item.parent] += [handle]
+        return self._children
 
     def leaves_first(self) -> Mapping[int, int]:
         """Handle to place, children in hierarchy order before their parents. Made once until the tree changes."""
@@ -204,14 +239,14 @@ class Scene:
         return places
 
     def _append_leaves_first(self, handle: int, places: dict[int, int]) -> None:
-        for child in self._children.get(handle, ()):
+        for child in self._lists_of_children().get(handle, ()):
             self._append_leaves_first(child, places)
             places[child] = len(places)
 
     def descendants(self, handle: int) -> list[int]:
         """Handles of the whole tree below, depth first, without the object itself."""
         found: list[int] = []
-        for child in self._children.get(handle, ()):
+        for child in self._lists_of_children().get(handle, ()):
             found.append(child)
             found.extend(self.descendants(child))
         return found

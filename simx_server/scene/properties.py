@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, SceneObject
+from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
 from simx_server.scene.placing import free_joint
 from simx_server.scene.respondable import collect_masks
 from simx_server.scene.welding import set_static
@@ -63,7 +63,7 @@ def apply(sim: Simulation) -> None:
     bits = 0
     for handle in sim.scene.model_properties:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
-    if bits & _ON_GEOMS or sim.scene.withheld or any(map(is_unseen, sim.scene.objects.values())):
+    if bits & _ON_GEOMS or sim.scene.withheld or _are_any_unseen(sim.scene):
         _restrict_geoms(sim)
     if bits & c.sim_modelproperty_not_dynamic or sim.scene.made_static or sim.joints.has_inert:
         _restrict_motion(sim)
@@ -72,6 +72,13 @@ def apply(sim: Simulation) -> None:
 def is_unseen(item: SceneObject) -> bool:
     """Whether a shape was told not to be in pictures by itself, whatever its models say."""
     return not item.annotations.get("shape", {}).get("renderable", True)
+
+
+def _are_any_unseen(scene: Scene) -> bool:
+    """Of many objects few have annotations."""
+    return any(
+        not notes.get("shape", {}).get("renderable", True) for notes in scene.annotations.objects.values()
+    )
 
 
 def _restrict_geoms(sim: Simulation) -> None:

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from simx_server.scene.twins import Twins
 from simx_server.snapshot import option_values, write_options
-
-_KINDS = {
-    "body_": mujoco.mjtObj.mjOBJ_BODY,
-    "geom_": mujoco.mjtObj.mjOBJ_GEOM,
-    "site_": mujoco.mjtObj.mjOBJ_SITE,
-    "cam_": mujoco.mjtObj.mjOBJ_CAMERA,
-    "light_": mujoco.mjtObj.mjOBJ_LIGHT,
-    "jnt_": mujoco.mjtObj.mjOBJ_JOINT,
-    "tendon_": mujoco.mjtObj.mjOBJ_TENDON,
-}
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
@@ -41,10 +32,17 @@ _ARRAYS = (
 )
 """Model arrays of settings a command may have written. What belongs to actuators is written again by the joints."""
 
+_ARRAYS_OF = {
+    prefix: [array for array in _ARRAYS if array.startswith(prefix)]
+    for prefix in dict.fromkeys(array[: array.index("_") + 1] for array in _ARRAYS)
+}
+"""By the prefix that says whose they are."""
+
 _INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
 
-_JOINT_SIZES = {0: (7, 6), 1: (4, 3), 2: (1, 1), 3: (1, 1)}
-"""Joint type to (positions, degrees of freedom)."""
+_POSITIONS = np.array((7, 4, 1, 1))
+_DOFS = np.array((6, 3, 1, 1))
+"""By type of joint."""
 
 
 def carry_over(
@@ -52,81 +50,125 @@ def carry_over(
     old_data: mujoco.MjData,
     new_model: mujoco.MjModel,
     new_data: mujoco.MjData,
+    twins: Twins,
     moved: Collection[tuple[str, str]] = (),
     reweighed: Collection[str] = (),
     copies: str | None = None,
-) -> None:
+) -> bool:
     """Give the new model the edited settings and the new data the state of the old ones.
 
     `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
     `reweighed`: names of bodies whose inertia is the new model's own.
     `copies`: prefix of new elements that start as copies of those named as they are without it.
+
+    Returns whether any setting in the new model is another than it was compiled with.
     """
-    twins = {prefix: list(_twins(old_model, new_model, kind, copies)) for prefix, kind in _KINDS.items()}
-    for array in _ARRAYS:
-        prefix = array[: array.index("_") + 1]
-        source, target = getattr(old_model, array), getattr(new_model, array)
-        for name, old, new in twins[prefix]:
-            placed = (
-                array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")) and (prefix, name) in moved
-            )
-            if not placed and not (array in _INERTIA and name in reweighed):
-                target[new] = source[old]
-    write_options(new_model, option_values(old_model))
-    _carry_joints(old_model, old_data, new_model, new_data, twins["jnt_"])
-    for name, old, new in twins["body_"]:
-        new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
-        mocap, twin = int(old_model.body_mocapid[old]), int(new_model.body_mocapid[new])
-        if mocap >= 0 and twin >= 0 and ("body_", name) not in moved:
-            new_data.mocap_pos[twin] = old_data.mocap_pos[mocap]
-            new_data.mocap_quat[twin] = old_data.mocap_quat[mocap]
-    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_ACTUATOR, copies):
-        _copy_run(old_data.ctrl, new_data.ctrl, old_model.actuator_ctrladr[old], new_model.actuator_ctrladr[new],
-                  old_model.actuator_ctrlnum[old])  # fmt: skip
-        if old_model.actuator_actnum[old]:
-            _copy_run(old_data.act, new_data.act, old_model.actuator_actadr[old], new_model.actuator_actadr[new],
-                      old_model.actuator_actnum[old])  # fmt: skip
-    for _, old, new in _twins(old_model, new_model, mujoco.mjtObj.mjOBJ_EQUALITY, copies):
-        new_data.eq_active[new] = old_data.eq_active[old]
+    differs = False
+    placed = {prefix: {name for kind, name in moved if kind == prefix} for prefix, _ in moved}
+    for prefix, arrays in _ARRAYS_OF.items():
+        old, new = twins.pairs(prefix[:-1], copies)
+        if not len(new):
+            continue
+        names = twins.new.of(prefix[:-1])
+        all_old, all_new = _span(old), _span(new)
+        own_place = _among(names, new, placed.get(prefix, ()))
+        own_weight = _among(names, new, reweighed) if prefix == "body_" else None
+        for array in arrays:
+            keeps = None
+            if array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")):
+                keeps = own_place
+            if array in _INERTIA and own_weight is not None:
+                keeps = own_weight if keeps is None else keeps | own_weight
+            source, target = getattr(old_model, array), getattr(new_model, array)
+            here, there = (all_old, all_new) if keeps is None else (old[~keeps], new[~keeps])
+            values = source[here]
+            if target[there].tobytes() != values.tobytes():
+                target[there] = values
+                differs = True
+    options = option_values(old_model)
+    differs |= not _are_equal(options, option_values(new_model))
+    write_options(new_model, options)
+    _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
+    _carry_bodies(old_model, old_data, new_model, new_data, twins, placed.get("body_", ()), copies)
+    _carry_actuators(old_model, old_data, new_model, new_data, *twins.pairs("actuator", copies))
+    old, new = twins.pairs("eq", copies)
+    new_data.eq_active[new] = old_data.eq_active[old]
     if new_model.nuserdata == old_model.nuserdata:
         new_data.userdata[:] = old_data.userdata
     new_data.time = old_data.time
+    return differs
+
+
+def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
+    """Which of these ids have one of the names; None for no name."""
+    if not wanted:
+        return None
+    return np.isin(ids, [index for index, name in enumerate(names) if name in wanted])
+
+
+def _span(ids: np.ndarray) -> Any:
+    """The same elements as a slice, where they follow one another: no copy is made of those."""
+    first, last = int(ids[0]), int(ids[-1])
+    return slice(first, last + 1) if (np.diff(ids) == 1).all() else ids
+
+
+def _are_equal(options: dict[str, Any], others: dict[str, Any]) -> bool:
+    return all(
+        np.asarray(value).tobytes() == np.asarray(others[name]).tobytes() for name, value in options.items()
+    )
 
 
 def _carry_joints(
-    old_model: Any, old_data: Any, new_model: Any, new_data: Any, twins: list[tuple[str, int, int]]
+    old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
 ) -> None:
-    for _, old, new in twins:
-        positions, dofs = _JOINT_SIZES[int(old_model.jnt_type[old])]
-        _copy_run(
-            old_data.qpos, new_data.qpos, old_model.jnt_qposadr[old], new_model.jnt_qposadr[new], positions
+    if not len(old):
+        return
+    kinds = old_model.jnt_type[old]
+    source, target = _runs(old_model.jnt_qposadr[old], new_model.jnt_qposadr[new], _POSITIONS[kinds])
+    new_data.qpos[target] = old_data.qpos[source]
+    source, target = _runs(old_model.jnt_dofadr[old], new_model.jnt_dofadr[new], _DOFS[kinds])
+    for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
+        getattr(new_data, name)[target] = getattr(old_data, name)[source]
+
+
+def _carry_bodies(
+    old_model: Any,
+    old_data: Any,
+    new_model: Any,
+    new_data: Any,
+    twins: Twins,
+    placed: Collection[str],
+    copies: str | None,
+) -> None:
+    old, new = twins.pairs("body", copies)
+    new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
+    if not old_model.nmocap:
+        return
+    own_place = _among(twins.new.of("body"), new, placed)
+    mocap, twin = old_model.body_mocapid[old], new_model.body_mocapid[new]
+    carried = (mocap >= 0) & (twin >= 0)
+    if own_place is not None:
+        carried &= ~own_place
+    new_data.mocap_pos[twin[carried]] = old_data.mocap_pos[mocap[carried]]
+    new_data.mocap_quat[twin[carried]] = old_data.mocap_quat[mocap[carried]]
+
+
+def _carry_actuators(
+    old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
+) -> None:
+    for name in ("ctrl", "act") if len(old) else ():
+        counts = getattr(old_model, f"actuator_{name}num")[old]
+        has = counts > 0
+        source, target = _runs(
+            getattr(old_model, f"actuator_{name}adr")[old][has],
+            getattr(new_model, f"actuator_{name}adr")[new][has],
+            counts[has],
         )
-        for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
-            source, target = getattr(old_data, name), getattr(new_data, name)
-            _copy_run(source, target, old_model.jnt_dofadr[old], new_model.jnt_dofadr[new], dofs)
+        getattr(new_data, name)[target] = getattr(old_data, name)[source]
 
 
-def _copy_run(source: np.ndarray, target: np.ndarray, start: Any, new_start: Any, count: Any) -> None:
-    target[int(new_start) : int(new_start) + int(count)] = source[int(start) : int(start) + int(count)]
-
-
-def _twins(old_model: Any, new_model: Any, kind: Any, copies: str | None) -> Iterator[tuple[str, int, int]]:
-    """(name, old id, new id) of every named element both models have; with a prefix, copies and their originals too."""
-    count = {
-        mujoco.mjtObj.mjOBJ_BODY: new_model.nbody,
-        mujoco.mjtObj.mjOBJ_GEOM: new_model.ngeom,
-        mujoco.mjtObj.mjOBJ_SITE: new_model.nsite,
-        mujoco.mjtObj.mjOBJ_CAMERA: new_model.ncam,
-        mujoco.mjtObj.mjOBJ_LIGHT: new_model.nlight,
-        mujoco.mjtObj.mjOBJ_JOINT: new_model.njnt,
-        mujoco.mjtObj.mjOBJ_TENDON: new_model.ntendon,
-        mujoco.mjtObj.mjOBJ_ACTUATOR: new_model.nu,
-        mujoco.mjtObj.mjOBJ_EQUALITY: new_model.neq,
-    }[kind]
-    for new in range(count):
-        name = mujoco.mj_id2name(new_model, kind, new)
-        old = mujoco.mj_name2id(old_model, kind, name) if name else -1
-        if old < 0 and name and copies is not None and name.startswith(copies):
-            old = mujoco.mj_name2id(old_model, kind, name.removeprefix(copies))
-        if old >= 0:
-            yield name, old, new
+def _runs(starts: np.ndarray, new_starts: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The indices of runs of so many numbers, and those of where they go."""
+    total = int(counts.sum())
+    within = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(starts, counts) + within, np.repeat(new_starts, counts) + within

@@ -21,7 +21,7 @@ _OLD = INTERNAL + "old:"
 
 _AS_BEFORE = Copier(lambda name: name.removeprefix(_OLD))
 
-_OBJECT_TYPES = {
+OBJECT_TYPES = {
     "body": (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_XBODY),
     "joint": (mujoco.mjtObj.mjOBJ_JOINT,),
     "geom": (mujoco.mjtObj.mjOBJ_GEOM,),
@@ -33,7 +33,7 @@ _OBJECT_TYPES = {
 }
 """What sensors call the kinds of elements."""
 
-_TRANSMISSIONS = {
+TRANSMISSIONS = {
     "joint": (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT),
     "tendon": (mujoco.mjtTrn.mjTRN_TENDON,),
     "site": (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK),
@@ -99,7 +99,7 @@ def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
 
 def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None:
     """As `delete` for many (element, name) at once, which is much faster. What is not there is passed over."""
-    doomed: dict[str, set[str]] = {kind: set() for kind in (*_OBJECT_TYPES, "pair")}
+    doomed: dict[str, set[str]] = {kind: set() for kind in (*OBJECT_TYPES, "pair")}
     wanted = list(elements)
     for element, name in wanted:
         found = getattr(spec, element)(name)
@@ -147,13 +147,13 @@ def _references(spec: mujoco.MjSpec, doomed: dict[str, set[str]]) -> list[Any]:
     doomed["tendon"].update(tendon.name for tendon in tendons)
     actuators = [a for a in spec.actuators if a.name not in doomed["actuator"] and _acts_on(a, doomed)]
     doomed["actuator"].update(actuator.name for actuator in actuators)
-    kind_of = {kind: element for element, kinds in _OBJECT_TYPES.items() for kind in kinds}
+    kind_of = {kind: element for element, kinds in OBJECT_TYPES.items() for kind in kinds}
 
     def is_doomed(object_type: Any, name: str) -> bool:
         return object_type in kind_of and name in doomed[kind_of[object_type]]
 
     sensors = [s for s in spec.sensors if is_doomed(s.objtype, s.objname) or is_doomed(s.reftype, s.refname)]
-    equalities = [e for e in spec.equalities if not doomed[_equality_kind(e)].isdisjoint((e.name1, e.name2))]
+    equalities = [e for e in spec.equalities if not doomed[equality_kind(e)].isdisjoint((e.name1, e.name2))]
     pairs = [p for p in spec.pairs if not doomed["geom"].isdisjoint((p.geomname1, p.geomname2))]
     excludes = [e for e in spec.excludes if not doomed["body"].isdisjoint((e.bodyname1, e.bodyname2))]
     return [*sensors, *actuators, *equalities, *tendons, *pairs, *excludes]
@@ -163,11 +163,12 @@ def _acts_on(actuator: Any, doomed: dict[str, set[str]]) -> bool:
     names = {actuator.target, actuator.refsite, actuator.slidersite}
     return any(
         actuator.trntype in kinds and not doomed[element].isdisjoint(names)
-        for element, kinds in _TRANSMISSIONS.items()
+        for element, kinds in TRANSMISSIONS.items()
     )
 
 
-def _equality_kind(equality: Any) -> str:
+def equality_kind(equality: Any) -> str:
+    """What an equality holds together: joints, tendons, sites or bodies."""
     kind = equality.type
     if kind == mujoco.mjtEq.mjEQ_JOINT:
         return "joint"

@@ -7,11 +7,13 @@ hangs on the nearest object above. Names that start with INTERNAL were given by 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from simx_server.scene.annotations import Annotation, Annotations, SceneError, check_objects
 from simx_server.scene.names import alias_of
@@ -40,74 +42,87 @@ class Addition:
 
 
 def build_scene(
-    spec: mujoco.MjSpec,
-    model: mujoco.MjModel,
-    annotations: Annotations,
-    path: Path | None,
-    previous: Scene | None = None,
-    hidden_bodies: Collection[str] = (),
-    given_names: Mapping[tuple[str, str], str] | None = None,
+    spec: mujoco.MjSpec, model: mujoco.MjModel, annotations: Annotations, path: Path | None
 ) -> Scene:
-    """All objects of the model. `previous`: the scene before an edit, whose handles, names and parents are kept.
-    `hidden_bodies`: names of bodies that are objects no more. `given_names`: object names by (element, element name);
-    other new objects are named as their element.
+    """All objects of a model that was just loaded; they are named as their elements.
 
     Raises SceneError when an annotation fits no object.
     """
-    builder = _Builder(model, annotations, previous, frozenset(hidden_bodies), given_names or {})
+    builder = Builder(model, annotations)
     builder.build()
-    if previous is None:
-        check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
+    check_objects(annotations, {item.name: item.kind.text for item in builder.objects.values()})
     scene = Scene(builder.objects, spec, path, builder.next_handle, annotations)
-    scene.hidden_bodies = frozenset(hidden_bodies)
-    if previous is not None:
-        for handle, parent in previous.parent_overrides.items():
-            if handle in scene.objects and (parent == -1 or parent in scene.objects):
-                scene.override_parent(handle, parent)
+    scene.owners = np.array([builder.owner[body] for body in range(model.nbody)])
     return scene
 
 
-class _Builder:
+class Builder:
+    """Makes the objects of a whole model. `scene/successor.py` makes only those that an edit concerns."""
+
     def __init__(
         self,
         model: mujoco.MjModel,
         annotations: Annotations,
-        previous: Scene | None,
-        hidden: frozenset[str],
-        given_names: Mapping[tuple[str, str], str],
+        hidden: Collection[str] = (),
+        given_names: Mapping[tuple[str, str], str] | None = None,
     ) -> None:
+        """`hidden`: names of bodies that are objects no more. `given_names`: object names by (element, element name);
+        other new objects are named as their element.
+        """
         self.model = model
         self.hidden = hidden
-        self.given_names = given_names
+        self.given_names = given_names or {}
         self.annotations = annotations
         self.objects: dict[int, SceneObject] = {}
-        self.known: Mapping[tuple[str, str], SceneObject] = {}
         self.next_handle = 1
-        if previous is not None:
-            self.known = {(o.element, o.element_name): o for o in previous.objects.values()}
-            self.next_handle = previous.next_handle
-        self.names = {o.name for o in self.known.values()}
         self.owner: dict[int, int] = {0: -1}
-        self.sites = _by_body(model.site_bodyid)
-        self.cameras = _by_body(model.cam_bodyid)
-        self.lights = _by_body(model.light_bodyid)
-        self.children = _by_body(model.body_parentid)
         self.site_sensors = _sensors_by_site(model)
 
+    def known(self, element: str, element_id: int, element_name: str) -> SceneObject | None:
+        """The object as it was before an edit."""
+        return None
+
+    @cached_property
+    def taken(self) -> set[str]:
+        """Names that no other object can get."""
+        return set()
+
+    @cached_property
+    def _leaves(self) -> dict[str, dict[int, list[int]]]:
+        model = self.model
+        bodies = {"site": model.site_bodyid, "camera": model.cam_bodyid, "light": model.light_bodyid}
+        return {element: _by_body(ids) for element, ids in bodies.items()}
+
+    def leaves_of(self, element: str, body: int) -> Sequence[int]:
+        """Ids of the sites, cameras or lights of a body."""
+        return self._leaves[element].get(body, ())
+
     def build(self) -> None:
-        for geom in range(
-            int(self.model.body_geomadr[0]), int(self.model.body_geomadr[0] + self.model.body_geomnum[0])
-        ):
-            if self._public(self.model.geom(geom).name):
-                self._add("geom", geom, self.model.geom(geom).name, ObjectKind.SHAPE, -1, 0)
-        self._add_leaves(0, -1, skip=-1)
-        for child in self.children.get(0, ()):
-            if child != 0:
-                self._add_body(child)
-        self._add_tendons()
+        children = _by_body(self.model.body_parentid)
+        self.add_world()
+        waiting = [child for child in reversed(children.get(0, [])) if child != 0]
+        while waiting:
+            body = waiting.pop()
+            self.add_body(body)
+            waiting += reversed(children.get(body, []))
+        self.add_tendons()
         self.objects = dict(sorted(self.objects.items()))
 
-    def _add_body(self, body: int) -> None:
+    def add_world(self) -> None:
+        """What stands in the world itself."""
+        model = self.model
+        for geom in range(int(model.body_geomadr[0]), int(model.body_geomadr[0] + model.body_geomnum[0])):
+            self.add_world_geom(geom)
+        self._add_leaves(0, -1, skip=-1)
+
+    def add_world_geom(self, geom: int) -> None:
+        """A shape that is a part of the world, if it has a name of its own."""
+        name = self.model.geom(geom).name
+        if self._public(name):
+            self._add("geom", geom, name, ObjectKind.SHAPE, -1, 0)
+
+    def add_body(self, body: int) -> None:
+        """A body whose parent was added, with its joints and all else that it has."""
         model = self.model
         parent = self.owner[int(model.body_parentid[body])]
         first = int(model.body_jntadr[body])
@@ -127,12 +142,10 @@ class _Builder:
             parent = self._add("body", body, name, kind, parent, body)
         self.owner[body] = parent
         self._add_leaves(body, parent, skip=force_site)
-        for child in self.children.get(body, ()):
-            self._add_body(child)
 
     def _add_leaves(self, body: int, parent: int, skip: int) -> None:
         model = self.model
-        for site in self.sites.get(body, ()):
+        for site in self.leaves_of("site", body):
             name = model.site(site).name
             if site == skip or not self._public(name):
                 continue
@@ -144,37 +157,44 @@ class _Builder:
             if _force_torque(self.site_sensors.get(site, [])):
                 sensors = _force_torque(self.site_sensors[site])
                 self._add("site", site, name, ObjectKind.FORCE_SENSOR, parent, body, sensors)
-            elif rays or self._annotation("site", name, "proximity"):
+            elif rays or self._annotation("site", site, name, "proximity"):
                 self._add("site", site, name, ObjectKind.PROXIMITY_SENSOR, parent, body, rays)
             else:
                 self._add("site", site, name, ObjectKind.DUMMY, parent, body)
-        for camera in self.cameras.get(body, ()):
+        for camera in self.leaves_of("camera", body):
             name = model.camera(camera).name
-            view = self._annotation("camera", name, "camera").get("view", False)
+            view = self._annotation("camera", camera, name, "camera").get("view", False)
             kind = ObjectKind.CAMERA if view else ObjectKind.VISION_SENSOR
             self._add("camera", camera, name, kind, parent, body)
-        for light in self.lights.get(body, ()):
+        for light in self.leaves_of("light", body):
             self._add("light", light, model.light(light).name, ObjectKind.LIGHT, parent, body)
 
-    def _add_tendons(self) -> None:
+    def add_tendons(self) -> None:
+        """The joints on tendons."""
         model = self.model
-        driven = sorted({int(model.actuator_trnid[a, 0]) for a in range(model.nu) if drives_tendon(model, a)})
+        on_tendons = np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON).tolist()
+        driven = sorted({int(model.actuator_trnid[a, 0]) for a in on_tendons if drives_tendon(model, a)})
         for tendon in driven:
             name = model.tendon(tendon).name
             if not self._public(name):
                 continue
             body = tendon_body(model, tendon)
-            parent = self.owner.get(body, -1)
-            wanted = self._annotation("tendon", name, "joint").get("parent")
+            parent = self.owner_of(body)
+            wanted = self._annotation("tendon", tendon, name, "joint").get("parent")
             if isinstance(wanted, str):
-                parent = next((h for h, o in self.objects.items() if o.name == wanted), -2)
-                if parent == -2:
-                    if not self.known:
-                        raise SceneError(
-                            f"text 'simx:joint:{name}' has parent={wanted}, which is no object of the scene"
-                        )
-                    parent = self.owner.get(body, -1)
+                parent = self.named_parent(name, wanted, parent)
             self._add("tendon", tendon, name, ObjectKind.JOINT, parent, body)
+
+    def owner_of(self, body: int) -> int:
+        """The handle that what hangs on a body hangs on."""
+        return self.owner.get(body, -1)
+
+    def named_parent(self, tendon: str, name: str, otherwise: int) -> int:
+        """The handle of what a tendon's annotation calls its parent. Raises SceneError: there is no such object."""
+        for handle, item in self.objects.items():
+            if item.name == name:
+                return handle
+        raise SceneError(f"text 'simx:joint:{tendon}' has parent={name}, which is no object of the scene")
 
     def _add(
         self,
@@ -186,13 +206,13 @@ class _Builder:
         body: int,
         sensors: tuple[int, ...] = (),
     ) -> int:
-        known = self.known.get((element, element_name))
+        known = self.known(element, element_id, element_name)
         if known is not None:
             handle, name = known.handle, known.name
         else:
             handle, name = self.next_handle, self._name_of(element, element_name)
             self.next_handle += 1
-        self.names.add(name)
+        self.taken.add(name)
         self.objects[handle] = SceneObject(
             handle=handle,
             name=name,
@@ -211,7 +231,7 @@ class _Builder:
     def _free_name(self, name: str, element: str) -> str:
         """V-REP's names are unique over all kinds, MuJoCo's per kind: the second comer gets its kind appended."""
         candidate, count = name, 0
-        while candidate in self.names:
+        while candidate in self.taken:
             alias = alias_of(name)  # the copy number stays at the end
             candidate = f"{alias}_{element}{count or ''}{name.removeprefix(alias)}"
             count += 1
@@ -221,8 +241,8 @@ class _Builder:
         given = self.given_names.get((element, element_name))
         return given if given is not None else self._free_name(element_name, element)
 
-    def _annotation(self, element: str, element_name: str, kind: str) -> Annotation:
-        known = self.known.get((element, element_name))
+    def _annotation(self, element: str, element_id: int, element_name: str, kind: str) -> Annotation:
+        known = self.known(element, element_id, element_name)
         name = (
             known.name if known is not None else self.given_names.get((element, element_name), element_name)
         )
@@ -230,7 +250,7 @@ class _Builder:
 
     def _force_site(self, body: int) -> int:
         """The site whose force sensor links the body to its parent, or -1."""
-        for site in self.sites.get(body, ()):
+        for site in self.leaves_of("site", body):
             if self._public(self.model.site(site).name) and _force_torque(self.site_sensors.get(site, [])):
                 return site
         return -1
@@ -262,19 +282,18 @@ def tendon_body(model: mujoco.MjModel, tendon: int) -> int:
     return 0
 
 
-def _by_body(bodies: object) -> dict[int, list[int]]:
+def _by_body(bodies: np.ndarray) -> dict[int, list[int]]:
     found: dict[int, list[int]] = {}
-    for index, body in enumerate(bodies):  # type: ignore[arg-type]
-        found.setdefault(int(body), []).append(index)
+    for index, body in enumerate(bodies.tolist()):
+        found.setdefault(body, []).append(index)
     return found
 
 
 def _sensors_by_site(model: mujoco.MjModel) -> dict[int, list[tuple[int, int]]]:
     found: dict[int, list[tuple[int, int]]] = {}
-    for sensor in range(model.nsensor):
-        if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_SITE:
-            entry = (int(model.sensor_type[sensor]), sensor)
-            found.setdefault(int(model.sensor_objid[sensor]), []).append(entry)
+    for sensor in np.flatnonzero(model.sensor_objtype == mujoco.mjtObj.mjOBJ_SITE).tolist():
+        entry = (int(model.sensor_type[sensor]), sensor)
+        found.setdefault(int(model.sensor_objid[sensor]), []).append(entry)
     return found
 
 

@@ -135,12 +135,11 @@ def set_free(sim: Simulation, name: str, pose: Pose, motion: list[float]) -> Non
 def rigid_bodies(sim: Simulation, body: int) -> set[str]:
     """Names of a body and of those below that are fixed to it."""
     model = sim.model
-    weld = model.body_weldid[body]
-    return {
-        model.body(i).name
-        for i in range(body, model.nbody)
-        if model.body_weldid[i] == weld and is_carried(model, i, body)
-    }
+    # The bodies below one follow it in the model, up to the first that hangs on what was before it.
+    behind = np.flatnonzero(model.body_parentid[body + 1 :] < body)
+    end = body + 1 + int(behind[0]) if len(behind) else model.nbody
+    fixed = np.flatnonzero(model.body_weldid[body:end] == model.body_weldid[body]) + body
+    return {model.body(i).name for i in fixed.tolist()}
 
 
 def start_pose(sim: Simulation, body: int) -> Pose:

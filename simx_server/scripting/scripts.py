@@ -155,7 +155,8 @@ class Scripts:
                 self._lives.drop(script)
                 self._scripts.remove(script)
         known = {(script.owner, script.kind) for script in self._scripts}
-        for handle, item in tuple(objects.items()):
+        for handle in self._with_scripts():
+            item = objects[handle]
             for key, kind in _KINDS.items():
                 note = item.annotations.get(key)
                 if note is not None and (handle, kind) not in known:
@@ -165,6 +166,15 @@ class Scripts:
                         self._lives.call(script, "sysCall_init")
                     else:
                         self._lives.announce(script)
+
+    def _with_scripts(self) -> list[int]:
+        """Handles of the objects that have scripts. Few of many do, so their annotations are asked."""
+        scene = self._sim.scene
+        named = [
+            name for name, notes in scene.annotations.objects.items() if not _KINDS.keys().isdisjoint(notes)
+        ]
+        handles = map(scene.by_name, named)
+        return sorted(handle for handle in handles if handle is not None)
 
     def _add(self, kind: ScriptKind, owner: int, note: Annotation, name: str) -> Script:
         text, file = note.get("text"), str(note.get("file", ""))
