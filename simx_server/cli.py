@@ -198,17 +198,21 @@ def _serve(settings: Settings) -> int:
 
         return serve_many(settings)
     from simx_server.library import DEFAULT_SCENE
+    from simx_server.scene.trial import helper as trial_helper
     from simx_server.sensors.gl_early import begin_early
 
     # Before the rest is imported, which takes as long.
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
-    if settings.until_eof:  # not before the early probe, whose fork wants a process without threads
+    helper = trial_helper.fork()
+    if settings.until_eof:  # not before these forks, which want a process without threads
         end_with(sys.stdin.fileno())
     try:
         from simx_server.server import serve
 
-        return serve(settings, probe)
+        return serve(settings, probe, helper)
     finally:
+        if helper is not None:
+            helper.close()
         if probe is not None:
             probe.close()
 

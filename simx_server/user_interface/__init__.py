@@ -6,9 +6,11 @@ There is no window here. The state is kept, logged, and handed out by `UserInter
 from __future__ import annotations
 
 import logging
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CommandError
+from ..scene.trial.kinds import UI
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
 from .consoles import Consoles
@@ -42,7 +44,15 @@ class UserInterface:
         Raises:
             CommandError: no such file, something wrong in it, or too many UIs.
         """
-        return self.custom_uis.add(*read_ui_file(find_ui_file(self._sim, file)))
+        return self.custom_uis.add(*self._read(find_ui_file(self._sim, file)))
+
+    def _read(self, path: Path) -> list[CustomUI]:
+        """The UIs of a file; a client's is tried first. Raises CommandError."""
+        sources = self._sim.sources
+        if not self._sim.trials.concern(path, sources):
+            return read_ui_file(path)
+        contents = self._sim.trials.tried(UI, path, path.name, sources).contents
+        return read_ui_file(path, None if contents is None else contents.read(path))
 
     def describe(self) -> dict[str, Any]:
         """All of it as plain data, ready for JSON."""
@@ -57,7 +67,7 @@ class UserInterface:
         """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
         for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
-                ui = _choose(name, read_ui_file(find_ui_file(self._sim, str(note.get("file", "")))))
+                ui = _choose(name, self._read(find_ui_file(self._sim, str(note.get("file", "")))))
                 self.custom_uis.add(ui)
             except CommandError as problem:
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
