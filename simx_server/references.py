@@ -19,7 +19,8 @@ from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
 
 from .errors import CommandError
 from .library import shipped_scenes
-from .scene.contents import Contents, no_regular_file, read_regular
+from .regular_files import no_regular_file, read_regular
+from .scene.contents import Contents
 from .scene.urdf import is_urdf
 
 _PACKAGE = "package://"

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from .errors import CommandError
-from .scene.contents import no_regular_file
+from .regular_files import no_regular_file
 
 logger = logging.getLogger(__name__)
 

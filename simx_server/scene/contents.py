@@ -8,12 +8,15 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import mujoco
+
 from simx_server.errors import CommandError
+from simx_server.regular_files import read_regular
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,21 @@ class Contents:
 
     assets: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
     """Meshes, textures and the like."""
+
+    @contextmanager
+    def as_files(self, others: Mapping[str, bytes] | None = None) -> Iterator[mujoco.MjVfs]:
+        """Show the texts to MuJoCo as files. `others`: relative names to more texts, which lie beside each of these."""
+        texts = dict(self.texts)
+        for folder in {os.path.dirname(path) for path in self.texts}:
+            for name, data in (others or {}).items():
+                texts.setdefault(os.path.normpath(os.path.join(folder, name)), data)
+        files = mujoco.MjVfs()
+        try:
+            for path, data in texts.items():
+                files[path] = data
+            yield files
+        finally:
+            files.close()
 
     def find(self, file: Path) -> bytes | None:
         """Return the bytes of a file; None if it is not among these."""
@@ -69,23 +87,3 @@ def contents_of(digests: Mapping[str, str]) -> Contents:
             raise CommandError(f"'{Path(path).name}' was changed while it was being loaded; load it again")
         (texts if kind == _TEXT else assets)[path] = data
     return Contents(texts, assets)
-
-
-def read_regular(file: Path) -> bytes:
-    """Read a file that a client named; never wait for a pipe or a device.
-
-    Raises:
-        CommandError: it is no regular file.
-        OSError: it cannot be read.
-    """
-    # Without this flag opening a pipe would wait for somebody who writes to it.
-    descriptor = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    with os.fdopen(descriptor, "rb") as opened:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise CommandError(no_regular_file(file.name))
-        return opened.read()
-
-
-def no_regular_file(name: str) -> str:
-    """The sentence that refuses a pipe, a device or a socket."""
-    return f"'{name[:80]}' is a pipe, a device or a socket; give the name of a regular file"

@@ -79,10 +79,13 @@ def read_spec(file: Path, sources: Sources | None = None, name: str | None = Non
             return mujoco.MjSpec.from_zip(io.BytesIO(sources.read(file)))
         if is_urdf_file(file, sources):
             return read_urdf(sources.read(file), name, file, sources)
-        include, assets = shipped_includes(file, sources), None
-        if sources.contents is not None:
-            include, assets = {**sources.contents.texts, **include}, dict(sources.contents.assets)
-        return mujoco.MjSpec.from_file(str(file), include=include, assets=assets)
+        shipped = shipped_includes(file, sources)
+        if sources.contents is None:
+            return mujoco.MjSpec.from_file(str(file), include=shipped)
+        with sources.contents.as_files(shipped) as files:
+            spec = mujoco.MjSpec.from_file(str(file), vfs=files)
+        spec.assets = dict(sources.contents.assets)
+        return spec
     except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
         text = _one_line(error).replace(file.name, name)
         if "Element 'include'" in text:

@@ -75,7 +75,9 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
     joints = read_joints(root)
     _set_compiler(root)
     text = ElementTree.tostring(root, encoding="unicode")
-    spec = mujoco.MjSpec.from_string(text, assets=None if sources.contents is None else sources.contents.assets)
+    spec = mujoco.MjSpec.from_string(
+        text, assets=None if sources.contents is None else sources.contents.assets
+    )
     if not spec.modelname or spec.modelname == mujoco.MjSpec().modelname:
         spec.modelname = root.get("name") or Path(name).stem
     for body in spec.bodies:

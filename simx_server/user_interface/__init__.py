@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CommandError
+from ..limits import LimitReached
 from ..scene.trial.kinds import UI
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
@@ -46,12 +47,12 @@ class UserInterface:
         """
         return self.custom_uis.add(*self._read(find_ui_file(self._sim, file)))
 
-    def _read(self, path: Path) -> list[CustomUI]:
+    def _read(self, path: Path, *, serves_others: bool = True) -> list[CustomUI]:
         """The UIs of a file; a client's is tried first. Raises CommandError."""
-        sources = self._sim.sources
-        if not self._sim.trials.concern(path, sources):
+        sim = self._sim
+        if not sim.trials.concern(path, sim.sources):
             return read_ui_file(path)
-        contents = self._sim.trials.tried(UI, path, path.name, sources).contents
+        contents = sim.trials.tried(UI, path, path.name, sim.sources, serves_others=serves_others).contents
         return read_ui_file(path, None if contents is None else contents.read(path))
 
     def describe(self) -> dict[str, Any]:
@@ -67,10 +68,14 @@ class UserInterface:
         """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
         for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
-                ui = _choose(name, self._read(find_ui_file(self._sim, str(note.get("file", "")))))
+                ui = _choose(
+                    name, self._read(find_ui_file(self._sim, str(note.get("file", ""))), serves_others=False)
+                )
                 self.custom_uis.add(ui)
             except CommandError as problem:
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
+                if isinstance(problem, LimitReached):
+                    break  # the others would take as long, and nobody is served meanwhile
 
 
 def _choose(name: str, uis: list[CustomUI]) -> CustomUI:

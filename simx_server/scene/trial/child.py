@@ -6,12 +6,12 @@ any, so what MuJoCo would open beyond them is refused instead of being loaded un
 
 from __future__ import annotations
 
+import codecs
 import ctypes
 import gc
 import logging
 import signal
 import sys
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +40,9 @@ except ImportError:  # Windows, where the server's clock alone limits a trial
 
 _SPARE = 32 << 20
 """Bytes beyond the limit of memory in which the result is put together."""
+
+for _name in ("ascii", "latin-1", "utf-8", "utf-16", "utf-32", "idna", "cp1252"):
+    codecs.lookup(_name)  # these are files, which the child cannot open any more when it needs them
 
 _M_ARENA_MAX = -8
 _PR_SET_PDEATHSIG = 1

@@ -13,7 +13,8 @@ from xml.etree import ElementTree
 
 from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES, UI_SUFFIXES
 from simx_server.errors import CommandError
-from simx_server.scene.contents import Contents, no_regular_file, read_regular
+from simx_server.regular_files import no_regular_file, read_regular
+from simx_server.scene.contents import Contents
 from simx_server.scene.sources import Sources
 from simx_server.scene.surroundings import PARTS
 from simx_server.scene.urdf import is_urdf, urdf_files
@@ -39,7 +40,6 @@ def gather(file: Path, sources: Sources) -> Contents:
         return Contents(gathering.texts, gathering.assets)
     gathering.text(file, file.parent, ())
     if is_urdf(data):
-        contents = Contents(dict(gathering.texts), {})
         for mesh in urdf_files(file, sources):
             gathering.asset(mesh)
         for part in PARTS:
@@ -141,7 +141,9 @@ class _Gathering:
         # After the parts, which may have said where meshes lie.
         places = [base / each for base in bases for each in ("", *self._folders)]
         for name in dict.fromkeys(others):
-            for found_asset in self._existing([place / name for place in places] + [place / Path(name).name for place in places]):
+            for found_asset in self._existing(
+                [place / name for place in places] + [place / Path(name).name for place in places]
+            ):
                 if found_asset.suffix.lower() in _TEXTS:
                     self.text(found_asset, found_asset.parent, way)
                 else:

@@ -1,4 +1,4 @@
-"""The process that forks a child for each trial: it has MuJoCo imported and nothing of the server's, no socket, no file.
+"""The process that forks a child for each trial: it has MuJoCo imported, and no socket or file of the server's.
 
 It is forked from the server before that has threads, or is a new interpreter. It ends when the server's end of the pipe
 closes, so with the server, however that ends. Only the server holds that end: no client can reach it. Where a process
@@ -30,7 +30,9 @@ _START = "import sys; sys.path[:] = sys.argv[1:]; from simx_server.scene.trial.h
 class Helper:
     """The server's hold on such a process. One request at a time, on any thread; `kill` from any other."""
 
-    def __init__(self, reader: int, writer: int, process_id: int, child: subprocess.Popen[bytes] | None) -> None:
+    def __init__(
+        self, reader: int, writer: int, process_id: int, child: subprocess.Popen[bytes] | None
+    ) -> None:
         """Take over the ends of its pipes; `child` if it is a new interpreter."""
         self._reader, self._writer = reader, writer
         self._process_id, self._child = process_id, child
@@ -119,7 +121,11 @@ def _become_helper(requests: int, replies: int) -> NoReturn:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
-        for standard in (0, 1, 2):  # nothing of the server's may stay open here: who reads it waits for its end
+        for standard in (
+            0,
+            1,
+            2,
+        ):  # nothing of the server's may stay open here: who reads it waits for its end
             os.dup2(nothing, standard)
         os.dup2(requests, nothing)
         keep = sorted((nothing, replies))

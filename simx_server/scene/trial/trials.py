@@ -11,7 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
 from simx_server.scene.annotations import SceneError
@@ -34,7 +33,10 @@ _GRACE = 5.0
 
 _ERRORS: dict[str, type[CommandError]] = {"SceneError": SceneError, "CommandError": CommandError}
 
-_PASSED = {-getattr(signal, name, 0): limit for name, limit in (("SIGXCPU", "load_seconds"), ("SIGALRM", "load_wait"))}
+_PASSED = {
+    -getattr(signal, name, 0): limit
+    for name, limit in (("SIGXCPU", "load_seconds"), ("SIGALRM", "load_wait"))
+}
 """Exit codes of a child that a limit has ended."""
 
 
@@ -51,7 +53,6 @@ class Trials:
         self.tries_all = tries_all
         self._helper: Helper | None = None
         self._end: Callable[[], object] = _nothing
-        self.start: Callable[[], Helper] = helper.start
 
     def use(self, started: Helper) -> None:
         """Have trials made by this one, which is closed when this object goes."""
@@ -67,13 +68,16 @@ class Trials:
         """Return whether a file is to be tried: a client sent it or one that it is made of."""
         return self.tries_all or self._sim.client_files.are_named_by(file, sources)
 
-    def tried(self, kind: str, file: Path, name: str, sources: Sources) -> Sources:
+    def tried(
+        self, kind: str, file: Path, name: str, sources: Sources, *, serves_others: bool = True
+    ) -> Sources:
         """Try a file and all that it names; others are served meanwhile.
 
         Args:
             kind: what will be done with it, see `child`.
             name: what errors call the file.
             sources: where what it names is searched.
+            serves_others: False in the middle of a load, when the scene is not whole: then a second must do.
 
         Returns:
             Sources that hold what was tried, and nothing else.
@@ -82,6 +86,8 @@ class Trials:
             CommandError, SceneError: what is wrong with it, or the limit that it passes.
         """
         limits = self._sim.limits
+        if not serves_others:
+            limits = dataclasses.replace(limits, load_seconds=1, load_wait=2)
         request = {
             "kind": kind,
             "path": str(file),
@@ -91,7 +97,7 @@ class Trials:
             "limits": dataclasses.asdict(limits),
             "held": _held(self._sim) if kind != SCENE else 0,
         }
-        reply = self._ask(request, limits, name)
+        reply = self._ask(request, limits, name, self._sim.serve_others if serves_others else _nothing)
         self._sim.script_point()  # what others did meanwhile lies before what comes now, also in a recording
         result = reply.get("result")
         if result is None:
@@ -112,15 +118,17 @@ class Trials:
         self._sim.script_point()
         return result
 
-    def _ask(self, request: dict[str, Any], limits: Limits, name: str) -> dict[str, Any]:
+    def _ask(
+        self, request: dict[str, Any], limits: Limits, name: str, serve_others: Callable[[], object]
+    ) -> dict[str, Any]:
         if self._helper is None or not self._helper.is_usable:
-            self.use(self.start())
+            self.use(helper.start())
         used = self._helper
         assert used is not None
         try:
             return beside(
                 lambda: used.ask(request),
-                self._sim.serve_others,
+                serve_others,
                 lambda: not self._sim.is_ending,
                 limits.load_wait + _GRACE,
             )
