@@ -226,3 +226,12 @@ def test_others_are_served_during_a_trial_which_ends_with_the_server(there: Path
         running.process.wait(10)
         assert wait_until(lambda: not is_there(trial) and not is_there(helpers[0]), 10)
     v.simxFinish(-1)
+
+
+def test_the_server_decodes_nothing_with_opencv() -> None:
+    """Its decoders are large, and what they get must not come from a client: the server only computes and encodes."""
+    package = Path(trial_helper.__file__).parents[2]
+    decoders = ("imread", "imdecode", "VideoCapture", "imreadmulti", "imdecodemulti", "FileStorage", "readNet")
+    texts = {path: path.read_text() for path in package.rglob("*.py")}
+    assert [str(path) for path, text in texts.items() for name in decoders if f"cv2.{name}" in text] == []
+    assert [str(path) for path, text in texts.items() if "from cv2" in text] == []
