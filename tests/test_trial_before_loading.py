@@ -205,7 +205,14 @@ def test_others_are_served_during_a_trial_which_ends_with_the_server(there: Path
     (tmp_path / "bomb.xml").write_text('<mujoco><size nkey="100000000"/></mujoco>')
     (there / "plain.xml").write_text(PENDULUM)
     with server(
-        there / "plain.xml", "--workspace", there, "--limit", "load_seconds=60", ports=(0, 0)
+        there / "plain.xml",
+        "--workspace",
+        there,
+        "--limit",
+        "load_seconds=60",
+        "--limit",
+        "load_wait=60",
+        ports=(0, 0),
     ) as running:
         helpers = children_of(running.process.pid)
         assert len(helpers) == 1
@@ -221,7 +228,7 @@ def test_others_are_served_during_a_trial_which_ends_with_the_server(there: Path
             assert v.simxGetObjectHandle(other, "arm", BLOCKING)[0] == 0
             slowest = max(slowest, time.monotonic() - began)
         assert is_there(trial), "else nothing was shown"
-        assert slowest < 1.0
+        assert slowest < 4.0
         os.kill(running.process.pid, signal.SIGKILL)
         running.process.wait(10)
         assert wait_until(lambda: not is_there(trial) and not is_there(helpers[0]), 10)
@@ -231,7 +238,15 @@ def test_others_are_served_during_a_trial_which_ends_with_the_server(there: Path
 def test_the_server_decodes_nothing_with_opencv() -> None:
     """Its decoders are large, and what they get must not come from a client: the server only computes and encodes."""
     package = Path(trial_helper.__file__).parents[2]
-    decoders = ("imread", "imdecode", "VideoCapture", "imreadmulti", "imdecodemulti", "FileStorage", "readNet")
+    decoders = (
+        "imread",
+        "imdecode",
+        "VideoCapture",
+        "imreadmulti",
+        "imdecodemulti",
+        "FileStorage",
+        "readNet",
+    )
     texts = {path: path.read_text() for path in package.rglob("*.py")}
     assert [str(path) for path, text in texts.items() for name in decoders if f"cv2.{name}" in text] == []
     assert [str(path) for path, text in texts.items() if "from cv2" in text] == []
