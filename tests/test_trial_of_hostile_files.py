@@ -157,6 +157,7 @@ BOMBS = {
     "deep bodies": f"<worldbody>{CHAIN * 30000}{'</body>' * 30000}</worldbody>",
     "deep defaults": f"<default>{many(20000, DEFAULT)}{'</default>' * 20001}",
     "many bodies": f"<worldbody>{LOOSE * 20000}</worldbody>",
+    "overlaps": f"<worldbody>{LOOSE * 1500}</worldbody>",
     "flexcomp": '<worldbody><flexcomp name="f" type="grid" count="40 40 40" dim="3"/></worldbody>',
     "plugin": '<extension><plugin plugin="mujoco.nothing"/></extension>',
     "history": '<worldbody><body><joint name="j"/><geom size="1"/></body></worldbody>'

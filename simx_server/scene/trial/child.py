@@ -7,11 +7,14 @@ any, so what MuJoCo would open beyond them is refused instead of being loaded un
 from __future__ import annotations
 
 import codecs
+import copy
 import ctypes
 import gc
 import logging
+import math
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +30,7 @@ from simx_server.scene.contents import digests
 from simx_server.scene.loader import load_scene
 from simx_server.scene.loose_meshes import settle_loose_meshes
 from simx_server.scene.models import read_model
+from simx_server.scene.overlaps import log_overlaps
 from simx_server.scene.sources import Sources
 from simx_server.scene.trial.gathering import gather
 from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
@@ -142,7 +146,7 @@ def _open_no_more_files() -> None:
 def _load_scene(path: Path, name: str, sources: Sources, limits: Limits) -> None:
     scene, model = load_scene(path, sources, name)
     limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
-    _run(model)
+    log_overlaps(scene, model, _run(model, limits))
 
 
 def _load_model(path: Path, name: str, sources: Sources, limits: Limits) -> None:
@@ -152,7 +156,7 @@ def _load_model(path: Path, name: str, sources: Sources, limits: Limits) -> None
     settle_loose_meshes(spec)
     scene = mujoco.MjSpec()
     scene.attach(spec, prefix="m/", frame=scene.worldbody.add_frame())
-    _run(scene.compile())
+    _run(scene.compile(), limits)
 
 
 def _read_mesh(path: Path, name: str, sources: Sources, limits: Limits) -> None:
@@ -166,8 +170,17 @@ _WORK: Mapping[str, Callable[[Path, str, Sources, Limits], None]] = {
 }
 
 
-def _run(model: mujoco.MjModel) -> None:
-    """The first physics step, with all that it allocates."""
+def _run(model: mujoco.MjModel, limits: Limits) -> mujoco.MjData:
+    """The first physics step, with all that it allocates; the state before it.
+
+    The server does this on the thread that answers its clients, so a second of processor time must do.
+    """
+    if resource is not None:
+        used = math.ceil(time.process_time())
+        most = min(limits.load_seconds, used + 1)
+        resource.setrlimit(resource.RLIMIT_CPU, (most, limits.load_seconds + 1))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    before = copy.copy(data)
     mujoco.mj_step(model, data)
+    return before

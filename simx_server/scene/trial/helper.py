@@ -8,6 +8,7 @@ cannot fork, it makes one trial itself and ends; the server starts the next.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import select
@@ -23,6 +24,9 @@ _LENGTH = struct.Struct("<I")
 _CHUNK = 1 << 16
 _MOST = 64 << 20
 """Bytes of a result; a scene has far fewer files."""
+
+_WARM_AFTER = 3.0
+"""Seconds after which a forked helper imports what the first trial needs."""
 
 _START = "import sys; sys.path[:] = sys.argv[1:]; from simx_server.scene.trial.helper import main; main()"
 
@@ -132,6 +136,9 @@ def _become_helper(requests: int, replies: int) -> NoReturn:
         os.closerange(3, keep[0])
         os.closerange(keep[0] + 1, keep[1])
         os.closerange(keep[1] + 1, os.sysconf("SC_OPEN_MAX"))
+        # Most servers get no file of a client's in their first seconds; who has other work then is not held up.
+        if not select.select([nothing], [], [], _WARM_AFTER)[0]:
+            importlib.import_module("simx_server.scene.trial.child")
         serve(nothing, replies)
     finally:
         os._exit(0)
