@@ -57,8 +57,8 @@ SLOW = (
     "test_reach", "test_readers_change", "test_readme", "test_reconnection", "test_recording",
     "test_render_thread", "test_rendering", "test_replay", "test_rg2", "test_run_", "test_scenes_of",
     "test_scripts_contacts", "test_scripts_giving", "test_scripts_lua", "test_scripts_python",
-    "test_trial_", "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
-    "test_shims", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
+    "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
+    "test_shims", "test_trial_", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
     "test_stepped", "test_streaming", "test_surprises", "test_torque", "test_tutorial", "test_upgrade",
     "test_user_interface", "test_view_", "test_zenoh",
 )  # fmt: skip
