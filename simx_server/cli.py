@@ -206,15 +206,19 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
 
         return serve_many(settings, watchdog)
     from simx_server.library import DEFAULT_SCENE
+    from simx_server.scene.trial import helper as trial_helper
     from simx_server.sensors.gl_early import begin_early
 
     # Before the rest is imported, which takes as long.
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    helper = trial_helper.fork()
     try:
         from simx_server.server import serve
 
-        return serve(settings, probe)
+        return serve(settings, probe, helper)
     finally:
+        if helper is not None:
+            helper.close()
         if probe is not None:
             probe.close()
 

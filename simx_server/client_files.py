@@ -23,6 +23,8 @@ from simx_client.protocol.files import MESH_SUFFIXES
 
 from . import workspace
 from .errors import CommandError
+from .scene.sources import Sources
+from .scene.trial.gathering import files_named
 
 try:
     import fcntl
@@ -124,6 +126,21 @@ class ClientFiles:
         """Whether a client sent a scene or model file, or one that it is made of."""
         return self._folder is not None and any(self.holds(part) for part in _parts(file))
 
+    def are_named_by(self, file: Path, sources: Sources) -> bool:
+        """Whether a client sent a file or any that it names, as far as `sources` allows; meshes and textures too."""
+        if self._folder is None:
+            return False
+        if workspace.is_lent(file):
+            return True
+        self._read_if_any()
+        if not self._entries:
+            return False
+        noted = {place for name in self._entries if (place := _place(self._path(name))) is not None}
+        return any(
+            (workspace.is_lent(part) or _place(part) in noted) and self.holds(part)
+            for part in files_named(file, sources)
+        )
+
     # --- the list --------------------------------------------------------------------------------
 
     def _quoted(self, path: Path) -> str:
@@ -196,6 +213,15 @@ def _is_open_at(file: IO[bytes], path: Path) -> bool:
 
 def _hash(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
+
+
+def _place(path: Path) -> tuple[int, int] | None:
+    """What a file has in common with all its other names; None if there is none."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _is_same(path: Path, other: Path) -> bool:

@@ -68,6 +68,11 @@ class Limits:
     """That a client stores in the workspace or lends for loading."""
     stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
     """Since the server started; what is erased does not count any more."""
+    load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
+    """Beyond what the server holds without it; that of the scene counts where a model is added to it."""
+    load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")
+    load_wait: int = _count(10, "seconds to load a file of a client's")
+    """By the clock."""
     custom_data: int = _size(256 << 20, "of custom data", 16 << 30)
     """Of scripts, with all objects, the scene and the server."""
     drawings: int = _count(1000, "drawing objects")

@@ -20,6 +20,7 @@ from .limits import Limits
 from .object_settings import ObjectSettings
 from .parameters import Parameters
 from .scene.collection import Collections
+from .scene.trial.trials import Trials
 from .scene.unreset import UnresetModels
 from .scripting import Scripts
 from .scripting.script_parameters import ScriptParameters
@@ -47,6 +48,7 @@ def attach_parts(sim: Simulation, workspace: Path | None = None, limits: Limits 
     sim.workspace = (workspace or Path.cwd()).resolve()
     sim.stored = {}
     sim.client_files = ClientFiles(sim.workspace)
+    sim.trials = Trials(sim)
     _select_nothing(sim)
     for happened in (sim.on_load, sim.on_close):
         happened.append(partial(_select_nothing, sim))  # another scene may have the same handles

@@ -9,7 +9,9 @@ from __future__ import annotations
 import io
 import math
 import zipfile
-from collections.abc import Collection, Iterator
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -17,6 +19,8 @@ from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES
 
 from .errors import CommandError
 from .library import shipped_scenes
+from .regular_files import no_regular_file, read_regular
+from .scene.contents import Contents
 from .scene.urdf import is_urdf
 
 _PACKAGE = "package://"
@@ -35,22 +39,28 @@ _DEEPEST = 16
 """Includes within includes."""
 
 
-def check_references(file: Path, folders: Collection[Path]) -> None:
+Read = Callable[[Path], bytes]
+"""Raises CommandError."""
+
+
+def check_references(file: Path, folders: Collection[Path], contents: Contents | None = None) -> None:
     """Raises CommandError for a file that names others outside the folders (resolved), or is no well-formed XML.
 
     Meshes of a URDF are not looked at: `Sources.confined` finds them in these folders only.
+    `contents`: the files as they were read; None: they are read here.
     """
     if file.suffix.lower() in MESH_SUFFIXES:
         return
+    read = partial(_read, contents=contents)
     seen: set[Path] = set()
+    content = read(file)
     if file.suffix.lower() == ".zip":
-        _check_size(file)
-        for name, content in _members(file):
-            _check(content, file.parent / name, file.parent, folders, seen, 0)
+        _check_size(content, file.name)
+        for name, member in _members(content, file.name):
+            _check(member, file.parent / name, file.parent, folders, seen, 0, read)
     else:
-        content = _read(file)
         skipped = ("mesh",) if is_urdf(content) else ()
-        _check(content, file, file.parent, folders, seen, 0, skipped)
+        _check(content, file, file.parent, folders, seen, 0, read, skipped)
 
 
 def _check(
@@ -60,6 +70,7 @@ def _check(
     folders: Collection[Path],
     seen: set[Path],
     depth: int,
+    read: Read,
     skipped: Collection[str] = (),
 ) -> None:
     """`folder`: that of the file which includes all others; MuJoCo looks there first, then beside the file itself.
@@ -87,11 +98,13 @@ def _check(
                 places = [place for place in places if place.is_file()] + [file.parent / named]
             for place in places:
                 path = _within(place, folders, f"'{name}' names '{value}'")
+                if path.exists() and not (path.is_file() or path.is_dir()):
+                    raise CommandError(f"'{name}' names {no_regular_file(path.name)}")
                 if path.suffix.lower() in (".xml", ".mjcf", ".urdf") and path not in seen and path.is_file():
                     seen.add(path)
                     if depth == _DEEPEST:
                         raise CommandError(f"'{name}' is included more than {_DEEPEST} files deep")
-                    _check(_read(path), path, folder, folders, seen, depth + 1)
+                    _check(read(path), path, folder, folders, seen, depth + 1, read)
 
 
 def _check_growth(root: ElementTree.Element, name: str) -> None:
@@ -137,31 +150,33 @@ def _within(path: Path, folders: Collection[Path], what: str) -> Path:
     return resolved
 
 
-def _read(file: Path) -> bytes:
+def _read(file: Path, contents: Contents | None) -> bytes:
     try:
+        if contents is not None:
+            return contents.read(file)
         if file.stat().st_size > MAX_FILE:
             raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
-        return file.read_bytes()
+        return read_regular(file)
     except OSError as error:
         raise CommandError(f"cannot read '{file.name}': {error.strerror}") from None
 
 
-def _check_size(file: Path) -> None:
+def _check_size(content: bytes, name: str) -> None:
     """Refuse an archive that unpacks to more than `_MOST_UNPACKED` bytes."""
     try:
-        with zipfile.ZipFile(file) as archive:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
             size = sum(info.file_size for info in archive.infolist())
-    except (zipfile.BadZipFile, OSError) as error:
-        raise CommandError(f"cannot read '{file.name}': {error}") from None
+    except zipfile.BadZipFile as error:
+        raise CommandError(f"cannot read '{name}': {error}") from None
     if size > _MOST_UNPACKED:
-        raise CommandError(f"'{file.name}' unpacks to {size} bytes; at most {_MOST_UNPACKED} are read")
+        raise CommandError(f"'{name}' unpacks to {size} bytes; at most {_MOST_UNPACKED} are read")
 
 
-def _members(file: Path) -> Iterator[tuple[str, bytes]]:
+def _members(content: bytes, name: str) -> Iterator[tuple[str, bytes]]:
     try:
-        with zipfile.ZipFile(file) as archive:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
             for info in archive.infolist():
                 if info.filename.lower().endswith((".xml", ".urdf", ".mjcf")):
                     yield info.filename, archive.read(info)
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError) as error:
-        raise CommandError(f"cannot read '{file.name}': {error}") from None
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, zlib.error) as error:
+        raise CommandError(f"cannot read '{name}': {error}") from None

@@ -39,6 +39,7 @@ from .recording.replay_engine import Divergence
 from .recording.replaying import replay
 from .scene.saving import save_mjcf
 from .scene.sources import Sources
+from .scene.trial.helper import Helper
 from .sensors.gl_backend import Probe
 from .sensors.render_thread import RenderThread
 from .sensors.warm_up import keep_warm, warm_up
@@ -79,6 +80,8 @@ def build_simulation(
     attach_parts(simulation, settings.workspace, settings.limits)
     simulation.parameters.arguments = settings.arguments
     simulation.scripts.allows_code = settings.allow_code
+    simulation.trials.tries_all = settings.check_files
+    stack.callback(simulation.trials.close)
     stack.callback(simulation.scripts.close)
     if settings.command_server:
         simulation.on_load.append(partial(add_command_server, simulation))
@@ -93,11 +96,12 @@ def build_simulation(
     return simulation
 
 
-def serve(settings: Settings, probe: Probe | None = None) -> int:
+def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None = None) -> int:
     """Run a server until it is told to end. Returns the process's exit code.
 
     Args:
         probe: tries OpenGL back ends, see `choose_backend`.
+        helper: makes trials of clients' files; None: one is started with the first.
     """
     if settings.view is not None and (problem := missing()):
         logger.error("%s", problem)
@@ -111,7 +115,7 @@ def serve(settings: Settings, probe: Probe | None = None) -> int:
         elif settings.snapshot is not None:
             exit_code = _picture(settings.snapshot, settings, rendering)
         else:
-            exit_code = _serve(settings, rendering)
+            exit_code = _serve(settings, rendering, helper)
     finally:
         rendering.close()
     if rendering.is_stuck:
@@ -122,7 +126,7 @@ def serve(settings: Settings, probe: Probe | None = None) -> int:
     return exit_code
 
 
-def _serve(settings: Settings, rendering: RenderThread) -> int:
+def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -> int:
     with ExitStack() as stack:
         recorder = page_listener = None
         if settings.view is not None:
@@ -136,6 +140,8 @@ def _serve(settings: Settings, rendering: RenderThread) -> int:
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
             simulation = build_simulation(settings, stack, recorder and recorder.watch, rendering)
+            if helper is not None:
+                simulation.trials.use(helper)
             attach_outputs(simulation, settings, stack, recorder.began if recorder else time.time_ns())
         except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)

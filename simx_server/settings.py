@@ -237,6 +237,13 @@ class Settings:
     allow_code: bool = _setting(
         False, "--allow-code", "clients may have their own code run in scripts", _YES_OR_NO, yes_or_no
     )
+    check_files: bool = _setting(
+        False,
+        "--check-files",
+        "try all files in a child process before they are loaded, not clients' alone",
+        _YES_OR_NO,
+        yes_or_no,
+    )
     view: str | None = _setting(
         None,
         "--view",

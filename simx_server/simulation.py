@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from simx_server.object_settings import ObjectSettings
     from simx_server.parameters import Parameters
     from simx_server.scene.collection import Collections
+    from simx_server.scene.trial.trials import Trials
     from simx_server.scene.twins import Twins
     from simx_server.scripting import Scripts
     from simx_server.scripting.script_parameters import ScriptParameters
@@ -59,6 +60,14 @@ logger = logging.getLogger(__name__)
 
 DEFAULT_TIME_STEP = 0.05
 """Seconds; V-REP's default pass."""
+
+
+Read = tuple[Scene, mujoco.MjModel]
+
+
+def at_once(read: Callable[[], Read]) -> Read:
+    """Read a scene on the calling thread."""
+    return read()
 
 
 class SimulationState(Enum):
@@ -89,6 +98,7 @@ class Simulation(Hooks):
     vision: VisionSensors
     rendering: RenderThread
     status_bar: StatusBar
+    trials: Trials
     tubes: Tubes
     user_interface: UserInterface
     selection: list[int]
@@ -182,19 +192,26 @@ class Simulation(Hooks):
         """Started, and nothing has been computed yet."""
         return self.is_running and self.pass_count == 0
 
-    def load(self, path: str | Path, name: str | None = None, sources: Sources | None = None) -> None:
+    def load(
+        self,
+        path: str | Path,
+        name: str | None = None,
+        sources: Sources | None = None,
+        read: Callable[[Callable[[], Read]], Read] = at_once,
+    ) -> None:
         """Replace the scene by that of a file.
 
         Args:
             name: what the file is called, if not by its own name, as one that a client lends.
             sources: where what it names is searched, if not in all the simulation's own.
+            read: calls what it is given, which reads the file, and returns its result.
 
         Raises:
             CommandError: not stopped. SceneError: the file is bad; the present scene stays.
         """
         self._require_stopped("a scene can be loaded")
         is_of_client = self.client_files.made(Path(path))
-        scene, model = load_scene(path, sources or self.sources, name)
+        scene, model = read(lambda: load_scene(path, sources or self.sources, name))
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
         call(self.on_closing)

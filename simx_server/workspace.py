@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from .errors import CommandError
+from .regular_files import no_regular_file
 
 logger = logging.getLogger(__name__)
 
@@ -78,6 +79,8 @@ def store(folder: Path, name: str, data: bytes) -> Path:
     path = path_within(folder, name)
     if path.is_dir():
         raise CommandError(f"'{name}' is a folder of the workspace; choose another file name")
+    if path.exists() and not path.is_file():
+        raise CommandError(no_regular_file(name))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(prefix=f".{_LENT}", dir=path.parent)
@@ -96,6 +99,8 @@ def store(folder: Path, name: str, data: bytes) -> Path:
 def erase(folder: Path, name: str) -> Path:
     """Delete a file; the path it had. Raises CommandError when there is none of this name."""
     path = path_within(folder, name)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise CommandError(no_regular_file(name))
     if not path.is_file():
         raise CommandError(f"there is no file '{name}' in the server's workspace {folder}")
     try:

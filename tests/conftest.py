@@ -15,6 +15,7 @@ from processes import PENDULUM
 from real_world import Open, RealWorld, World
 
 import simx_client as v
+from simx_server.scene.trial import helper as trial_helper
 
 # A shell ignores Ctrl-C for what it starts in the background, and every process that a test starts would inherit that.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -57,7 +58,7 @@ SLOW = (
     "test_render_thread", "test_rendering", "test_replay", "test_rg2", "test_run_", "test_scenes_of",
     "test_scripts_contacts", "test_scripts_giving", "test_scripts_lua", "test_scripts_python",
     "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
-    "test_shims", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
+    "test_shims", "test_trial_", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
     "test_stepped", "test_streaming", "test_surprises", "test_torque", "test_tutorial", "test_upgrade",
     "test_user_interface", "test_view_", "test_zenoh",
 )  # fmt: skip
@@ -143,3 +144,22 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         for name, value in report.user_properties:
             if name == "figures":
                 terminalreporter.write_line(value)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_trial_helper() -> Iterator[None]:
+    """Simulations within this process share the helper that tries clients' files: each would start an interpreter."""
+    shared: list[trial_helper.Helper] = []
+
+    def start() -> trial_helper.Helper:
+        if not shared or not shared[-1].is_usable:
+            shared.append(begin())
+        return shared[-1]
+
+    begin, close = trial_helper.start, trial_helper.Helper.close
+    trial_helper.start = start
+    trial_helper.Helper.close = lambda self: None if self in shared else close(self)
+    yield
+    trial_helper.start, trial_helper.Helper.close = begin, close
+    for each in shared:
+        each.close()

@@ -22,7 +22,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     handed: list[Settings] = []
     stand_in = types.ModuleType("simx_server.server")
 
-    def serve(settings: Settings, _probe: object = None) -> int:
+    def serve(settings: Settings, _probe: object = None, _helper: object = None) -> int:
         handed.append(settings)
         return 0
 
@@ -134,10 +134,10 @@ def test_log_level_is_for_our_packages_and_others_may_only_warn(served: list[Set
 
 def test_exit_code_is_the_servers(served: list[Settings], monkeypatch: pytest.MonkeyPatch) -> None:
     server = sys.modules["simx_server.server"]
-    monkeypatch.setattr(server, "serve", lambda settings, probe: 1)
+    monkeypatch.setattr(server, "serve", lambda *_: 1)
     assert cli.main([]) == 1
 
-    def interrupted(settings: Settings, probe: object) -> int:
+    def interrupted(*_: object) -> int:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(server, "serve", interrupted)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from simx_client.protocol.files import MESH_SUFFIXES, twins
 
@@ -15,14 +15,25 @@ from ..errors import CommandError
 from ..library import shipped_scenes
 from ..references import check_references
 from ..scene.annotations import SceneError
+from ..scene.models import Model, read_model
 from ..scene.models import load_model as add_model
 from ..scene.sources import Sources
+from ..scene.trial.kinds import MESH, MODEL, SCENE
 from ..scene.urdf import count_links
 from .registry import handler
 
 if TYPE_CHECKING:
     from ..sessions import ClientSession
     from ..simulation import Simulation
+
+_Read = TypeVar("_Read")
+
+
+class Reading(Protocol):
+    """Calls what it is given, which reads a file, and returns its result."""
+
+    def __call__(self, read: Callable[[], _Read]) -> _Read: ...
+
 
 FILE_IS_ON_CLIENT = 1
 """Option bit 0 of the loading functions; the other bits mean nothing."""
@@ -89,8 +100,7 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
-        _tell(sim, found)
-        sim.load(found, name, _sources_for(sim, found))
+        _load(sim, found, name)
 
 
 @handler("simxLoadModel", with_client=True)
@@ -114,12 +124,13 @@ def load_model_of_server(sim: Simulation, text: str) -> int:
     return _add(sim, found, found.name)
 
 
-def find_mesh(sim: Simulation, text: str) -> Path:
-    """A mesh file of the server's side, for scripts. Raises CommandError."""
-    found = _find(sim, workspace.check_name(text), model=True)
+def read_mesh(sim: Simulation, text: str) -> Model:
+    """A mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
+    found = sim.find_file(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
-    return found
+    sources, read = _sources_for(sim, MESH, found, found.name)
+    return read(lambda: read_model(found, sources=sources))
 
 
 def load_scene_of_server(sim: Simulation, text: str) -> None:
@@ -130,30 +141,49 @@ def load_scene_of_server(sim: Simulation, text: str) -> None:
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     found = _find(sim, _checked(text))
-    sim.soon(partial(sim.load, found, None, _sources_for(sim, found)))
+    sim.soon(partial(_load, sim, found, found.name))
+
+
+def _load(sim: Simulation, found: Path, name: str) -> None:
+    sources, read = _sources_for(sim, SCENE, found, name)
+    sim.load(found, name, sources, read)
 
 
 def _add(sim: Simulation, found: Path, name: str) -> int:
-    sources = _sources_for(sim, found)
-    _tell(sim, found)
-    handle = add_model(sim, found, name, sources)
+    sources, read = _sources_for(sim, MODEL, found, name)
+    handle = add_model(sim, found, name, sources, read)
     sim.selection = [handle]
     return handle
 
 
-def _sources_for(sim: Simulation, found: Path) -> Sources:
+def _sources_for(sim: Simulation, kind: str, found: Path, name: str) -> tuple[Sources, Reading]:
     """Where to search for what a file names: in the open folders alone, since a client or a script named the file.
 
-    Raises CommandError for a file that names others outside them, and for a robot of too many links. The scene of the
-    server's start may name any, unless a client has changed it.
+    A client's file is tried first: then the sources hold what came through. The scene of the server's start may name
+    any file, unless a client has changed it.
+
+    Args:
+        kind: what is done with the file, see `scene/trial`.
+        name: what errors call it.
+
+    Returns:
+        The sources, and how the file is to be read.
+
+    Raises:
+        CommandError: it names others outside the open folders, is a robot of too many links, or failed its trial.
+        SceneError: so.
     """
     sources = _sources_of(sim, found)
-    if sources.within is None:
-        return sources
-    check_references(found, _open_folders(sim))
-    links = count_links(found)
-    sim.limits.check("objects", links, f"'{found.name}' has {links} links")
-    return sources
+    if sim.trials.concern(found, sources):
+        sources = sim.trials.tried(kind, found, name, sources)
+        _tell(sim, found)
+        return sources, sim.trials.load
+    _tell(sim, found)
+    if sources.within is not None:
+        check_references(found, _open_folders(sim))
+        links = count_links(found.read_bytes())
+        sim.limits.check("objects", links, f"'{found.name}' has {links} links")
+    return sources, _at_once
 
 
 def _sources_of(sim: Simulation, found: Path) -> Sources:
@@ -230,9 +260,11 @@ def _checked(path: str) -> str:
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
-    found = sim.find_file(text, model)
-    _tell(sim, found)
-    return found
+    return sim.find_file(text, model)
+
+
+def _at_once(read: Callable[[], _Read]) -> _Read:
+    return read()
 
 
 def _tell(sim: Simulation, found: Path) -> None:

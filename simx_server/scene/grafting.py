@@ -5,6 +5,7 @@ The elements get a prefix that no other has; their objects get V-REP's names, wi
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
@@ -68,7 +69,10 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
             return
         agree(addition.spec, spec)
-        spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        with warnings.catch_warnings():
+            # MuJoCo warns of a scene that holds its files' bytes and a model that does not: nothing is missing then.
+            warnings.filterwarnings("ignore", "Attaching a child without asset dict")
+            spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
         if brings_assets:
             spec.dedup_assets()
 

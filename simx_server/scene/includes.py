@@ -57,7 +57,7 @@ def included_files(file: Path, sources: Sources) -> list[Path]:
 
 def _includes(file: Path, folder: Path, sources: Sources, seen: set[Path]) -> Iterator[tuple[str, Path]]:
     """What a file includes, and what its own parts include: the name as written, and the file (resolved)."""
-    for name in _names(_parse(file)):
+    for name in _names(_parse(file, sources)):
         path = sources.first((folder / name, file.parent / name, sources.shipped / name))
         if path is None or Path(name).is_absolute():
             continue  # MuJoCo says that it is not there
@@ -68,7 +68,7 @@ def _includes(file: Path, folder: Path, sources: Sources, seen: set[Path]) -> It
 
 
 def _nested(file: Path, sources: Sources, depth: int) -> Iterator[Path]:
-    for name in _names(_parse(file)) if depth < _DEEPEST else ():
+    for name in _names(_parse(file, sources)) if depth < _DEEPEST else ():
         path = _within_shipped(file, name, sources)
         if path is not None:
             yield path
@@ -79,7 +79,7 @@ def _flat(file: Path, sources: Sources, above: tuple[Path, ...]) -> ElementTree.
     """The root of a shipped file with its includes replaced by their content."""
     if file in above or len(above) == _DEEPEST:
         raise SceneError(f"'{file}' includes itself, or is included more than {_DEEPEST} files deep")
-    root = _parse(file)
+    root = _parse(file, sources)
     if root is None:
         raise SceneError(f"cannot read '{file}': no well-formed XML")
     for element in root.iter():
@@ -120,9 +120,9 @@ def _names(root: ElementTree.Element | None) -> list[str]:
     )
 
 
-def _parse(file: Path) -> ElementTree.Element | None:
+def _parse(file: Path, sources: Sources) -> ElementTree.Element | None:
     """The root element; None for what is no XML, as an archive: who loads it says what is wrong."""
     try:
-        return ElementTree.parse(file).getroot()
+        return ElementTree.fromstring(sources.read(file))
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return None

@@ -11,6 +11,7 @@ Preparation adds, it does not remove:
 
 from __future__ import annotations
 
+import io
 import logging
 import math
 import warnings
@@ -69,7 +70,7 @@ def read_scene(file: Path, sources: Sources | None = None, name: str | None = No
     """As `read_spec`; a robot of a URDF stands in V-REP's default scene. Raises SceneError."""
     sources = sources or Sources.of()
     spec = read_spec(file, sources, name)
-    if is_urdf_file(file):
+    if is_urdf_file(file, sources):
         surround(spec, sources)
     return spec
 
@@ -79,11 +80,16 @@ def read_spec(file: Path, sources: Sources | None = None, name: str | None = Non
     sources, name = sources or Sources.of(), name or file.name
     try:
         if file.suffix == ".zip":
-            with file.open("rb") as archive:
-                return mujoco.MjSpec.from_zip(archive)
-        if is_urdf_file(file):
-            return read_urdf(file.read_bytes(), name, file, sources)
-        return mujoco.MjSpec.from_file(str(file), include=shipped_includes(file, sources))
+            return mujoco.MjSpec.from_zip(io.BytesIO(sources.read(file)))
+        if is_urdf_file(file, sources):
+            return read_urdf(sources.read(file), name, file, sources)
+        shipped = shipped_includes(file, sources)
+        if sources.contents is None:
+            return mujoco.MjSpec.from_file(str(file), include=shipped)
+        with sources.contents.as_files(shipped) as files:
+            spec = mujoco.MjSpec.from_file(str(file), vfs=files)
+        spec.assets = dict(sources.contents.assets)
+        return spec
     except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
         text = _one_line(error).replace(file.name, name)
         if "Element 'include'" in text:
@@ -91,9 +97,9 @@ def read_spec(file: Path, sources: Sources | None = None, name: str | None = Non
         raise SceneError(f"cannot read '{name}': {text}") from error
 
 
-def is_urdf_file(file: Path) -> bool:
+def is_urdf_file(file: Path, sources: Sources) -> bool:
     """Return whether a file is a URDF (or xacro); raises OSError."""
-    return file.suffix.lower() in _TEXTS and is_urdf(file.read_bytes())
+    return file.suffix.lower() in _TEXTS and is_urdf(sources.read(file))
 
 
 def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:

@@ -9,6 +9,7 @@ file's world itself become one body, named after the file, so that they can be m
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -39,17 +40,29 @@ class Model:
     base: int
 
 
-def load_model(sim: Simulation, path: Path, name: str | None = None, sources: Sources | None = None) -> int:
+def at_once(read: Callable[[], Model]) -> Model:
+    """Read a model on the calling thread."""
+    return read()
+
+
+def load_model(
+    sim: Simulation,
+    path: Path,
+    name: str | None = None,
+    sources: Sources | None = None,
+    read: Callable[[Callable[[], Model]], Model] = at_once,
+) -> int:
     """Add the model of an MJCF, URDF or mesh file to the scene, stopped or running; the handle of its base.
 
     Args:
         name: what the file is called, if not by its own name; objects without a name are called by its stem.
         sources: where what it names is searched, if not in all the simulation's own.
+        read: calls what it is given, which reads the file, and returns its result.
 
     Raises:
         SceneError, CommandError: the file is no model; the scene stays as it is.
     """
-    model = read_model(path, name or path.name, sources or sim.sources)
+    model = read(lambda: read_model(path, name or path.name, sources or sim.sources))
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
     origin = {"folder": str(path.resolve().parent), "of_client": sim.client_files.made(path)}
@@ -90,7 +103,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     """Read and check a file by itself. `name` and `sources` as of `load_model`. Raises SceneError."""
     name = name or path.name
     is_mesh = path.suffix.lower() in MESH_SUFFIXES
-    spec = _mesh_spec(path, name) if is_mesh else read_spec(path, sources, name)
+    spec = _mesh_spec(path, name, sources) if is_mesh else read_spec(path, sources, name)
     if list(spec.worldbody.geoms):
         stem = PurePosixPath(name).stem
         taken = {body.name for body in spec.bodies}
@@ -106,7 +119,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     return Model(scene, (marked or bodies or top)[0])
 
 
-def _mesh_spec(path: Path, file_name: str) -> mujoco.MjSpec:
+def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
     """A static body with the mesh as its shape, in the file's own coordinates (metres).
 
     The points are taken into the spec: later edits need the file no more.
@@ -115,6 +128,8 @@ def _mesh_spec(path: Path, file_name: str) -> mujoco.MjSpec:
     reader = mujoco.MjSpec()
     reader.add_mesh(name="mesh", file=str(path.resolve()), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     reader.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    if sources is not None and sources.contents is not None:
+        reader.assets = dict(sources.contents.assets)
     try:
         read = reader.compile()
     except (ValueError, mujoco.FatalError) as error:

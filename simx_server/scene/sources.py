@@ -15,6 +15,7 @@ from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 
 from simx_server.library import shipped_scenes
+from simx_server.scene.contents import Contents
 
 PACKAGE_FILE = "package.xml"
 
@@ -67,6 +68,9 @@ class Sources:
     within: tuple[Path, ...] | None = None
     """The only folders that may be searched (resolved), for files that clients name; None: any."""
 
+    contents: Contents | None = field(default=None, compare=False, repr=False)
+    """The only files there are, with their bytes, for what was tried (`trial`); None: those of the disk."""
+
     _seen: _Seen | None = field(default=None, compare=False, repr=False)
 
     @classmethod
@@ -106,7 +110,15 @@ class Sources:
 
     def for_one_read(self) -> Sources:
         """Return the same sources, which look at each package once: files may change until the next read."""
-        return replace(self, _seen=_Seen())
+        return self if self._seen is not None and self.contents is not None else replace(self, _seen=_Seen())
+
+    def holding(self, contents: Contents) -> Sources:
+        """Return the same sources, which read these bytes in place of files and know no other files."""
+        return replace(self, contents=contents)
+
+    def read(self, file: Path) -> bytes:
+        """Return the bytes of a file. Raises OSError."""
+        return file.read_bytes() if self.contents is None else self.contents.read(file)
 
     def allows(self, path: Path) -> bool:
         """Return whether a file may be looked at, wherever links lead."""
@@ -120,7 +132,15 @@ class Sources:
 
     def first(self, candidates: Iterable[Path]) -> Path | None:
         """Return the first allowed file, resolved, or None."""
-        return next((path.resolve() for path in candidates if self.allows(path) and _is_file(path)), None)
+        return next((path.resolve() for path in candidates if self.allows(path) and self._has(path)), None)
+
+    def _has(self, path: Path) -> bool:
+        if self.contents is None:
+            return _is_file(path)
+        try:
+            return self.contents.find(path.resolve()) is not None
+        except (OSError, RuntimeError, ValueError):
+            return False
 
     def candidates(self, uri: str, file: Path | None) -> Iterator[Path]:
         """Yield the files that a URI or path in a scene file may mean, the best first; they need not be there.

@@ -17,7 +17,12 @@ def surround(spec: mujoco.MjSpec, sources: Sources) -> None:
     Raises ValueError where MuJoCo cannot read the shipped parts.
     """
     includes = "".join(f'<include file="{(sources.shipped / part).as_posix()}"/>' for part in PARTS)
-    scene = mujoco.MjSpec.from_string(f"<mujoco>{includes}</mujoco>")
+    text = f"<mujoco>{includes}</mujoco>"
+    if sources.contents is None:
+        scene = mujoco.MjSpec.from_string(text)
+    else:
+        with sources.contents.as_files() as files:
+            scene = mujoco.MjSpec.from_string(text, vfs=files)
     copier = Copier(lambda name: name)
     for kind in ("texture", "material", "text", "numeric"):
         for element in getattr(scene, f"{kind}s"):

@@ -48,10 +48,10 @@ def is_urdf(data: bytes) -> bool:
     return False
 
 
-def count_links(file: Path) -> int:
-    """Return how many links a URDF has; 0 for another file, also for one that cannot be read."""
+def count_links(data: bytes) -> int:
+    """Return how many links a URDF has; 0 for another text, also for one that cannot be read."""
     try:
-        root = ElementTree.parse(file).getroot()
+        root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return 0
     return len(root.findall("link")) if root.tag == "robot" else 0
@@ -74,7 +74,10 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
     _repair_inertias(root)
     joints = read_joints(root)
     _set_compiler(root)
-    spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
+    text = ElementTree.tostring(root, encoding="unicode")
+    spec = mujoco.MjSpec.from_string(
+        text, assets=None if sources.contents is None else sources.contents.assets
+    )
     if not spec.modelname or spec.modelname == mujoco.MjSpec().modelname:
         spec.modelname = root.get("name") or Path(name).stem
     for body in spec.bodies:
@@ -93,7 +96,7 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
 def urdf_files(file: Path, sources: Sources) -> list[Path]:
     """Return the files that a URDF is made of beside itself: meshes, and what tells where packages are."""
     try:
-        root = ElementTree.parse(file).getroot()
+        root = ElementTree.fromstring(sources.read(file))
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
         return []
     found: dict[Path, None] = {}

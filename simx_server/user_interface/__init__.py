@@ -6,9 +6,12 @@ There is no window here. The state is kept, logged, and handed out by `UserInter
 from __future__ import annotations
 
 import logging
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CommandError
+from ..limits import LimitReached
+from ..scene.trial.kinds import UI
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
 from .consoles import Consoles
@@ -42,7 +45,15 @@ class UserInterface:
         Raises:
             CommandError: no such file, something wrong in it, or too many UIs.
         """
-        return self.custom_uis.add(*read_ui_file(find_ui_file(self._sim, file)))
+        return self.custom_uis.add(*self._read(find_ui_file(self._sim, file)))
+
+    def _read(self, path: Path, *, serves_others: bool = True) -> list[CustomUI]:
+        """The UIs of a file; a client's is tried first. Raises CommandError."""
+        sim = self._sim
+        if not sim.trials.concern(path, sim.sources):
+            return read_ui_file(path)
+        contents = sim.trials.tried(UI, path, path.name, sim.sources, serves_others=serves_others).contents
+        return read_ui_file(path, None if contents is None else contents.read(path))
 
     def describe(self) -> dict[str, Any]:
         """All of it as plain data, ready for JSON."""
@@ -57,10 +68,14 @@ class UserInterface:
         """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
         for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
-                ui = _choose(name, read_ui_file(find_ui_file(self._sim, str(note.get("file", "")))))
+                ui = _choose(
+                    name, self._read(find_ui_file(self._sim, str(note.get("file", ""))), serves_others=False)
+                )
                 self.custom_uis.add(ui)
             except CommandError as problem:
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
+                if isinstance(problem, LimitReached):
+                    break  # the others would take as long, and nobody is served meanwhile
 
 
 def _choose(name: str, uis: list[CustomUI]) -> CustomUI:

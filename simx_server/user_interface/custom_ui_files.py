@@ -85,8 +85,11 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     raise UIFileError(f"no UI file {text!r}; {advice}")
 
 
-def read_ui_file(path: Path) -> list[CustomUI]:
+def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
     """The UIs of a file, in its order.
+
+    Args:
+        data: what it holds, if it was read.
 
     Raises:
         UIFileError: it cannot be read, or something in it is not what it must be.
@@ -94,9 +97,9 @@ def read_ui_file(path: Path) -> list[CustomUI]:
     if path.suffix.lower() not in SUFFIXES:
         raise UIFileError(f"{path.name} is no UI file; valid endings: {', '.join(SUFFIXES)}")
     try:
-        if path.stat().st_size > MAX_FILE:
+        if (path.stat().st_size if data is None else len(data)) > MAX_FILE:
             raise UIFileError(f"{path.name} is larger than {MAX_FILE} bytes")
-        text = path.read_text(encoding="utf-8")
+        text = (path.read_bytes() if data is None else data).decode()
         content: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except (OSError, ValueError, RecursionError) as error:
         raise UIFileError(f"{path.name} cannot be read: {error}") from None

@@ -9,10 +9,9 @@ import numpy as np
 
 from ...errors import CommandError
 from ...handlers import shape_properties
-from ...handlers.files import find_mesh
+from ...handlers.files import read_mesh
 from ...scene import creating, creating_parts, lights, shape_looks
 from ...scene.creating import Body
-from ...scene.models import read_model
 from ...scene.objects import ObjectKind
 from .base import ApiPart
 
@@ -257,8 +256,7 @@ class ShapeFunctions(ApiPart):
 
     def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 3) in metres and faces (m, 3)."""
-        found = find_mesh(self._sim, path)
-        (mesh,) = read_model(found).scene.spec.meshes
+        (mesh,) = read_mesh(self._sim, path).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)
 

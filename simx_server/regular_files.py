@@ -1,0 +1,29 @@
+"""Reading files that clients name: a pipe, a device or a socket is refused, since reading it may never end."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from simx_server.errors import CommandError
+
+
+def read_regular(file: Path) -> bytes:
+    """Read a file that a client named; never wait for a pipe or a device.
+
+    Raises:
+        CommandError: it is no regular file.
+        OSError: it cannot be read.
+    """
+    # Without this flag opening a pipe would wait for somebody who writes to it.
+    descriptor = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(descriptor, "rb") as opened:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise CommandError(no_regular_file(file.name))
+        return opened.read()
+
+
+def no_regular_file(name: str) -> str:
+    """The sentence that refuses a pipe, a device or a socket."""
+    return f"'{name[:80]}' is a pipe, a device or a socket; give the name of a regular file"

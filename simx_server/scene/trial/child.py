@@ -1,0 +1,186 @@
+"""The trial of one file, in a process of its own with limits: what the server is going to do with it is done here.
+
+The limits hold from before the first byte of the file is parsed. When its files are read the process gives up opening
+any, so what MuJoCo would open beyond them is refused instead of being loaded untried.
+"""
+
+from __future__ import annotations
+
+import codecs
+import copy
+import ctypes
+import gc
+import logging
+import math
+import signal
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from simx_server.errors import CommandError
+from simx_server.limits import Limits
+from simx_server.references import check_references
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.contents import digests
+from simx_server.scene.loader import load_scene
+from simx_server.scene.loose_meshes import settle_loose_meshes
+from simx_server.scene.models import read_model
+from simx_server.scene.overlaps import log_overlaps
+from simx_server.scene.sources import Sources
+from simx_server.scene.trial.gathering import gather
+from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
+from simx_server.scene.urdf import count_links
+from simx_server.user_interface.custom_ui_files import read_ui_file
+
+try:
+    import resource
+except ImportError:  # Windows, where the server's clock alone limits a trial
+    resource = None  # type: ignore[assignment]
+
+_SPARE = 32 << 20
+"""Bytes beyond the limit of memory in which the result is put together."""
+
+for _name in ("ascii", "latin-1", "utf-8", "utf-16", "utf-32", "idna", "cp1252"):
+    codecs.lookup(_name)  # these are files, which the child cannot open any more when it needs them
+
+_M_ARENA_MAX = -8
+_PR_SET_PDEATHSIG = 1
+
+_EXHAUSTED = ("llocat", "bad_alloc")
+"""What MuJoCo's errors say when memory is not to be had."""
+
+_ERRORS = {"SceneError": SceneError, "CommandError": CommandError}
+
+
+def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
+    """Set the limits of this process and do what a request says; the process is good for nothing else afterwards.
+
+    Returns:
+        ``files`` (path to what `digests` says) of what came through; ``limit``, the name of one that was passed; or
+        ``error``, the class of an error, and ``text``.
+    """
+    logging.disable(logging.CRITICAL)
+    gc.disable()
+    if sys.platform == "linux":  # the helper kills it, unless it is killed itself
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    limits = Limits(**request["limits"])
+    top = _limit(limits, int(request["held"]))
+    try:
+        return {"files": _try(request, limits)}
+    except MemoryError:
+        problem: Exception | None = None
+    except RecursionError:
+        problem = CommandError(f"'{request['name']}' is nested too deeply")
+    except (CommandError, ValueError, RuntimeError, mujoco.FatalError) as error:
+        problem = error
+    # The limit itself must not get into the way of saying that it was passed.
+    if resource is not None and top is not None:
+        resource.setrlimit(resource.RLIMIT_AS, top)
+    if problem is None or (top is not None and _is_exhausted(problem)):
+        return {"limit": "load_memory"}
+    kind = next((kind for kind in ("SceneError", "CommandError") if isinstance(problem, _ERRORS[kind])), "")
+    return {"error": kind or "SceneError", "text": str(problem)}
+
+
+def _limit(limits: Limits, held: int) -> tuple[int, int] | None:
+    """Set all limits; those of memory to go on with at the end, None where there is none."""
+    if resource is None:
+        return None
+    seconds = limits.load_seconds
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, limits.load_wait)
+    if sys.platform != "linux":
+        return None  # the system takes the limit and does not keep to it
+    # Each thread's own arena of the C library would take address space that nobody uses.
+    ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
+    now = _address_space(resource.getpagesize())
+    most = now + max(0, limits.load_memory - held)
+    resource.setrlimit(resource.RLIMIT_AS, (most, most + _SPARE))
+    return most + _SPARE, most + _SPARE
+
+
+def _address_space(page: int) -> int:
+    with open("/proc/self/statm", "rb") as pages:
+        return int(pages.read().split()[0]) * page
+
+
+def _is_exhausted(problem: Exception) -> bool:
+    """Whether an error tells that memory was not to be had."""
+    return any(word in str(problem) for word in _EXHAUSTED)
+
+
+def _try(request: Mapping[str, Any], limits: Limits) -> dict[str, str]:
+    path, name = Path(request["path"]), str(request["name"])
+    if request["kind"] == UI:
+        contents = gather(path, Sources.of())
+        read_ui_file(path, contents.read(path))
+        return digests(contents)
+    sources = Sources.described_as(request["sources"], Path)
+    if request["within"] is not None:
+        sources = replace(sources, within=tuple(map(Path, request["within"])))
+    sources = sources.for_one_read()
+    contents = gather(path, sources)
+    sources = sources.holding(contents)
+    if sources.within is not None:
+        check_references(path, sources.within, contents)
+    links = count_links(contents.read(path))
+    limits.check("objects", links, f"'{name}' has {links} links")
+    _open_no_more_files()
+    _WORK[request["kind"]](path, name, sources, limits)
+    return digests(contents)
+
+
+def _open_no_more_files() -> None:
+    if resource is not None:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))
+
+
+def _load_scene(path: Path, name: str, sources: Sources, limits: Limits) -> None:
+    scene, model = load_scene(path, sources, name)
+    limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
+    log_overlaps(scene, model, _run(model, limits))
+
+
+def _load_model(path: Path, name: str, sources: Sources, limits: Limits) -> None:
+    model = read_model(path, name, sources)
+    limits.check("objects", len(model.scene.objects), "remove some")
+    spec = model.scene.spec.copy()
+    settle_loose_meshes(spec)
+    scene = mujoco.MjSpec()
+    scene.attach(spec, prefix="m/", frame=scene.worldbody.add_frame())
+    _run(scene.compile(), limits)
+
+
+def _read_mesh(path: Path, name: str, sources: Sources, limits: Limits) -> None:
+    read_model(path, name, sources)
+
+
+_WORK: Mapping[str, Callable[[Path, str, Sources, Limits], None]] = {
+    SCENE: _load_scene,
+    MODEL: _load_model,
+    MESH: _read_mesh,
+}
+
+
+def _run(model: mujoco.MjModel, limits: Limits) -> mujoco.MjData:
+    """The first physics step, with all that it allocates; the state before it.
+
+    The server does this on the thread that answers its clients, so a second of processor time must do.
+    """
+    if resource is not None:
+        used = math.ceil(time.process_time())
+        most = min(limits.load_seconds, used + 1)
+        resource.setrlimit(resource.RLIMIT_CPU, (most, limits.load_seconds + 1))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    before = copy.copy(data)
+    mujoco.mj_step(model, data)
+    return before

@@ -1,0 +1,182 @@
+"""Which files a scene or model is made of, and their bytes. Runs in the child: all of it may be hostile.
+
+MuJoCo looks for a name in several folders; every regular file that it may mean is taken, one too many is harmless.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES, UI_SUFFIXES
+from simx_server.errors import CommandError
+from simx_server.regular_files import no_regular_file, read_regular
+from simx_server.scene.contents import Contents
+from simx_server.scene.sources import Sources
+from simx_server.scene.surroundings import PARTS
+from simx_server.scene.urdf import is_urdf, urdf_files
+
+_TEXTS = (".xml", ".mjcf", ".urdf")
+_PARTS = ("include", "model")
+"""Elements that bring in the elements of another file."""
+
+_ALONE = (".zip", *MESH_SUFFIXES, *UI_SUFFIXES)
+"""Endings of files that name no others."""
+
+
+def gather(file: Path, sources: Sources) -> Contents:
+    """Read a file and all that it may name, as far as `sources` allows.
+
+    Raises:
+        CommandError: a circle of files, one that is no regular file, or one that is too large.
+    """
+    gathering = _Gathering(sources)
+    data = gathering.read(file)
+    if file.suffix.lower() in _ALONE:
+        gathering.assets[str(file)] = data
+        return Contents(gathering.texts, gathering.assets)
+    gathering.text(file, file.parent, ())
+    if is_urdf(data):
+        for mesh in urdf_files(file, sources):
+            gathering.asset(mesh)
+        for part in PARTS:
+            gathering.text(sources.shipped / part, sources.shipped, ())
+    return Contents(gathering.texts, gathering.assets)
+
+
+def files_named(file: Path, sources: Sources) -> Iterator[Path]:
+    """Yield a file and each that it may name; one is yielded before it is parsed, so a hostile one need not be."""
+    yield file
+    if file.suffix.lower() in _ALONE:
+        return
+    seen, waiting, folders = {file}, [file], dict.fromkeys((file.parent, sources.shipped))
+    names: dict[str, None] = {}
+    while waiting:
+        path = waiting.pop()
+        try:
+            data = read_regular(path)
+            root = ElementTree.fromstring(data)
+        except (CommandError, ElementTree.ParseError, OSError, ValueError, LookupError):
+            continue
+        if root.tag == "robot":
+            yield from urdf_files(path, sources)
+        folders[path.parent] = None
+        for folder in tuple(folders):
+            folders.update(dict.fromkeys(folder / each for each in folders_of(root)))
+        names.update(dict.fromkeys(name for _, name in named(root)))
+        for place in [folder / name for folder in folders for name in names]:
+            if place not in seen and sources.allows(place) and _is_file(place):
+                seen.add(place)
+                yield place
+                if place.suffix.lower() not in _ALONE:
+                    waiting.append(place)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def named(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
+    """Tag and value of each attribute that names a file."""
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            if key.startswith("file") and value and "\0" not in value:
+                yield element.tag, value.replace("\\", "/")
+
+
+def folders_of(root: ElementTree.Element) -> list[str]:
+    """Values of the attributes that say in which folder named files lie."""
+    values = (v for element in root.iter() for k, v in element.attrib.items() if k.endswith("dir"))
+    return [value.replace("\\", "/") for value in dict.fromkeys(values)]
+
+
+class _Gathering:
+    """One file's reading."""
+
+    def __init__(self, sources: Sources) -> None:
+        self._sources = sources
+        self.texts: dict[str, bytes] = {}
+        self.assets: dict[str, bytes] = {}
+        self._folders: dict[str, None] = {}
+        """Of meshes and textures, as any of the texts gives them: an included file's count for all."""
+
+    def read(self, path: Path) -> bytes:
+        try:
+            if path.stat().st_size > MAX_FILE:
+                raise CommandError(f"'{path.name}' is larger than {MAX_FILE} bytes")
+            return read_regular(path)
+        except OSError as error:
+            raise CommandError(f"cannot read '{path.name}': {error.strerror}") from None
+
+    def text(self, path: Path, folder: Path, above: tuple[Path, ...]) -> None:
+        """A file of XML with all that it names. `folder`: that of the scene; `above`: the files that include it."""
+        if str(path) in self.texts:
+            return
+        data = self._keep(path, self.texts)
+        try:
+            root = ElementTree.parse(io.BytesIO(data), ElementTree.XMLParser(encoding="utf-8")).getroot()
+        except (ElementTree.ParseError, ValueError, LookupError):
+            return  # who reads it says what is wrong
+        self._folders.update(dict.fromkeys(folders_of(root)))
+        way = (*above, path.resolve())
+        bases = dict.fromkeys((folder, path.parent, self._sources.shipped))
+        others: list[str] = []
+        for tag, name in named(root):
+            if tag not in _PARTS:
+                others.append(name)
+                continue
+            found = list(self._existing([base / name for base in bases]))
+            for number, part in enumerate(found):
+                if part.resolve() in way:
+                    if number == 0:
+                        raise CommandError(_circle(way, part.resolve()))
+                    continue
+                self.text(part, part.parent if tag == "model" else folder, way)
+        # After the parts, which may have said where meshes lie.
+        places = [base / each for base in bases for each in ("", *self._folders)]
+        for name in dict.fromkeys(others):
+            for found_asset in self._existing(
+                [place / name for place in places] + [place / Path(name).name for place in places]
+            ):
+                if found_asset.suffix.lower() in _TEXTS:
+                    self.text(found_asset, found_asset.parent, way)
+                else:
+                    self.asset(found_asset)
+
+    def asset(self, path: Path) -> None:
+        """A file that names no others."""
+        if str(path) not in self.assets:
+            self._keep(path, self.assets)
+
+    def _keep(self, path: Path, kept: dict[str, bytes]) -> bytes:
+        resolved = str(path.resolve())
+        data = kept.get(resolved)
+        if data is None:
+            data = kept[resolved] = self.read(path)
+        kept[str(path)] = data
+        return data
+
+    def _existing(self, places: list[Path]) -> Iterator[Path]:
+        for place in dict.fromkeys(Path(os.path.normpath(place)) for place in places):
+            if not self._sources.allows(place):
+                continue
+            try:
+                if place.is_file():
+                    yield place
+                elif place.exists() and not place.is_dir():
+                    raise CommandError(no_regular_file(place.name))
+            except (OSError, ValueError):
+                continue  # a name that is none here
+
+
+def _circle(way: tuple[Path, ...], again: Path) -> str:
+    names = [f"'{path.name}'" for path in (*way[way.index(again) :], again)]
+    if len(names) == 2:
+        return f"{names[0]} names itself, so it would never end; take that element out of it"
+    return f"these files name each other in a circle: {' names '.join(names)}; take one of these elements out"

@@ -1,0 +1,169 @@
+"""The server's side of trials: which files are tried, what became of a trial, and the files that came through."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import signal
+import sys
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from simx_server.errors import CommandError
+from simx_server.limits import Limits
+from simx_server.scene.annotations import SceneError
+from simx_server.scene.contents import contents_of
+from simx_server.scene.sources import Sources
+from simx_server.scene.trial import helper
+from simx_server.scene.trial.beside import TookTooLong, beside
+from simx_server.scene.trial.helper import Helper
+from simx_server.scene.trial.kinds import SCENE
+
+if TYPE_CHECKING:
+    from simx_server.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+_Result = TypeVar("_Result")
+
+_GRACE = 5.0
+"""Seconds that a new helper may take to start, and a killed child to end."""
+
+_ERRORS: dict[str, type[CommandError]] = {"SceneError": SceneError, "CommandError": CommandError}
+
+_PASSED = {
+    -getattr(signal, name, 0): limit
+    for name, limit in (("SIGXCPU", "load_seconds"), ("SIGALRM", "load_wait"))
+}
+"""Exit codes of a child that a limit has ended."""
+
+
+class Trials:
+    """The trials of one simulation. Physics thread only."""
+
+    def __init__(self, sim: Simulation, *, tries_all: bool = False) -> None:
+        """Make none yet; a helper is started with the first.
+
+        Args:
+            tries_all: the operator's own files too.
+        """
+        self._sim = sim
+        self.tries_all = tries_all
+        self._helper: Helper | None = None
+        self._end: Callable[[], object] = _nothing
+
+    def use(self, started: Helper) -> None:
+        """Have trials made by this one, which is closed when this object goes."""
+        self.close()
+        self._helper, self._end = started, weakref.finalize(self, started.close)
+
+    def close(self) -> None:
+        """End the helper, if there is one; the next trial starts another."""
+        self._helper = None
+        self._end()
+
+    def concern(self, file: Path, sources: Sources) -> bool:
+        """Return whether a file is to be tried: a client sent it or one that it is made of."""
+        return self.tries_all or self._sim.client_files.are_named_by(file, sources)
+
+    def tried(
+        self, kind: str, file: Path, name: str, sources: Sources, *, serves_others: bool = True
+    ) -> Sources:
+        """Try a file and all that it names; others are served meanwhile.
+
+        Args:
+            kind: what will be done with it, see `child`.
+            name: what errors call the file.
+            sources: where what it names is searched.
+            serves_others: False in the middle of a load, when the scene is not whole: then a second must do.
+
+        Returns:
+            Sources that hold what was tried, and nothing else.
+
+        Raises:
+            CommandError, SceneError: what is wrong with it, or the limit that it passes.
+        """
+        limits = self._sim.limits
+        if not serves_others:
+            limits = dataclasses.replace(limits, load_seconds=1, load_wait=2)
+        request = {
+            "kind": kind,
+            "path": str(file),
+            "name": name,
+            "sources": sources.described(),
+            "within": None if sources.within is None else [str(folder) for folder in sources.within],
+            "limits": dataclasses.asdict(limits),
+            "held": _held(self._sim) if kind != SCENE else 0,
+        }
+        reply = self._ask(request, limits, name, self._sim.serve_others if serves_others else _nothing)
+        self._sim.script_point()  # what others did meanwhile lies before what comes now, also in a recording
+        result = reply.get("result")
+        if result is None:
+            raise self._ended(reply["exit"], name, limits)
+        if "limit" in result:
+            raise _refusal(limits, result["limit"], name)
+        if "error" in result:
+            raise _ERRORS[result["error"]](result["text"])
+        logger.debug("'%s' was tried in %.3f s of processor time", name, reply["seconds"])
+        return sources.holding(contents_of(result["files"])).for_one_read()
+
+    def load(self, read: Callable[[], _Result]) -> _Result:
+        """Do what was tried, in the server; others are served meanwhile. Raises what `read` raises."""
+        try:
+            result = beside(read, self._sim.serve_others, lambda: not self._sim.is_ending)
+        except TookTooLong:
+            raise CommandError("the server ends") from None
+        self._sim.script_point()
+        return result
+
+    def _ask(
+        self, request: dict[str, Any], limits: Limits, name: str, serve_others: Callable[[], object]
+    ) -> dict[str, Any]:
+        if self._helper is None or not self._helper.is_usable:
+            self.use(helper.start())
+        used = self._helper
+        assert used is not None
+        try:
+            return beside(
+                lambda: used.ask(request),
+                serve_others,
+                lambda: not self._sim.is_ending,
+                limits.load_wait + _GRACE,
+            )
+        except TookTooLong:
+            used.kill()
+            if self._sim.is_ending:
+                raise CommandError("the server ends") from None
+            raise _refusal(limits, "load_wait", name) from None
+        except EOFError:
+            used.kill()
+            raise CommandError(
+                f"'{name}' could not be tried before it is loaded: the process for that has ended; load it again"
+            ) from None
+
+    def _ended(self, exit_code: int, name: str, limits: Limits) -> CommandError:
+        if exit_code in _PASSED:
+            return _refusal(limits, _PASSED[exit_code], name)
+        if exit_code == -signal.SIGKILL if sys.platform != "win32" else False:
+            # The hard limit of processor time, or a machine that is out of memory.
+            return _refusal(limits, "load_seconds", name)
+        logger.warning("'%s' ended the process that tried it with code %d", name, exit_code)
+        how = f"signal {-exit_code}" if exit_code < 0 else f"code {exit_code}"
+        return SceneError(
+            f"'{name}' crashes MuJoCo ({how}), so it is not loaded; make it smaller or less deeply nested"
+        )
+
+
+def _refusal(limits: Limits, limit: str, name: str) -> CommandError:
+    return limits.reached(limit, f"'{name}' takes more; make it smaller")
+
+
+def _held(sim: Simulation) -> int:
+    """Bytes of the scene that a model is added to."""
+    return int(sim.model.nbuffer) + int(sim.data.nbuffer) + int(sim.data.narena)
+
+
+def _nothing() -> None:
+    """Nothing to end."""
