@@ -245,7 +245,9 @@ class LuaInterpreter:
         except ValueError:  # no file can have this name
             source = None
         if source is None:
-            return False, f"require '{_text(name)}': there is no such module beside the scene".encode("utf-8", "replace")
+            return False, f"require '{_text(name)}': there is no such module beside the scene".encode(
+                "utf-8", "replace"
+            )
         return True, source
 
     def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:

@@ -14,7 +14,8 @@ local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs
 local sort, concat, rep, unpack, move, insert, remove, match, metatable =
     table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
     debug.getmetatable
-local format, find, sub, byte, collect = string.format, string.find, string.sub, string.byte, collectgarbage
+local format, find, sub, byte, gmatch, collect, getinfo, mathtype = string.format, string.find, string.sub,
+    string.byte, string.gmatch, collectgarbage, debug.getinfo, math.type
 
 local LONG_LIST, LONG_CHUNK, LONG_REPEAT, LONG_FORMAT, MANY, LONG_KEY = 10000, 200000, 16000000, 1000, 1000, 1000
 
@@ -22,7 +23,13 @@ local LONG_LIST, LONG_CHUNK, LONG_REPEAT, LONG_FORMAT, MANY, LONG_KEY = 10000, 2
 local function finish(ok, ...)
     if ok then return ... end
     local problem = ...
-    if type(problem) == "string" and not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
+    if type(problem) ~= "string" then error(problem, 0) end
+    local number, name, rest = match(problem, "^bad argument #(%d+) to '%w+%.(%w+)'(.*)$")
+    if number then                                              -- with the numbers and names of Lua's own calls
+        if not getinfo(1, "t").istailcall and getinfo(2, "n").namewhat == "method" then number = number - 1 end
+        problem = "bad argument #" .. number .. " to '" .. name .. "'" .. rest
+    end
+    if not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
     error(problem, 0)
 end
 
@@ -48,11 +55,12 @@ world.math.randomseed(1)
 
 world.os = { clock = os.clock, difftime = os.difftime, time = os.time }
 local date = os.date
-function world.os.date(pattern, ...)
+function world.os.date(...)
+    local pattern = ...
     if type(pattern) == "string" and #pattern > LONG_FORMAT then
         error(where() .. "os.date: a format of more than " .. LONG_FORMAT .. " bytes", 0)
     end
-    return finish(pcall(date, pattern, ...))
+    return finish(pcall(date, ...))
 end
 
 -- The collector stays as it is set: memory that a script takes has to be noticed (`lua_watch.py`).
@@ -201,15 +209,17 @@ for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = wit
 for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
 world.tonumber = with_a_look(tonumber)
 
-function world.string.byte(text, first, last)
+function world.string.byte(...)
+    local text, first, last = ...
     if last and type(text) == "string" and #text > LONG_LIST then look(#text) end
-    return byte(text, first, last)
+    if type(text) == "string" and (not first or mathtype(first)) and not last then return byte(text, first) end
+    return finish(pcall(byte, ...))
 end
 
 -- A conversion takes up to a few microseconds, and one by %q goes through the text byte by byte.
-function world.string.format(pattern, ...)
-    local count = select("#", ...)
-    if count > MANY or type(pattern) == "string" and #pattern > LONG_CHUNK then
+function world.string.format(...)
+    local pattern, count = (...), select("#", ...)
+    if count > MANY + 1 or type(pattern) == "string" and #pattern > LONG_CHUNK then
         error(where() .. "string.format: more than " .. MANY .. " values, or a format of more than " .. LONG_CHUNK
             .. " bytes", 0)
     end
@@ -221,25 +231,26 @@ function world.string.format(pattern, ...)
             end
         end
     end
-    return finish(pcall(format, pattern, ...))
+    return (finish(pcall(format, ...)))
 end
 
 -- A short format may ask for a text as long as memory is.
 for _, name in pairs { "pack", "unpack", "packsize" } do
     local action = string[name]
-    world.string[name] = function(pattern, ...)
+    world.string[name] = function(...)
+        local pattern = ...
         if type(pattern) == "string" then
             if #pattern > 5 * LONG_CHUNK then
                 error(where() .. "string." .. name .. ": a format of more than " .. 5 * LONG_CHUNK .. " bytes", 0)
             end
             if #pattern > LONG_KEY then look(#pattern) end
-            for size in world.string.gmatch(pattern, "c(%d+)") do
+            for size in gmatch(pattern, "c(%d+)") do
                 if #size > 8 or tonumber(size) > LONG_REPEAT then
                     error(where() .. "string." .. name .. ": a text of more than " .. LONG_REPEAT .. " bytes", 0)
                 end
             end
         end
-        return finish(pcall(action, pattern, ...))
+        return finish(pcall(action, ...))
     end
 end
 """

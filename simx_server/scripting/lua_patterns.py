@@ -226,9 +226,18 @@ local function texts(subject, pattern, name)
     return subject, pattern
 end
 
+local function is_plain(pattern)
+    for start = 1, #pattern, LONGEST do
+        if start > 1 then look(LONGEST) end
+        if find(#pattern <= LONGEST and pattern or sub(pattern, start, start + LONGEST - 1),
+            "[%^%$%*%+%?%.%(%)%[%]%%%-]") then return false end
+    end
+    return true
+end
+
 function world.string.find(subject, pattern, init, plain)
     subject, pattern = texts(subject, pattern, "find")
-    if plain or not find(pattern, "[%^%$%*%+%?%.%(%)%[%]%%%-]") then
+    if plain or is_plain(pattern) then
         if #subject * #pattern > 64 * BUDGET and #pattern > 64 then
             error("string.find: a text of " .. #pattern .. " bytes is too long to be looked for", 2)
         end
