@@ -1,6 +1,6 @@
 """Feeds the server what means no good: `python tests/fuzz/run.py TARGET CASES [SEED]`.
 
-TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), calls, results.
+TARGET: codec, scenes (both coverage-guided where atheris is installed, else random), calls, lua, results.
 Nothing is written into the repository. Exit code 0: nothing found; 1: the case is told, with how to run it again:
 `python tests/fuzz/run.py TARGET -r HEX`.
 """
