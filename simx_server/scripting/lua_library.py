@@ -209,22 +209,22 @@ for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = wit
 for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
 world.tonumber = with_a_look(tonumber)
 
-function world.string.byte(...)
-    local text, first, last = ...
-    if last and type(text) == "string" and #text > LONG_LIST then look(#text) end
-    if type(text) == "string" and (not first or mathtype(first)) and not last then return byte(text, first) end
-    return finish(pcall(byte, ...))
+function world.string.byte(text, first, last)
+    if last == nil and type(text) == "string" and (first == nil or mathtype(first)) then return byte(text, first) end
+    if type(text) == "string" and #text > LONG_LIST then look(#text) end
+    return finish(pcall(byte, text, first, last))
 end
 
 -- A conversion takes up to a few microseconds, and one by %q goes through the text byte by byte.
 function world.string.format(...)
     local pattern, count = (...), select("#", ...)
-    if count > MANY + 1 or type(pattern) == "string" and #pattern > LONG_CHUNK then
+    if type(pattern) ~= "string" then return (finish(pcall(format, ...))) end
+    if count > MANY + 1 or #pattern > LONG_CHUNK then
         error(where() .. "string.format: more than " .. MANY .. " values, or a format of more than " .. LONG_CHUNK
             .. " bytes", 0)
     end
-    if type(pattern) == "string" and find(pattern, "q", 1, true) then
-        for i = 1, count do
+    if find(pattern, "q", 1, true) then
+        for i = 2, count do
             local value = select(i, ...)
             if type(value) == "string" and #value > LONG_CHUNK then
                 error(where() .. "string.format: %q of a text of more than " .. LONG_CHUNK .. " bytes", 0)
@@ -244,6 +244,7 @@ for _, name in pairs { "pack", "unpack", "packsize" } do
                 error(where() .. "string." .. name .. ": a format of more than " .. 5 * LONG_CHUNK .. " bytes", 0)
             end
             if #pattern > LONG_KEY then look(#pattern) end
+            if not find(pattern, "c", 1, true) then return finish(pcall(action, ...)) end
             for size in gmatch(pattern, "c(%d+)") do
                 if #size > 8 or tonumber(size) > LONG_REPEAT then
                     error(where() .. "string." .. name .. ": a text of more than " .. LONG_REPEAT .. " bytes", 0)

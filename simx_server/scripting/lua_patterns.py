@@ -10,7 +10,7 @@ so the script can be stopped and others are served. Results are the same; a scri
 PATTERNS = rb"""
 local byte, char, sub, find, match, gmatch, gsub =
     string.byte, string.char, string.sub, string.find, string.match, string.gmatch, string.gsub
-local mathtype = math.type
+local mathtype, SPECIAL = math.type, "[%^%$%*%+%?%.%(%)%[%]%%%-]"
 local BUDGET, LONGEST, WINDOW = 1000000, 100000, 1000000
 
 -- Whether the C library is sure to be quick. A repetition at the very end never goes back.
@@ -227,10 +227,10 @@ local function texts(subject, pattern, name)
 end
 
 local function is_plain(pattern)
+    if #pattern <= LONGEST then return not find(pattern, SPECIAL) end
     for start = 1, #pattern, LONGEST do
-        if start > 1 then look(LONGEST) end
-        if find(#pattern <= LONGEST and pattern or sub(pattern, start, start + LONGEST - 1),
-            "[%^%$%*%+%?%.%(%)%[%]%%%-]") then return false end
+        look(LONGEST)
+        if find(sub(pattern, start, start + LONGEST - 1), SPECIAL) then return false end
     end
     return true
 end
@@ -241,7 +241,9 @@ function world.string.find(subject, pattern, init, plain)
         if #subject * #pattern > 64 * BUDGET and #pattern > 64 then
             error("string.find: a text of " .. #pattern .. " bytes is too long to be looked for", 2)
         end
-        if #subject <= WINDOW or not (init == nil or mathtype(init) == "integer") then return find(subject, pattern, init, true) end
+        if #subject <= WINDOW or init ~= nil and mathtype(init) ~= "integer" then
+            return find(subject, pattern, init, true)
+        end
         for start = first_from(init, #subject), #subject + 1, WINDOW do
             look(WINDOW)
             local at = find(sub(subject, start, start + WINDOW + #pattern - 2), pattern, 1, true)
