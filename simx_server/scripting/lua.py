@@ -125,8 +125,8 @@ class LuaInterpreter:
         guard = load(GUARD, b"=sandbox", b"t")
         face = guard(
             self._sealed(self._late, True),
-            self._sealed(self._invoke, _FAILED),
-            self._sealed(self._proceed, _FAILED),
+            self._invoke,
+            self._proceed,
             self._sealed(self._print, None),
             self._sealed(self._module, _FAILED),
             self._sealed(with_turns, None),
@@ -292,6 +292,9 @@ class LuaInterpreter:
         except Exception:
             logger.exception("%s failed inside script %s", function, self.name)
             return False, f"{function}: failed inside the server; its log says why".encode()
+        except BaseException as interruption:  # as in `_sealed`
+            self._raised = interruption
+            return _FAILED
 
     def _to_lua(self, value: Any) -> Any:
         """A value that lupa makes a value of Lua: anything else it would hand to the script as an object of Python."""

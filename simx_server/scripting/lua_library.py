@@ -184,7 +184,9 @@ function world.table.remove(list, ...)
 end
 
 function world.table.unpack(list, first, last)
-    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then look(LONG_CHUNK) end
+    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then
+        look(LONG_CHUNK)
+    end
     return finish(pcall(unpack, list, first, last))
 end
 world.unpack = world.table.unpack
