@@ -298,7 +298,10 @@ class LuaInterpreter:
 
     def _to_lua(self, value: Any) -> Any:
         """A value that lupa makes a value of Lua: anything else it would hand to the script as an object of Python."""
-        if value is None or type(value) in (bytes, bool, float):
+        kind = type(value)
+        if kind is float or kind is bytes or kind is bool or value is None:
+            return value
+        if kind is int and -(1 << 63) <= value < 1 << 63:
             return value
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
