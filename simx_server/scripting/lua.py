@@ -12,8 +12,9 @@ import itertools
 import logging
 import re
 import time
-from collections.abc import Callable, Generator
-from typing import Any
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
+from numbers import Integral, Real
+from typing import Any, TypeVar
 
 from simx_client.protocol.installing import package_line
 
@@ -33,6 +34,7 @@ from .interpreter import (
 )
 from .lua_debug import DEBUG
 from .lua_library import LIBRARY
+from .lua_sources import too_much
 from .lua_text import TEXT
 from .lua_turns import with_turns
 from .lua_watch import WATCH
@@ -69,6 +71,17 @@ class LuaFunction:
         return self.interpreter.apply(self, arguments)
 
 
+_T = TypeVar("_T")
+
+_FAILED = (False, b"failed inside the server; its log says why")
+"""What a script is told of a fault of the server's."""
+
+_MANY = 5000
+"""Items of a table that cross within about 3 ms; after as many the clock is looked at."""
+
+_LONGEST_LINE = 100_000
+"""Bytes of a line that is printed, and of an error's text."""
+
 _CALL_TIME = 10e-6
 """Seconds that a call of the API counts for towards `Switching.seconds`; it takes 6 to 10 microseconds."""
 
@@ -94,6 +107,7 @@ class LuaInterpreter:
         lupa = load_lupa()
         self._lua_type = lupa.lua_type
         self._memory_error: type[Exception] = lupa.LuaMemoryError
+        self._raised: BaseException | None = None
         self._face: Any
         self._runtime: Any = lupa.LuaRuntime(
             encoding=None,
@@ -110,13 +124,14 @@ class LuaInterpreter:
         load = self._runtime.globals()[b"load"]
         guard = load(GUARD, b"=sandbox", b"t")
         face = guard(
-            self._late,
+            self._sealed(self._late, True),
             self._invoke,
             self._proceed,
-            self._print,
-            self._module,
-            with_turns,
-            self._is_tired,
+            self._sealed(self._print, None),
+            self._sealed(self._module, _FAILED),
+            self._sealed(with_turns, None),
+            self._sealed(self._is_tired, False),
+            self._sealed(_refuse, b"failed inside the server; its log says why"),
             MAX_DEPTH,
             self._to_lua(known),
             self._to_lua(_PARTS),
@@ -176,13 +191,37 @@ class LuaInterpreter:
             self._depth -= 1
             if self._has_ended:
                 self.close()
+            if self._raised and not self._depth:
+                raised, self._raised = self._raised, None
+                raise raised
         ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
-            raise ScriptError(self._explain(_text(results[0])))
+            raise ScriptError(self._explain(_shown(results[0])))
         return [self._from_lua(value) for value in results]
+
+    def _sealed(self, action: Callable[..., Any], failed: Any) -> Callable[..., Any]:
+        """What Lua is given instead of a function of Python: it never raises, for lupa hands exceptions to scripts.
+
+        Args:
+            action: the function.
+            failed: what is returned when it raised.
+        """
+
+        def call(*arguments: Any) -> Any:
+            try:
+                return action(*arguments)
+            except Exception:
+                logger.exception("a call of script %s failed inside the server", self.name)
+            except BaseException as interruption:  # it goes on when the script has been left
+                self._raised = interruption
+            return failed
+
+        return call
 
     def _late(self) -> bool:
         """The hook's look at the clock; others are served meanwhile, at no cost to the script."""
+        if self._raised:
+            return True
         if time.monotonic() > self._serve_next:
             before = time.thread_time()
             self._api.serve_others()
@@ -196,15 +235,19 @@ class LuaInterpreter:
         return self._api.switching.is_tired(turns * _TURN_TIME)
 
     def _print(self, text: bytes) -> None:
-        self._api.output(_text(text))
+        self._api.output(_shown(text))
 
     def _module(self, name: bytes) -> tuple[Any, ...]:
         try:
             source = self._api.module(_text(name))
         except CommandError as problem:
-            return False, f"require '{_text(name)}': {problem}".encode()
+            return False, f"require '{_text(name)}': {problem}".encode("utf-8", "replace")
+        except ValueError:  # no file can have this name
+            source = None
         if source is None:
-            return False, f"require '{_text(name)}': there is no such module beside the scene".encode()
+            return False, f"require '{_text(name)}': there is no such module beside the scene".encode(
+                "utf-8", "replace"
+            )
         return True, source
 
     def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
@@ -249,35 +292,64 @@ class LuaInterpreter:
         except Exception:
             logger.exception("%s failed inside script %s", function, self.name)
             return False, f"{function}: failed inside the server; its log says why".encode()
+        except BaseException as interruption:  # as in `_sealed`
+            self._raised = interruption
+            return _FAILED
 
     def _to_lua(self, value: Any) -> Any:
+        """A value that lupa makes a value of Lua: anything else it would hand to the script as an object of Python."""
+        kind = type(value)
+        if kind is float or kind is bytes or kind is bool or value is None:
+            return value
+        if kind is int and -(1 << 63) <= value < 1 << 63:
+            return value
         if isinstance(value, str):
             return value.encode("utf-8", "surrogateescape")
         if isinstance(value, (list, tuple)):
-            return self._runtime.table_from([self._to_lua(item) for item in value])
+            return self._runtime.table_from([self._to_lua(item) for item in self._breathing(value)])
         if isinstance(value, dict):
+            items = self._breathing(value.items())
             return self._runtime.table_from(
-                {self._to_lua(key): self._to_lua(item) for key, item in value.items() if item is not None}
+                {self._to_lua(key): self._to_lua(item) for key, item in items if item is not None}
             )
         if isinstance(value, LuaFunction):
             if value.interpreter is not self:
                 raise CommandError("a function of one script cannot be given to another")
             return value.function
-        return value
+        if isinstance(value, Integral):
+            number = int(value)
+            return number if -(1 << 63) <= number < 1 << 63 else float(number)
+        if isinstance(value, Real):
+            return float(value)
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return bytes(value)
+        raise TypeError(f"a {type(value).__name__} cannot enter a script")
 
     def _from_lua(self, value: Any) -> Any:
         kind = self._lua_type(value)
         if kind == "table":
-            items = dict(value.items())
+            items = dict(self._breathing(value.items()))
             try:
-                return [self._from_lua(items[i]) for i in range(1, len(items) + 1)]
+                return [self._from_lua(items[i]) for i in self._breathing(range(1, len(items) + 1))]
             except KeyError:  # it has a gap, or names
-                return {_key(key): self._from_lua(item) for key, item in items.items()}
+                return {_key(key): self._from_lua(item) for key, item in self._breathing(items.items())}
         if kind == "function":
             return LuaFunction(self, value)
         if kind is not None:
             raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
         return value
+
+    def _breathing(self, items: Iterable[_T]) -> Iterable[_T]:
+        """The items of a table that crosses; a large one takes long, so others are served between its items."""
+        if isinstance(items, Sized) and len(items) < _MANY:
+            return items
+        return self._with_turns_of_others(items)
+
+    def _with_turns_of_others(self, items: Iterable[_T]) -> Iterator[_T]:
+        for number, item in enumerate(items, 1):
+            if number % _MANY == 0 and self._late():
+                raise ScriptError(f"{self.name}: took too long and was stopped (a very large table?)")
+            yield item
 
     def _explain(self, problem: str) -> str:
         """With the file's name in front, as Lua puts it for most; old names that do not exist get their advice."""
@@ -299,6 +371,15 @@ def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
 
 def _key(key: bytes | int) -> str | int:
     return key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key
+
+
+def _refuse(source: bytes) -> bytes | None:
+    reason = too_much(source)
+    return None if reason is None else reason.encode()
+
+
+def _shown(text: bytes) -> str:
+    return _text(text if len(text) <= _LONGEST_LINE else text[:_LONGEST_LINE] + b"...")
 
 
 def _text(value: Any) -> str:

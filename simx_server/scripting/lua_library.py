@@ -14,14 +14,22 @@ local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs
 local sort, concat, rep, unpack, move, insert, remove, match, metatable =
     table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
     debug.getmetatable
+local format, find, sub, byte, gmatch, collect, getinfo, mathtype = string.format, string.find, string.sub,
+    string.byte, string.gmatch, collectgarbage, debug.getinfo, math.type
 
-local LONG_LIST, LONG_CHUNK, LONG_REPEAT = 10000, 200000, 16000000
+local LONG_LIST, LONG_CHUNK, LONG_REPEAT, LONG_FORMAT, MANY, LONG_KEY = 10000, 200000, 16000000, 1000, 1000, 1000
 
 -- What a C function raises is told with the script's line, not with one of this text.
 local function finish(ok, ...)
     if ok then return ... end
     local problem = ...
-    if type(problem) == "string" and not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
+    if type(problem) ~= "string" then error(problem, 0) end
+    local number, name, rest = match(problem, "^bad argument #(%d+) to '%w+%.(%w+)'(.*)$")
+    if number then                                              -- with the numbers and names of Lua's own calls
+        if not getinfo(1, "t").istailcall and getinfo(2, "n").namewhat == "method" then number = number - 1 end
+        problem = "bad argument #" .. number .. " to '" .. name .. "'" .. rest
+    end
+    if not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
     error(problem, 0)
 end
 
@@ -45,7 +53,28 @@ world.table.maxn = function(t)
 end
 world.math.randomseed(1)
 
-world.os = { clock = os.clock, date = os.date, difftime = os.difftime, time = os.time }
+world.os = { clock = os.clock, difftime = os.difftime, time = os.time }
+local date = os.date
+function world.os.date(...)
+    local pattern = ...
+    if type(pattern) == "string" and #pattern > LONG_FORMAT then
+        error(where() .. "os.date: a format of more than " .. LONG_FORMAT .. " bytes", 0)
+    end
+    return finish(pcall(date, ...))
+end
+
+-- The collector stays as it is set: memory that a script takes has to be noticed (`lua_watch.py`).
+local TUNED = {
+    stop = 0, restart = 0, isrunning = true, setpause = 200, setstepmul = 100, incremental = "incremental",
+    generational = "incremental",
+}
+function world.collectgarbage(option, ...)
+    if TUNED[option] ~= nil then return TUNED[option] end
+    if option == "count" then return collect("count") end
+    look()
+    if option == "step" then return finish(pcall(collect, "step")) end
+    return finish(pcall(collect, option, ...))
+end
 
 local function no_files(_, name) error(where() .. "io." .. tostring(name) .. ": scripts have no files", 0) end
 world.io = setmetatable({}, { __index = no_files, __metatable = false })
@@ -80,7 +109,18 @@ local function before(a, b) return a < b end
 
 -- A comparison of C would hide from the hook, and with a metatable a list may be longer than it says.
 function world.table.sort(list, comes_before)
-    if type(list) == "table" and (metatable(list) or #list > LONG_LIST) then
+    local is_long = type(list) == "table" and (metatable(list) or #list > LONG_LIST)
+    if type(list) == "table" and not is_long and comes_before == nil then
+        for i = 1, #list do
+            local value = list[i]
+            if type(value) == "string" and #value > LONG_KEY then
+                is_long = true
+                look(#value)
+                break
+            end
+        end
+    end
+    if is_long then
         local given = comes_before
         comes_before = type(given) == "function" and function(a, b) return given(a, b) end or given or before
     end
@@ -90,7 +130,7 @@ end
 function world.table.concat(list, separator, first, last)
     if type(list) ~= "table" then return finish(pcall(concat, list)) end
     first, last = tonumber(first) or 1, tonumber(last) or #list
-    if last - first < LONG_LIST then return finish(pcall(concat, list, separator, first, last)) end
+    if last - (first + 0.0) < LONG_LIST then return finish(pcall(concat, list, separator, first, last)) end
     local parts = {}
     for start = first, last, LONG_LIST do
         local stop = start + LONG_LIST - 1
@@ -103,7 +143,7 @@ end
 -- As long as lists are, or say that they are: piece by piece, the last one first where that one would be overwritten.
 function world.table.move(list, first, last, to, other)
     local from, stop, goal = tonumber(first), tonumber(last), tonumber(to)
-    if not (from and stop and goal) or stop - from < LONG_LIST then
+    if not (from and stop and goal) or stop - (from + 0.0) < LONG_LIST then
         return finish(pcall(move, list, first, last, to, other or list))
     end
     local target = other or list
@@ -144,7 +184,9 @@ function world.table.remove(list, ...)
 end
 
 function world.table.unpack(list, first, last)
-    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then look() end
+    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then
+        look(LONG_CHUNK)
+    end
     return finish(pcall(unpack, list, first, last))
 end
 world.unpack = world.table.unpack
@@ -153,7 +195,7 @@ function world.string.rep(text, count, separator)
     local each, times = #tostring(text or "") + #tostring(separator or ""), tonumber(count) or 0
     local size = each * (times + 0.0)
     if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
-    if size > LONG_CHUNK then look() end
+    if size > LONG_CHUNK then look(size) end
     -- Nothing, however often, is nothing; C would count to the end.
     return finish(pcall(rep, text, each == 0 and times > 1 and 1 or count, separator))
 end
@@ -161,13 +203,59 @@ end
 -- Goes through a whole text within C.
 local function with_a_look(change)
     return function(text, ...)
-        if type(text) == "string" and #text > LONG_CHUNK then look() end
+        if type(text) == "string" and #text > LONG_CHUNK then look(#text) end
         return finish(pcall(change, text, ...))
     end
 end
 for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = with_a_look(world.string[name]) end
 for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
 world.tonumber = with_a_look(tonumber)
+
+function world.string.byte(text, first, last)
+    if last == nil and type(text) == "string" and (first == nil or mathtype(first)) then return byte(text, first) end
+    if type(text) == "string" and #text > LONG_LIST then look(#text) end
+    return finish(pcall(byte, text, first, last))
+end
+
+-- A conversion takes up to a few microseconds, and one by %q goes through the text byte by byte.
+function world.string.format(...)
+    local pattern, count = (...), select("#", ...)
+    if type(pattern) ~= "string" then return (finish(pcall(format, ...))) end
+    if count > MANY + 1 or #pattern > LONG_CHUNK then
+        error(where() .. "string.format: more than " .. MANY .. " values, or a format of more than " .. LONG_CHUNK
+            .. " bytes", 0)
+    end
+    if find(pattern, "q", 1, true) then
+        for i = 2, count do
+            local value = select(i, ...)
+            if type(value) == "string" and #value > LONG_CHUNK then
+                error(where() .. "string.format: %q of a text of more than " .. LONG_CHUNK .. " bytes", 0)
+            end
+        end
+    end
+    return (finish(pcall(format, ...)))
+end
+
+-- A short format may ask for a text as long as memory is.
+for _, name in pairs { "pack", "unpack", "packsize" } do
+    local action = string[name]
+    world.string[name] = function(...)
+        local pattern = ...
+        if type(pattern) == "string" then
+            if #pattern > 5 * LONG_CHUNK then
+                error(where() .. "string." .. name .. ": a format of more than " .. 5 * LONG_CHUNK .. " bytes", 0)
+            end
+            if #pattern > LONG_KEY then look(#pattern) end
+            if not find(pattern, "c", 1, true) then return finish(pcall(action, ...)) end
+            for size in gmatch(pattern, "c(%d+)") do
+                if #size > 8 or tonumber(size) > LONG_REPEAT then
+                    error(where() .. "string." .. name .. ": a text of more than " .. LONG_REPEAT .. " bytes", 0)
+                end
+            end
+        end
+        return finish(pcall(action, ...))
+    end
+end
 """
     + PATTERNS
 )

@@ -10,11 +10,13 @@ so the script can be stopped and others are served. Results are the same; a scri
 PATTERNS = rb"""
 local byte, char, sub, find, match, gmatch, gsub =
     string.byte, string.char, string.sub, string.find, string.match, string.gmatch, string.gsub
-local BUDGET = 1000000
+local mathtype, SPECIAL = math.type, "[%^%$%*%+%?%.%(%)%[%]%%%-]"
+local BUDGET, LONGEST, WINDOW = 1000000, 100000, 1000000
 
 -- Whether the C library is sure to be quick. A repetition at the very end never goes back.
 local function is_quick(subject, pattern)
     local length, cost, at, last = #subject, #subject, 1, #pattern
+    if length > WINDOW then look(length) end
     if length * (last + 1) > 16 * BUDGET or last > 10000 then return false end
     while at < last do
         local letter = byte(pattern, at)
@@ -28,7 +30,15 @@ local function is_quick(subject, pattern)
         if cost > BUDGET then return false end
         at = at + 1
     end
-    return cost <= BUDGET
+    -- A byte may be compared with each one of a class.
+    local open = last > 50 and find(pattern, "[", 1, true)
+    return cost <= BUDGET and (not open or cost * (last - open) <= 16 * BUDGET)
+end
+
+-- Each match goes through the whole replacement.
+local function is_replaced_quickly(subject, replacement)
+    return type(replacement) ~= "string" or #subject * #replacement < 16 * BUDGET
+        or not find(replacement, "%", 1, true)
 end
 
 -- Which bytes a class such as "%a", "[^x]" or "." has.
@@ -210,17 +220,38 @@ local function texts(subject, pattern, name)
     if type(subject) ~= "string" or type(pattern) ~= "string" then
         error("string." .. name .. ": a text and a pattern are needed", 3)
     end
+    if #pattern > LONGEST and name ~= "find" then
+        error("string." .. name .. ": a pattern of more than " .. LONGEST .. " bytes", 3)
+    end
     return subject, pattern
+end
+
+local function is_plain(pattern)
+    if #pattern <= LONGEST then return not find(pattern, SPECIAL) end
+    for start = 1, #pattern, LONGEST do
+        look(LONGEST)
+        if find(sub(pattern, start, start + LONGEST - 1), SPECIAL) then return false end
+    end
+    return true
 end
 
 function world.string.find(subject, pattern, init, plain)
     subject, pattern = texts(subject, pattern, "find")
-    if plain or not find(pattern, "[%^%$%*%+%?%.%(%)%[%]%%%-]") then
+    if plain or is_plain(pattern) then
         if #subject * #pattern > 64 * BUDGET and #pattern > 64 then
             error("string.find: a text of " .. #pattern .. " bytes is too long to be looked for", 2)
         end
-        return find(subject, pattern, init, true)
+        if #subject <= WINDOW or init ~= nil and mathtype(init) ~= "integer" then
+            return find(subject, pattern, init, true)
+        end
+        for start = first_from(init, #subject), #subject + 1, WINDOW do
+            look(WINDOW)
+            local at = find(sub(subject, start, start + WINDOW + #pattern - 2), pattern, 1, true)
+            if at then return start + at - 1, start + at + #pattern - 2 end
+        end
+        return nil
     end
+    if #pattern > LONGEST then error("string.find: a pattern of more than " .. LONGEST .. " bytes", 2) end
     if is_quick(subject, pattern) then return find(subject, pattern, init) end
     local begin, stop, captures = search(subject, pattern, init)
     if not begin then return nil end
@@ -270,7 +301,9 @@ end
 
 function world.string.gsub(subject, pattern, replacement, most)
     subject, pattern = texts(subject, pattern, "gsub")
-    if is_quick(subject, pattern) then return gsub(subject, pattern, replacement, most) end
+    if is_quick(subject, pattern) and is_replaced_quickly(subject, replacement) then
+        return gsub(subject, pattern, replacement, most)
+    end
     local kind = type(replacement)
     if kind == "number" then replacement, kind = tostring(replacement), "string" end
     if kind ~= "string" and kind ~= "table" and kind ~= "function" then

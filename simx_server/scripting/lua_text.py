@@ -4,16 +4,18 @@ Nothing shown is an address, so two runs print the same lines. A script's ``__to
 """
 
 TEXT = rb"""
-local world, output, max_depth = ...
+local world, output, max_depth, look = ...
 local type, tostring, next, rawget, rawequal, select = type, tostring, next, rawget, rawequal, select
 local concat, sort, pack, unpack, find, match, length, mathtype, mathhuge, metatable = table.concat, table.sort,
     table.pack, table.unpack, string.find, string.match, utf8.len, math.type, math.huge, debug.getmetatable
 
-local LONG_STRING, LONGEST = 160, 10000
+local LONG_STRING, LONGEST, HUGE = 160, 10000, 1000000
 
 local show
 
 local function quoted(text)
+    look(#text)
+    if #text > HUGE then return "[buffer string]" end
     if find(text, "[^%C\t\n\r]") or not length(text) then return "[buffer string]" end
     if #text > LONG_STRING then return "[long string]" end
     return '"' .. text .. '"'
@@ -56,7 +58,11 @@ local function show_table(value, above, room)
         local key = i
         if keys then key = keys[i] end
         local text = show(rawget(value, key), above, room)
-        if keys then text = match(show(key, above, room), '^"?(.-)"?$') .. "=" .. text end
+        if #text > 2 * LONGEST then text = "[long string]" end
+        if keys then
+            local name = show(key, above, room)
+            text = (#name > 2 * LONGEST and "[long string]" or match(name, '^"?(.-)"?$')) .. "=" .. text
+        end
         parts[i] = text
         room = room - #text - 2
     end

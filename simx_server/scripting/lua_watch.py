@@ -11,7 +11,7 @@ local late = ...
 
 local sethook, getinfo, cocreate, coclose, current =
     debug.sethook, debug.getinfo, coroutine.create, coroutine.close, coroutine.running
-local clock, heap, error, setmetatable = os.clock, collectgarbage, error, setmetatable
+local clock, heap, error, setmetatable, rawset = os.clock, collectgarbage, error, setmetatable, rawset
 local struck, watch, spared = false, nil, {}
 
 -- "file:line: " of the innermost frame that is the script's own
@@ -27,7 +27,8 @@ local function where()
 end
 
 -- Instructions between two strikes of the hook: as many as take about 1 ms; of cheap ones 2000 are 0.02 ms.
-local FIRST, LEAST = 200, 8
+-- After a large piece of work, and where the heap has grown, as few as there can be.
+local FIRST, LEAST, LARGE = 200, 2, 100000
 local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
 
 -- A look at Python's clock, with others served, when the last one is a millisecond ago. True: the time is over.
@@ -35,9 +36,25 @@ local function must_stop()
     if clock() - last_look < 0.001 then return struck end
     struck = late() or struck
     local kilobytes = heap("count")
-    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or 150
+    greatest = kilobytes < 2000 and 2000 or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
     last_look = clock()
     return struck
+end
+
+-- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
+local spans = setmetatable({}, { __mode = "k" })
+
+local function set(span)
+    spans[current()] = span
+    sethook(watch, "", span)
+end
+
+-- Costly instructions are to be expected. A hook that counts as few already is left alone, or it would never strike.
+local function beware()
+    if struck then return end
+    if interval > LEAST then interval = LEAST end
+    local span = spans[current()]
+    if span and span > LEAST then set(LEAST) end
 end
 
 local ended = setmetatable({}, { __mode = "k" })
@@ -56,7 +73,9 @@ function watch()
         if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
         if wanted ~= interval then
             interval = wanted
-            sethook(watch, "", wanted)
+        end
+        if spans[current()] ~= wanted then
+            set(wanted)
         end
         last_strike = now
         if now - last_look < 0.001 then return end
@@ -70,12 +89,19 @@ function watch()
 end
 
 -- For the library, around what takes long without many instructions.
-local function look()
+local function look(size)
+    if size and size > LARGE then beware() end
     if must_stop() then stop() end
 end
 
--- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
-local spans = setmetatable({}, { __mode = "k" })
+-- Memory is taken by instructions too, as by `a .. b`. The collector, which runs after so much of it, calls this.
+local armed = false
+local sentinel = {}
+function sentinel.__gc()
+    if armed and heap("count") > 4000 then beware() end
+    setmetatable({}, sentinel)
+end
+setmetatable({}, sentinel)
 
 local function create(body)
     local thread = cocreate(body)
@@ -97,14 +123,14 @@ local function close(thread)
 end
 
 local function begin()
-    interval, last_strike, last_look = FIRST, clock(), clock()
+    interval, last_strike, last_look, armed = FIRST, clock(), clock(), true
 end
 
-local function arm() sethook(watch, "", struck and 1 or interval) end
+local function arm() set(struck and 1 or interval) end
 
 local function disarm()
     sethook()
-    struck = false
+    struck, armed = false, false
 end
 
 -- Functions in which the hook does not strike: the way into a script, and the way out.

@@ -11,6 +11,7 @@ needed:
 * finalizers run with hooks off, so ``__gc`` is refused;
 * binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
 * tables are copied raw before Python reads them: reading must not run a script's metamethods;
+* the functions of Python never raise (`lua.py`): lupa would hand the exception to the script as an object;
 * no hook strikes within one call of a C function: those of the standard library that could take long by themselves
   are bounded by `lua_library.py`, which gets the script's world before any script does.
 
@@ -22,7 +23,10 @@ go on first) or ``wait`` (ask again after the next resumption).
 """
 
 GUARD = rb"""
-local late, invoke, proceed, output, module, with_turns, is_tired, max_depth, known, texts = ...
+local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, texts = ...
+
+-- Of the objects of Python, should one ever get out.
+debug.getmetatable(late).__metatable = false
 
 local coresume, yield, isyieldable, costatus =
     coroutine.resume, coroutine.yield, coroutine.isyieldable, coroutine.status
@@ -83,7 +87,7 @@ local function bind(name)
 end
 
 local world = {
-    assert = assert, collectgarbage = collectgarbage, error = error, getmetatable = getmetatable, ipairs = ipairs,
+    assert = assert, error = error, getmetatable = getmetatable, ipairs = ipairs,
     next = next, pairs = pairs, rawequal = rawequal, rawget = rawget, rawlen = rawlen, rawset = rawset,
     select = select, tonumber = tonumber, tostring = tostring, type = type, unpack = unpack, _VERSION = _VERSION,
 }
@@ -94,7 +98,7 @@ function world.setmetatable(object, meta)
     return setmetatable(object, meta)
 end
 
-local show = part("text")(world, output, max_depth)
+local show = part("text")(world, output, max_depth, look)
 local own = {}
 local debugging = part("debug")(world, own, where, look, function(action) return action == enter end)
 local complain, is_main = debugging.complain, debugging.is_main
@@ -112,7 +116,10 @@ local function counters() return turns_left, turn end
 
 -- A chunk of a script, its turns counted, with the counters that all its chunks share.
 local function compile(source, name, environment)
+    local reason = refuse(source)
+    if reason then return nil, reason end
     local chunk, problem = load(source, name, "t", environment)
+    look(#source)
     local counted = chunk and with_turns(source)
     local maker = counted and load(counted, name, "t", environment)
     if not chunk then return nil, problem end
@@ -225,6 +232,7 @@ setmetatable(world, {
 })
 
 function world.require(name)
+    if type(name) == "string" and #name > 1000 then error("require: the name of a module is too long", 2) end
     name = match(tostring(name), "^(sim%w*)%-%d$") or tostring(name)        -- a version, as in "sim-1"
     if loaded[name] == nil then
         local source = finish(module(name))

@@ -10,6 +10,7 @@ from typing import Any
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
+from . import lua
 from .calls import Victim, any_call, delays, operations
 from .results import Scripts, result_of
 
@@ -74,7 +75,15 @@ def _results(cases: int, number: int, folder: Path) -> Iterator[int]:
         yield len(done)
 
 
-_TARGETS: dict[str, Callable[[int, int, Path], Iterator[int]]] = {"calls": _calls, "results": _results}
+def _lua(cases: int, number: int, _: Path) -> Iterator[int]:
+    yield lua.Library(number).run(cases)
+
+
+_TARGETS: dict[str, Callable[[int, int, Path], Iterator[int]]] = {
+    "calls": _calls,
+    "lua": _lua,
+    "results": _results,
+}
 
 
 def run(target: str, cases: int, number: int, folder: Path) -> int:
