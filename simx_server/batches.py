@@ -5,6 +5,8 @@ call (`pacing`), which waits itself as well.
 
 A batch that takes long is executed in slices while others wait, and these are served in between. No simulation step is
 made meanwhile, so that what a client sends together still acts together, unless it takes very long.
+
+A call that takes several steps (`steps.py`) keeps what follows of its client waiting, and nobody else.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
 
-from .dispatch import DONE, Answer, Dispatch, Run
+from .dispatch import DONE, Answer, Dispatch, Run, Unfinished
 from .inbox import Inbox
 from .limits import LimitReached
 from .outbox import Outbox
@@ -103,7 +105,7 @@ class Batches:
         session.interrupted = None  # until there is another reason to wait in the rest
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
-        has_waited = not (batch.waits_for_trigger or batch.is_slice)
+        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call)
         self._execute(session, batch.rest, batch.replies, has_waited=has_waited)
 
     @property
@@ -180,6 +182,16 @@ class Batches:
                 self._do_without_command(session, call, replies)
                 continue
             answer = run.execute(name, arguments)
+            if isinstance(answer, Unfinished):
+                if operation == _STREAM:
+                    answer = self._dispatch.refuse(session, answer)
+                elif self._engine.may_cut_batches:
+                    self._await_step(
+                        session, answer, call, Interrupted(replies.made, calls[position:], False)
+                    )
+                    return
+                else:
+                    answer = self._dispatch.finish(session, answer)
             time_ms = self._publisher.time_ms()
             if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
                 replies.done(call_id, time_ms)
@@ -208,15 +220,45 @@ class Batches:
             self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
 
     def _may_be_sliced(self) -> bool:
-        """Whether to serve others now. A recording knows whole batches only, and scripts are given way to already."""
-        engine = self._engine
-        return self._inbox.others_wait() and not engine.is_serving and engine.recorder is None
+        """Whether to serve others now."""
+        return self._inbox.others_wait() and self._engine.may_cut_batches
 
     def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
         """Have the rest of a batch executed when it is this client's turn again."""
         session.interrupted = rest
         self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
         self._engine.post_for(session.client, partial(self._go_on, session, rest, None))
+
+    def _await_step(self, session: ClientSession, call: Unfinished, asked: Call, batch: Interrupted) -> None:
+        """Go on with a call, and then with the rest of its batch, when its step is done."""
+        session.interrupted, batch.call = batch, call
+        client = session.client
+        self._engine.keep_back(client, True)
+
+        def done(_: object) -> None:
+            self._engine.post_for(client, partial(self._take_step, session, asked, batch))
+            self._engine.keep_back(client, False)
+
+        call.task.done.add_done_callback(done)
+        call.task.start()
+
+    def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
+        """A step of a call is done: take the next, and then the rest of its batch."""
+        if session.interrupted is not batch or self._engine.sessions.get(session.client) is not session:
+            return  # it has left
+        assert batch.call is not None
+        before, self.executing = self.executing, session.client
+        command_before = self._dispatch.executing
+        try:
+            answer = self._dispatch.go_on(session, batch.call)
+        finally:
+            self.executing, self._dispatch.executing = before, command_before
+        if isinstance(answer, Unfinished):
+            self._await_step(session, answer, asked, batch)
+            return
+        assert isinstance(answer, Answer)  # no picture takes steps
+        batch.replies.append(Reply(asked.call_id, answer.status, self._publisher.time_ms(), answer.values))
+        self.execute_rest(session)
 
     def _is_early(self, session: ClientSession, call: Call) -> bool:
         """Whether a paced call is to wait for a pass; it is noted as made."""

@@ -6,6 +6,8 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass
+from types import GeneratorType
 from typing import Any, NamedTuple
 
 import mujoco
@@ -20,6 +22,7 @@ from .handlers.registry import Handler
 from .metrics import UNKNOWN, Metrics, Tally
 from .sessions import ClientSession
 from .simulation import Simulation
+from .steps import Steps, Task
 
 logger = logging.getLogger(__name__)
 
@@ -33,6 +36,26 @@ class Answer(NamedTuple):
 
 DONE = Answer(STATUS_OK, [])
 """Of what gives nothing."""
+
+
+@dataclass(eq=False)
+class Unfinished:
+    """A call of which a step is to be done beside the physics thread, see `steps.py`."""
+
+    command: Command
+    steps: Steps[Any]
+    task: Task[Any]
+    """The step."""
+
+    def all_steps(self) -> Steps[Any]:
+        """This step, and those behind it."""
+        yield self.task
+        return (yield from self.steps)
+
+    def abandon(self) -> None:
+        """Its client has left."""
+        self.task.give_up()
+        self.steps.close()
 
 
 class Dispatch:
@@ -56,7 +79,8 @@ class Dispatch:
         began = time.perf_counter()
         try:
             handler = self.handler(client, command)
-            return self.answer(client, command, handler(self.simulation, client, checked))
+            answer = self.begin(client, command, handler(self.simulation, client, checked))
+            return self.refuse(client, answer) if isinstance(answer, Unfinished) else answer
         except Exception as error:
             return self.failure(client, command.name, error)
         finally:
@@ -80,6 +104,14 @@ class Dispatch:
         command = _command(name)
         return command, _checked(command, arguments)
 
+    def begin(
+        self, client: ClientSession, command: Command, result: Any
+    ) -> Answer | Future[Answer] | Unfinished:
+        """As ``answer``, for what may take several steps."""
+        if isinstance(result, GeneratorType):
+            return self._take_steps(client, command, result)
+        return self.answer(client, command, result)
+
     def answer(self, client: ClientSession, command: Command, result: Any) -> Answer | Future[Answer]:
         """What a handler gave, as an answer."""
         if result is None and not command.results:
@@ -87,6 +119,40 @@ class Dispatch:
         if isinstance(result, Future):
             return self._later(client, command, result)
         return of_fields(Answer, (STATUS_OK, _values(command, result)))
+
+    def _take_steps(
+        self, client: ClientSession, command: Command, steps: Steps[Any]
+    ) -> Answer | Future[Answer] | Unfinished:
+        """Raises what the handler raises."""
+        try:
+            task = next(steps)
+        except StopIteration as end:
+            return self.answer(client, command, end.value)
+        return Unfinished(command, steps, task)
+
+    def go_on(self, client: ClientSession, call: Unfinished) -> Answer | Future[Answer] | Unfinished:
+        """Take the steps behind the one that is done. Never raises."""
+        began = time.perf_counter()
+        self.executing = call.command.name
+        try:
+            return self._take_steps(client, call.command, call.steps)
+        except Exception as error:
+            return self.failure(client, call.command.name, error)
+        finally:
+            self.metrics.executed(call.command.name, time.perf_counter() - began)
+
+    def finish(self, client: ClientSession, call: Unfinished) -> Answer | Future[Answer]:
+        """Take all steps before returning. Never raises."""
+        try:
+            return self.answer(client, call.command, self.simulation.trials.finish(call.all_steps()))
+        except Exception as error:
+            return self.failure(client, call.command.name, error)
+
+    def refuse(self, client: ClientSession, call: Unfinished) -> Answer:
+        """A stream asks again after each pass, and this would take longer."""
+        call.abandon()
+        text = "a file that a client sent cannot be loaded by a stream; call it with a blocking mode"
+        return self.failure(client, call.command.name, CommandError(text))
 
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
         """The answer to a call that failed; the log, the counters and the client's errors are told why."""
@@ -139,7 +205,7 @@ class Run:
         self._carry_out: Callable[..., Any]
         self._tally = Tally(dispatch.metrics)
 
-    def execute(self, name: str, arguments: list[Any]) -> Answer | Future[Answer]:
+    def execute(self, name: str, arguments: list[Any]) -> Answer | Future[Answer] | Unfinished:
         """Execute a call; a Future when its result comes later. Never raises."""
         try:
             if name != self._name:
@@ -149,7 +215,7 @@ class Run:
             result = self._carry_out(*_checked(command, arguments))
             if result is None and not command.results:
                 return DONE
-            return self._dispatch.answer(self._client, command, result)
+            return self._dispatch.begin(self._client, command, result)
         except Exception as error:
             known = ANSWERED.get(name)  # aliases are counted together
             return self._dispatch.failure(self._client, name if known is None else known.name, error)

@@ -133,6 +133,10 @@ class Engine:
         """Have a client leave when all that it has sent is executed; what it sends now is not."""
         self._inbox.leave(client, partial(self.leave, client))
 
+    def keep_back(self, client: str, is_kept: bool) -> None:
+        """Execute nothing more of a client until a step of its call is done, or go on."""
+        self._inbox.keep_back(client, is_kept)
+
     def suspend(self, client: str, is_behind: bool) -> None:
         """Execute nothing more of a client that does not read its answers, or go on."""
         self._inbox.suspend(client, is_behind)
@@ -191,6 +195,9 @@ class Engine:
                 self._give_memory_back()
                 call(self.watches)
             self._outbox.send()
+        for session in self.sessions.values():
+            if session.interrupted is not None and session.interrupted.call is not None:
+                session.interrupted.call.abandon()
 
     def _give_memory_back(self) -> None:
         """After much has waited and nothing does any more."""
@@ -303,6 +310,11 @@ class Engine:
     def is_serving(self) -> bool:
         """Whether others are served while a script runs."""
         return self._is_serving
+
+    @property
+    def may_cut_batches(self) -> bool:
+        """Whether others may be served in the middle of a batch. A recording knows whole ones only."""
+        return self.recorder is None and not self._is_serving
 
     @property
     def is_waiting_for_trigger(self) -> bool:
@@ -422,6 +434,8 @@ class Engine:
                 self.recorder.left(client)
             self.departed.append(self._departed(session))
             self.metrics.left(client)
+            if session.interrupted is not None and session.interrupted.call is not None:
+                session.interrupted.call.abandon()
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)

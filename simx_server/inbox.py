@@ -87,7 +87,7 @@ class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "client", "finish", "is_in_line", "is_known", "is_leaving", "is_parked", "is_suspended",
+        "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving", "is_parked", "is_suspended",
         "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
     )  # fmt: skip
 
@@ -116,8 +116,11 @@ class Box:
         self.is_suspended = False
         """Nothing is taken out, until its client has read its answers."""
 
+        self.is_kept_back = False
+        """Nothing is taken out, until a step of its client's call is done."""
+
         self.is_parked = False
-        """Its turn has come while it was suspended."""
+        """Its turn has come while nothing was to be taken out."""
 
         self.finish = 0.0
         """How far the service will have come when this queue has had its share."""
@@ -130,6 +133,11 @@ class Box:
 
         self.waits: tuple[int, bool] | None = None
         """Number of an item, and whether it has to wait for scripts."""
+
+    @property
+    def is_waiting(self) -> bool:
+        """Nothing may be taken out."""
+        return self.is_suspended or self.is_kept_back
 
     @property
     def size(self) -> int:
@@ -303,8 +311,18 @@ class Inbox:
                 if not is_behind:
                     self._unpark(box)
 
+    def keep_back(self, client: str, is_kept: bool) -> None:
+        """Serve a client, also one that is leaving, not before a step of its call is done, see `steps.py`."""
+        box = self._boxes.get(client)
+        if box is None:
+            return
+        with box.lock:
+            box.is_kept_back = is_kept
+            if not is_kept:
+                self._unpark(box)
+
     def _unpark(self, box: Box) -> None:
-        if box.is_parked:
+        if box.is_parked and not box.is_waiting:
             box.is_parked = False
             self._ready.put(box)
 
@@ -347,7 +365,7 @@ class Inbox:
                 return taken
             before, left_to_read = time.monotonic() - older_than, _MOST_READ
             for client, box in self._boxes.copy().items():
-                if client == except_client or box.is_leaving or box.is_suspended:
+                if client == except_client or box.is_leaving or box.is_waiting:
                     continue
                 with box.lock:
                     for item in box.items.copy():
@@ -498,10 +516,10 @@ class Inbox:
         heapq.heappush(self._turns, (max(first.virtual, box.finish - CREDIT), first.number, box))
 
     def _is_parked(self, box: Box) -> bool:
-        """Whether a queue is suspended; it stays known, and is announced again when it is suspended no more."""
-        if box.is_suspended:
+        """Whether nothing may be taken out now. It stays known, and is announced again when something may be."""
+        if box.is_waiting:
             box.is_parked = True
-            if box.is_suspended:
+            if box.is_waiting:
                 return True
         box.is_parked = False
         return False

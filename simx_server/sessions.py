@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
 from simx_client.protocol.messages import Call, Reply
@@ -16,6 +16,9 @@ from simx_client.protocol.messages import Call, Reply
 from .errors import CommandError
 from .pacing import PacedCalls
 from .streams import Streams
+
+if TYPE_CHECKING:
+    from .dispatch import Unfinished
 
 logger = logging.getLogger(__name__)
 
@@ -75,6 +78,9 @@ class Interrupted:
 
     is_slice: bool = False
     """It waits for no pass, but until others were served."""
+
+    call: Unfinished | None = None
+    """It waits for no pass, but for a step of this call, which stands in front of the rest."""
 
 
 @dataclass

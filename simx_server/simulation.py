@@ -62,14 +62,6 @@ DEFAULT_TIME_STEP = 0.05
 """Seconds; V-REP's default pass."""
 
 
-Read = tuple[Scene, mujoco.MjModel]
-
-
-def at_once(read: Callable[[], Read]) -> Read:
-    """Read a scene on the calling thread."""
-    return read()
-
-
 class SimulationState(Enum):
     STOPPED = "stopped"
     RUNNING = "running"
@@ -192,26 +184,19 @@ class Simulation(Hooks):
         """Started, and nothing has been computed yet."""
         return self.is_running and self.pass_count == 0
 
-    def load(
-        self,
-        path: str | Path,
-        name: str | None = None,
-        sources: Sources | None = None,
-        read: Callable[[Callable[[], Read]], Read] = at_once,
-    ) -> None:
-        """Replace the scene by that of a file.
-
-        Args:
-            name: what the file is called, if not by its own name, as one that a client lends.
-            sources: where what it names is searched, if not in all the simulation's own.
-            read: calls what it is given, which reads the file, and returns its result.
+    def load(self, path: str | Path) -> None:
+        """Replace the scene by that of a file, which may name files wherever they are.
 
         Raises:
             CommandError: not stopped. SceneError: the file is bad; the present scene stays.
         """
         self._require_stopped("a scene can be loaded")
         is_of_client = self.client_files.made(Path(path))
-        scene, model = read(lambda: load_scene(path, sources or self.sources, name))
+        self.use(*load_scene(path, self.sources), is_of_client=is_of_client)
+
+    def use(self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False) -> None:
+        """As `load`, for a scene that is built already. `is_of_client`: from a file that a client sent."""
+        self._require_stopped("a scene can be loaded")
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
         call(self.on_closing)
@@ -219,15 +204,6 @@ class Simulation(Hooks):
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
         log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
-        call(self.on_load)
-        call(self.on_model_changed)
-
-    def use(self, scene: Scene, model: mujoco.MjModel) -> None:
-        """As `load`, for a scene that is built already."""
-        self._require_stopped("a scene can be loaded")
-        data = self._first_state(scene, model)
-        call(self.on_closing)
-        self._adopt(scene, model, data)
         call(self.on_load)
         call(self.on_model_changed)
 

@@ -6,7 +6,7 @@ import struct
 from collections import deque
 from concurrent.futures import Future
 from pathlib import Path
-from types import SimpleNamespace
+from types import GeneratorType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from simx_server.parts import attach_parts
 from simx_server.scene.loader import load_text
 from simx_server.sensors.picture import CameraView, Picture
 from simx_server.simulation import Simulation
+from simx_server.steps import at_once
 
 
 class PaintingThread:
@@ -64,6 +65,8 @@ class World:
         command = BY_NAME[name]
         checked = [a.kind.check(v) for a, v in zip(command.arguments, arguments, strict=True)]
         result = HANDLERS[command.name](self.sim, self.client, checked)
+        if isinstance(result, GeneratorType):
+            return at_once(result)
         if isinstance(result, Future):
             self.painter.paint()
             return result.result(timeout=10)

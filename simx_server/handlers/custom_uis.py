@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..steps import Steps
 from ..user_interface.custom_ui_files import find_ui_file
 from .files import FILE_IS_ON_CLIENT, file_to_load
 from .registry import handler
@@ -59,15 +60,15 @@ def set_ui_button_label(sim: Simulation, ui: int, button: int, up: str, down: st
 
 
 @handler("simxLoadUI", with_client=True)
-def load_ui(sim: Simulation, client: ClientSession, path: str, options: int) -> list[int]:
+def load_ui(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[list[int]]:
     """The handles of the UIs in the file, one of the server's side or, with options bit 0, of the client's.
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """
     if not options & FILE_IS_ON_CLIENT:
-        return sim.user_interface.load(path)
+        return (yield from sim.user_interface.load(path))
     with file_to_load(sim, client, path, options, lambda text: find_ui_file(sim, text)) as (found, _):
-        return sim.user_interface.load(str(found))
+        return (yield from sim.user_interface.load(str(found)))
 
 
 @handler("simxRemoveUI")

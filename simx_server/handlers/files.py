@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from simx_client.protocol.files import MESH_SUFFIXES, twins
 
@@ -15,11 +14,12 @@ from ..errors import CommandError
 from ..library import shipped_scenes
 from ..references import check_references
 from ..scene.annotations import SceneError
-from ..scene.models import Model, read_model
-from ..scene.models import load_model as add_model
+from ..scene.loader import load_scene as read_scene
+from ..scene.models import Model, add_model, read_model
 from ..scene.sources import Sources
 from ..scene.trial.kinds import MESH, MODEL, SCENE
 from ..scene.urdf import count_links
+from ..steps import Steps
 from .registry import handler
 
 if TYPE_CHECKING:
@@ -27,13 +27,6 @@ if TYPE_CHECKING:
     from ..simulation import Simulation
 
 _Read = TypeVar("_Read")
-
-
-class Reading(Protocol):
-    """Calls what it is given, which reads a file, and returns its result."""
-
-    def __call__(self, read: Callable[[], _Read]) -> _Read: ...
-
 
 FILE_IS_ON_CLIENT = 1
 """Option bit 0 of the loading functions; the other bits mean nothing."""
@@ -84,7 +77,7 @@ def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data
 
 
 @handler("simxLoadScene", with_client=True)
-def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> None:
+def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[None]:
     """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
 
     What the file names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
@@ -100,11 +93,11 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
-        _load(sim, found, name)
+        yield from _load(sim, found, name)
 
 
 @handler("simxLoadModel", with_client=True)
-def load_model(sim: Simulation, client: ClientSession, path: str, options: int) -> int:
+def load_model(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[int]:
     """The base's handle, which is the selection then; stopped or running. What a run loaded is gone after its stop.
 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
@@ -114,14 +107,14 @@ def load_model(sim: Simulation, client: ClientSession, path: str, options: int) 
         found,
         name,
     ):
-        return _add(sim, found, name)
+        return (yield from _add(sim, found, name))
 
 
 def load_model_of_server(sim: Simulation, text: str) -> int:
     """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
     sim.selection = []
     found = _find(sim, _checked(text), model=True)
-    return _add(sim, found, found.name)
+    return sim.trials.finish(_add(sim, found, found.name))
 
 
 def read_mesh(sim: Simulation, text: str) -> Model:
@@ -129,8 +122,9 @@ def read_mesh(sim: Simulation, text: str) -> Model:
     found = sim.find_file(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
-    sources, read = _sources_for(sim, MESH, found, found.name)
-    return read(lambda: read_model(found, sources=sources))
+    return sim.trials.finish(
+        _read(sim, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
+    )
 
 
 def load_scene_of_server(sim: Simulation, text: str) -> None:
@@ -141,33 +135,35 @@ def load_scene_of_server(sim: Simulation, text: str) -> None:
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     found = _find(sim, _checked(text))
-    sim.soon(partial(_load, sim, found, found.name))
+    sim.soon(lambda: sim.trials.finish(_load(sim, found, found.name)))
 
 
-def _load(sim: Simulation, found: Path, name: str) -> None:
-    sources, read = _sources_for(sim, SCENE, found, name)
-    sim.load(found, name, sources, read)
+def _load(sim: Simulation, found: Path, name: str) -> Steps[None]:
+    is_of_client = sim.client_files.made(found)
+    scene, model = yield from _read(sim, SCENE, found, name, lambda sources: read_scene(found, sources, name))
+    sim.use(scene, model, is_of_client=is_of_client)
 
 
-def _add(sim: Simulation, found: Path, name: str) -> int:
-    sources, read = _sources_for(sim, MODEL, found, name)
-    handle = add_model(sim, found, name, sources, read)
+def _add(sim: Simulation, found: Path, name: str) -> Steps[int]:
+    is_of_client = sim.client_files.made(found)
+    model = yield from _read(sim, MODEL, found, name, lambda sources: read_model(found, name, sources))
+    handle = add_model(sim, model, found.resolve().parent, is_of_client=is_of_client)
     sim.selection = [handle]
     return handle
 
 
-def _sources_for(sim: Simulation, kind: str, found: Path, name: str) -> tuple[Sources, Reading]:
-    """Where to search for what a file names: in the open folders alone, since a client or a script named the file.
+def _read(
+    sim: Simulation, kind: str, found: Path, name: str, read: Callable[[Sources], _Read]
+) -> Steps[_Read]:
+    """Read a file that a client or a script named. What it names is searched in the open folders alone.
 
-    A client's file is tried first: then the sources hold what came through. The scene of the server's start may name
-    any file, unless a client has changed it.
+    A client's file is tried first, and then read as it was then, both beside the physics thread. The scene of the
+    server's start may name any file, unless a client has changed it.
 
     Args:
         kind: what is done with the file, see `scene/trial`.
         name: what errors call it.
-
-    Returns:
-        The sources, and how the file is to be read.
+        read: reads it, with the sources for what it names.
 
     Raises:
         CommandError: it names others outside the open folders, is a robot of too many links, or failed its trial.
@@ -175,19 +171,19 @@ def _sources_for(sim: Simulation, kind: str, found: Path, name: str) -> tuple[So
     """
     sources = _sources_of(sim, found)
     if sim.trials.concern(found, sources):
-        sources = sim.trials.tried(kind, found, name, sources)
+        tried = yield from sim.trials.tried(kind, found, name, sources)
         _tell(sim, found)
-        return sources, sim.trials.load
+        return (yield from sim.trials.load(lambda: read(tried)))
     _tell(sim, found)
     if sources.within is not None:
         check_references(found, _open_folders(sim))
         links = count_links(found.read_bytes())
         sim.limits.check("objects", links, f"'{found.name}' has {links} links")
-    return sources, _at_once
+    return read(sources)
 
 
 def _sources_of(sim: Simulation, found: Path) -> Sources:
-    """As `_sources_for`, without a look into the file."""
+    """Where to search for what a file names."""
     if found == sim.own_scene and not sim.client_files.made(found):
         return sim.sources
     return sim.sources.confined(_open_folders(sim))
@@ -261,10 +257,6 @@ def _checked(path: str) -> str:
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
     return sim.find_file(text, model)
-
-
-def _at_once(read: Callable[[], _Read]) -> _Read:
-    return read()
 
 
 def _tell(sim: Simulation, found: Path) -> None:

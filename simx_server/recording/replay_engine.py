@@ -59,6 +59,11 @@ class ReplayEngine(Engine):
     def serve_others(self) -> None:
         """The clock decides nothing here."""
 
+    @property
+    def may_cut_batches(self) -> bool:
+        """Nothing happens but what was recorded."""
+        return False
+
     def await_room(self) -> None:
         """Wait as long as passes are held, so films and state logs have all of a replay."""
         while held := self._seconds_held(True):

@@ -9,7 +9,6 @@ file's world itself become one body, named after the file, so that they can be m
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -40,32 +39,28 @@ class Model:
     base: int
 
 
-def at_once(read: Callable[[], Model]) -> Model:
-    """Read a model on the calling thread."""
-    return read()
+def load_model(sim: Simulation, path: Path) -> int:
+    """Read the model of an MJCF, URDF or mesh file, and add it; the handle of its base.
+
+    Raises SceneError, CommandError: the file is no model; the scene stays as it is.
+    """
+    model = read_model(path, path.name, sim.sources)
+    return add_model(sim, model, path.resolve().parent, is_of_client=sim.client_files.made(path))
 
 
-def load_model(
-    sim: Simulation,
-    path: Path,
-    name: str | None = None,
-    sources: Sources | None = None,
-    read: Callable[[Callable[[], Model]], Model] = at_once,
-) -> int:
-    """Add the model of an MJCF, URDF or mesh file to the scene, stopped or running; the handle of its base.
+def add_model(sim: Simulation, model: Model, folder: Path, *, is_of_client: bool) -> int:
+    """Add a model to the scene, stopped or running; the handle of its base.
 
     Args:
-        name: what the file is called, if not by its own name; objects without a name are called by its stem.
-        sources: where what it names is searched, if not in all the simulation's own.
-        read: calls what it is given, which reads the file, and returns its result.
+        folder: that of its file, where its scripts lie.
+        is_of_client: a client sent the file.
 
     Raises:
-        SceneError, CommandError: the file is no model; the scene stays as it is.
+        SceneError, CommandError: it does not fit in; the scene stays as it is.
     """
-    model = read(lambda: read_model(path, name or path.name, sources or sim.sources))
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
-    origin = {"folder": str(path.resolve().parent), "of_client": sim.client_files.made(path)}
+    origin = {"folder": str(folder), "of_client": is_of_client}
     for note in notes.values():
         for kind in SCRIPT_NOTES.keys() & note.keys():
             note[kind] = {**note[kind], **origin}
@@ -100,7 +95,15 @@ def load_model(
 
 
 def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
-    """Read and check a file by itself. `name` and `sources` as of `load_model`. Raises SceneError."""
+    """Read and check a file by itself.
+
+    Args:
+        name: what the file is called, if not by its own name; objects without a name are called by its stem.
+        sources: where what it names is searched.
+
+    Raises:
+        SceneError: it is no model.
+    """
     name = name or path.name
     is_mesh = path.suffix.lower() in MESH_SUFFIXES
     spec = _mesh_spec(path, name, sources) if is_mesh else read_spec(path, sources, name)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import CommandError
 from ..limits import LimitReached
 from ..scene.trial.kinds import UI
+from ..steps import Steps, at_once
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
 from .consoles import Consoles
@@ -39,21 +40,21 @@ class UserInterface:
         """x and y in pixels and the pressed buttons as bits, as a page last said; parameters 22, 23 and 31."""
         sim.on_load.append(self._load_annotated)
 
-    def load(self, file: str) -> list[int]:
+    def load(self, file: str) -> Steps[list[int]]:
         """Load the custom UIs of a file; their handles in its order.
 
         Raises:
             CommandError: no such file, something wrong in it, or too many UIs.
         """
-        return self.custom_uis.add(*self._read(find_ui_file(self._sim, file)))
+        return self.custom_uis.add(*(yield from self._read(find_ui_file(self._sim, file))))
 
-    def _read(self, path: Path, *, serves_others: bool = True) -> list[CustomUI]:
+    def _read(self, path: Path, *, is_short: bool = False) -> Steps[list[CustomUI]]:
         """The UIs of a file; a client's is tried first. Raises CommandError."""
         sim = self._sim
         if not sim.trials.concern(path, sim.sources):
             return read_ui_file(path)
-        contents = sim.trials.tried(UI, path, path.name, sim.sources, serves_others=serves_others).contents
-        return read_ui_file(path, None if contents is None else contents.read(path))
+        tried = yield from sim.trials.tried(UI, path, path.name, sim.sources, is_short=is_short)
+        return read_ui_file(path, None if tried.contents is None else tried.contents.read(path))
 
     def describe(self) -> dict[str, Any]:
         """All of it as plain data, ready for JSON."""
@@ -68,10 +69,8 @@ class UserInterface:
         """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
         for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
-                ui = _choose(
-                    name, self._read(find_ui_file(self._sim, str(note.get("file", ""))), serves_others=False)
-                )
-                self.custom_uis.add(ui)
+                file = find_ui_file(self._sim, str(note.get("file", "")))
+                self.custom_uis.add(_choose(name, at_once(self._read(file, is_short=True))))
             except CommandError as problem:
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
                 if isinstance(problem, LimitReached):

@@ -8,5 +8,6 @@ client gets a sentence. What came through is loaded from the very bytes that wer
 * `gathering.py`: which files a file is made of, their bytes, and circles among them
 * `child.py`: the limits, and the trial itself
 * `helper.py`: the process that forks a child for each trial, so that none imports MuJoCo first
+* `pool.py`: as many of these as there are trials at a time
 * `trials.py`: the server's side
 """

@@ -6,6 +6,7 @@ import dataclasses
 import logging
 import signal
 import sys
+import threading
 import weakref
 from collections.abc import Callable
 from pathlib import Path
@@ -16,10 +17,10 @@ from simx_server.limits import Limits
 from simx_server.scene.annotations import SceneError
 from simx_server.scene.contents import contents_of
 from simx_server.scene.sources import Sources
-from simx_server.scene.trial import helper
-from simx_server.scene.trial.beside import TookTooLong, beside
 from simx_server.scene.trial.helper import Helper
 from simx_server.scene.trial.kinds import SCENE
+from simx_server.scene.trial.pool import Pool
+from simx_server.steps import Steps, all_steps, beside
 
 if TYPE_CHECKING:
     from simx_server.simulation import Simulation
@@ -51,33 +52,36 @@ class Trials:
         """
         self._sim = sim
         self.tries_all = tries_all
-        self._helper: Helper | None = None
-        self._end: Callable[[], object] = _nothing
+        self._pool = Pool()
+        self.close: Callable[[], object] = weakref.finalize(self, self._pool.close)
+        """End the helpers, and the trials that are under way."""
 
     def use(self, started: Helper) -> None:
-        """Have trials made by this one, which is closed when this object goes."""
-        self.close()
-        self._helper, self._end = started, weakref.finalize(self, started.close)
+        """Have the first trials made by this one, which is closed when this object goes."""
+        self._pool.add(started)
 
-    def close(self) -> None:
-        """End the helper, if there is one; the next trial starts another."""
-        self._helper = None
-        self._end()
+    def finish(self, steps: Steps[_Result]) -> _Result:
+        """Take all steps of a call before returning, as scripts need it; others are served meanwhile."""
+        return all_steps(steps, self._sim.serve_others, self._check)
+
+    def _check(self) -> None:
+        if self._sim.is_ending:
+            raise CommandError("the server ends")
 
     def concern(self, file: Path, sources: Sources) -> bool:
         """Return whether a file is to be tried: a client sent it or one that it is made of."""
         return self.tries_all or self._sim.client_files.are_named_by(file, sources)
 
     def tried(
-        self, kind: str, file: Path, name: str, sources: Sources, *, serves_others: bool = True
-    ) -> Sources:
-        """Try a file and all that it names; others are served meanwhile.
+        self, kind: str, file: Path, name: str, sources: Sources, *, is_short: bool = False
+    ) -> Steps[Sources]:
+        """Try a file and all that it names.
 
         Args:
             kind: what will be done with it, see `child`.
             name: what errors call the file.
             sources: where what it names is searched.
-            serves_others: False in the middle of a load, when the scene is not whole: then a second must do.
+            is_short: nobody can be served meanwhile, so a second must do.
 
         Returns:
             Sources that hold what was tried, and nothing else.
@@ -86,7 +90,7 @@ class Trials:
             CommandError, SceneError: what is wrong with it, or the limit that it passes.
         """
         limits = self._sim.limits
-        if not serves_others:
+        if is_short:
             limits = dataclasses.replace(limits, load_seconds=1, load_wait=2)
         request = {
             "kind": kind,
@@ -97,8 +101,7 @@ class Trials:
             "limits": dataclasses.asdict(limits),
             "held": _held(self._sim) if kind != SCENE else 0,
         }
-        reply = self._ask(request, limits, name, self._sim.serve_others if serves_others else _nothing)
-        self._sim.script_point()  # what others did meanwhile lies before what comes now, also in a recording
+        reply = yield from self._asked(request, limits, name)
         result = reply.get("result")
         if result is None:
             raise self._ended(reply["exit"], name, limits)
@@ -109,39 +112,26 @@ class Trials:
         logger.debug("'%s' was tried in %.3f s of processor time", name, reply["seconds"])
         return sources.holding(contents_of(result["files"])).for_one_read()
 
-    def load(self, read: Callable[[], _Result]) -> _Result:
-        """Do what was tried, in the server; others are served meanwhile. Raises what `read` raises."""
-        try:
-            result = beside(read, self._sim.serve_others, lambda: not self._sim.is_ending)
-        except TookTooLong:
-            raise CommandError("the server ends") from None
-        self._sim.script_point()
+    def load(self, read: Callable[[], _Result]) -> Steps[_Result]:
+        """Do what was tried, in the server. Raises what `read` raises."""
+        result = yield from beside(read)
+        self._sim.script_point()  # what others did meanwhile lies before what comes now, also in a recording
         return result
 
-    def _ask(
-        self, request: dict[str, Any], limits: Limits, name: str, serve_others: Callable[[], object]
-    ) -> dict[str, Any]:
-        if self._helper is None or not self._helper.is_usable:
-            self.use(helper.start())
-        used = self._helper
-        assert used is not None
+    def _asked(self, request: dict[str, Any], limits: Limits, name: str) -> Steps[dict[str, Any]]:
+        """The reply to a request."""
+        trial = _Trial(self._pool, request, limits.load_wait)
         try:
-            return beside(
-                lambda: used.ask(request),
-                serve_others,
-                lambda: not self._sim.is_ending,
-                limits.load_wait + _GRACE,
-            )
-        except TookTooLong:
-            used.kill()
-            if self._sim.is_ending:
-                raise CommandError("the server ends") from None
+            reply = yield from beside(trial.make, trial.give_up)
+        except TimeoutError:
             raise _refusal(limits, "load_wait", name) from None
         except EOFError:
-            used.kill()
+            self._check()
             raise CommandError(
                 f"'{name}' could not be tried before it is loaded: the process for that has ended; load it again"
             ) from None
+        self._sim.script_point()
+        return reply
 
     def _ended(self, exit_code: int, name: str, limits: Limits) -> CommandError:
         if exit_code in _PASSED:
@@ -156,6 +146,46 @@ class Trials:
         )
 
 
+class _Trial:
+    """One request to a helper."""
+
+    def __init__(self, pool: Pool, request: dict[str, Any], seconds: float) -> None:
+        """`seconds`: by the clock, for which a helper is waited for; the child has limits of its own."""
+        self._pool, self._request, self._seconds = pool, request, seconds
+        self._helper: Helper | None = None
+        self._is_late = self._is_given_up = False
+
+    def make(self) -> dict[str, Any]:
+        """Have it made. Raises TimeoutError, or EOFError: the helper is gone."""
+        used = self._helper = self._pool.take(self._seconds)
+        clock = threading.Timer(self._seconds + _GRACE, self._end_late)
+        clock.daemon = True
+        clock.start()
+        try:
+            if self._is_given_up:
+                raise EOFError
+            return used.ask(self._request)
+        except EOFError:
+            used.kill()
+            if self._is_late:
+                raise TimeoutError from None
+            raise
+        finally:
+            clock.cancel()
+            self._helper = None
+            self._pool.give_back(used)
+
+    def give_up(self) -> None:
+        """Nobody wants the result any more."""
+        self._is_given_up = True
+        if (used := self._helper) is not None:
+            used.kill()
+
+    def _end_late(self) -> None:
+        self._is_late = True
+        self.give_up()
+
+
 def _refusal(limits: Limits, limit: str, name: str) -> CommandError:
     return limits.reached(limit, f"'{name}' takes more; make it smaller")
 
@@ -163,7 +193,3 @@ def _refusal(limits: Limits, limit: str, name: str) -> CommandError:
 def _held(sim: Simulation) -> int:
     """Bytes of the scene that a model is added to."""
     return int(sim.model.nbuffer) + int(sim.data.nbuffer) + int(sim.data.narena)
-
-
-def _nothing() -> None:
-    """Nothing to end."""
