@@ -12,6 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -140,20 +141,20 @@ class _Server:
         for handle, degrees in zip(self._joints, rendering.SEES_THE_BALL, strict=True):
             self._execute("simxSetJointPosition", handle, degrees * 0.017453292519943295)
 
-    def _execute(self, name: str, *arguments: Any) -> Any:
-        return HANDLERS[name](self._simulation, None, list(arguments))
+    def _execute(self, name: str, *arguments: Any, client: int = 0) -> Any:
+        return HANDLERS[name](self._simulation, SimpleNamespace(client=str(client)), list(arguments))
 
     def move(self) -> None:
         """Make the next picture another one."""
         self._execute("simxSetJointPosition", self._joints[5], next(self._angles))
 
-    def ask(self) -> Future[object]:
-        return self._execute("simxGetVisionSensorImage", self._camera, 0)
+    def ask(self, client: int = 0) -> Future[object]:
+        return self._execute("simxGetVisionSensorImage", self._camera, 0, client=client)
 
     def render(self, clients: int = 1) -> None:
         """A new picture for so many clients."""
         self.move()
-        for asked in [self.ask() for _ in range(clients)]:
+        for asked in [self.ask(client) for client in range(clients)]:
             asked.result(RENDER_TIMEOUT_S)
 
     def time_asking(self, calls: int) -> tuple[float, ...]:

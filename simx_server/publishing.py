@@ -110,7 +110,7 @@ class Publisher:
         """Compute and send every stream that is due; one that fails ends those of its client."""
         answers = PassAnswers()
         self._round += 1
-        for session in sessions:
+        for session in list(sessions):  # clients come and go while a streamed call runs a script
             if session.streams.by_id:
                 try:
                     self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)

@@ -132,8 +132,9 @@ def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
 def test_what_is_left_keeps_its_order() -> None:
     inbox = Inbox()
     first, second = batch(call(1, 1), call(2, 0)), batch(call(3, 1))
-    for arrival in (Arrival("a", first), Arrival("busy", batch(call(9, 0))), Arrival("a", second)):
-        inbox.put(arrival)
+    for client, payload in (("a", first), ("busy", batch(call(9, 0))), ("a", second)):
+        inbox.open(client)
+        inbox.put(client, payload, len(payload))
     taken = inbox.take_overdue(0.0, "busy", lambda: True)
     assert [(one.client, ids(one.payload)) for one in taken] == [("a", [2])]
     assert inbox.take_overdue(0.0, "busy", lambda: True) == []
@@ -143,7 +144,8 @@ def test_what_is_left_keeps_its_order() -> None:
 
 
 def test_nothing_is_taken_once_the_physics_thread_goes_on() -> None:
-    inbox = Inbox()
-    inbox.put(Arrival("a", batch(call(1, 0))))
+    inbox, payload = Inbox(), batch(call(1, 0))
+    inbox.open("a")
+    inbox.put("a", payload, len(payload))
     assert inbox.take_overdue(0.0, "", lambda: False) == []
     assert len(inbox) == 1

@@ -18,6 +18,7 @@ from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
 from simx_client.transport import ZenohTransport
+from simx_server.gateways.posting import Care, Postman
 from simx_server.gateways.zenoh import ZenohLink
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
@@ -186,7 +187,8 @@ def test_a_client_whose_leaving_nobody_would_notice_is_not_taken_in(transport):
 
 
 def test_what_is_ready_for_a_client_that_has_gone_is_dropped_without_a_word(transport, caplog):
-    link = ZenohLink(transport._zenoh, transport._session, "realm", "client")
+    postman = Postman(Care(), lambda _: None)
+    link = ZenohLink(transport._zenoh, transport._session, "realm", "client", postman)
     link.close()
     link.deliver(b"an answer")
     link.publish(b"values")

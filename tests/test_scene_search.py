@@ -6,6 +6,7 @@ import logging
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from handler_calls import World
@@ -247,12 +248,13 @@ def test_lent_file_keeps_its_name_in_log_errors_and_listings(
 ) -> None:
     world = World(workspace=tmp_path)
     names: list[str] = []
-    load = Simulation.load
-    monkeypatch.setattr(
-        Simulation,
-        "load",
-        lambda self, *arguments: (load(self, *arguments), names.append(self.scene.name))[0],
-    )
+    use = Simulation.use
+
+    def noting(self: Simulation, *arguments: Any, **more: Any) -> None:
+        use(self, *arguments, **more)
+        names.append(self.scene.name)
+
+    monkeypatch.setattr(Simulation, "use", noting)
     with caplog.at_level(logging.DEBUG):
         lend(world, "robot.xml", ARM)
         world.call("simxLoadScene", "robot.xml", 1)

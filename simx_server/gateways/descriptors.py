@@ -6,11 +6,12 @@ import contextlib
 import errno
 import logging
 import os
-import sys
 import time
 
-if sys.platform != "win32":  # where sockets need no descriptors
+try:
     import resource
+except ImportError:  # Windows, where sockets need no descriptors
+    resource = None
 
 logger = logging.getLogger(__name__)
 
@@ -20,7 +21,7 @@ PERIOD = 1.0
 
 def raise_limit() -> None:
     """Allow this process as many descriptors as it may allow itself. Programs that it starts inherit the limit."""
-    if sys.platform == "win32":
+    if resource is None:
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft != hard:

@@ -96,7 +96,7 @@ class LoopbackTransport:
     def lose(self) -> None:
         """Cut the link, as when the client's process dies or the server goes away."""
         self._connected, self._lost = False, True
-        self._engine.post(lambda: self._engine.leave(self.client))
+        self._engine.depart(self.client)
         self._deliveries.put(None)
         if self._turns:
             self._engine.turn()
@@ -116,6 +116,6 @@ class LoopbackTransport:
         """Both sides close: the client leaves, the engine lets go."""
         if self._connected:
             self._connected = False
-            self._engine.post(lambda: self._engine.leave(self.client))
+            self._engine.depart(self.client)
             if self._turns:
                 self._engine.turn()

@@ -1,9 +1,9 @@
 """How a function becomes the handler of a command of the table.
 
 A handler takes the simulation and the command's arguments in the table's order, returns None, one value or a tuple of
-the results, or a future of these, and raises CommandError for a remote error. One that takes long is a generator that ends
-so, see `steps.py`. It is checked against the table when its module is imported: a name that is not there, or a wrong
-number of parameters, stops the server from starting.
+the results, or a future of these, and raises CommandError for a remote error. One that takes long is a generator that
+ends so, see `steps.py`. It is checked against the table when its module is imported: a name that is not there, or a
+wrong number of parameters, stops the server from starting.
 """
 
 from __future__ import annotations
