@@ -219,6 +219,20 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     assert not caplog.text
 
 
+def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
+    cid = world.client()
+    v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    publish = world.engine._publisher._publish_client
+
+    def come(*arguments, **more):
+        world.client()  # as while a streamed call runs a script
+        publish(*arguments, **more)
+
+    monkeypatch.setattr(world.engine._publisher, "_publish_client", come)
+    world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
+    assert len(world.engine.sessions) == 2
+
+
 def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(world):
     cid, told = world.client(), []
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
