@@ -225,7 +225,7 @@ def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     publish = world.engine._publisher._publish_client
 
     def come(*arguments, **more):
-        world.client()  # as while a streamed call runs a script
+        world.engine.join("late", "late", 0, world.transports[cid])  # as while a streamed call runs a script
         publish(*arguments, **more)
 
     monkeypatch.setattr(world.engine._publisher, "_publish_client", come)
