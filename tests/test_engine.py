@@ -222,6 +222,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
 def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
     cid = world.client()
     v.simxGetJointPosition(cid, 3, v.simx_opmode_streaming)
+    world.settle()
     publish = world.engine._publisher._publish_client
 
     def come(*arguments, **more):
