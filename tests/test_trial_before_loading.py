@@ -188,6 +188,15 @@ def test_the_next_file_is_tried_after_the_helper_has_died(world, client, send) -
     assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == 0, error_of(client)
 
 
+def test_a_trial_that_the_system_kills_is_not_taken_for_one_that_takes_too_long(
+    client, send, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    send("s.xml", ARM.encode())
+    monkeypatch.setattr(trial_helper.Helper, "ask", lambda *_: {"exit": -signal.SIGKILL, "seconds": 0.2})
+    assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == REMOTE_ERROR
+    assert "the system killed" in error_of(client)
+
+
 def children_of(process_id: int) -> list[int]:
     folder = Path(f"/proc/{process_id}/task")
     return [int(word) for task in folder.iterdir() for word in (task / "children").read_text().split()]

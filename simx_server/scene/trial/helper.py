@@ -17,6 +17,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
@@ -162,7 +163,7 @@ def serve(requests: int, replies: int) -> None:
         from simx_server.scene.trial.child import try_file  # takes long, and the server may never ask
 
         if not hasattr(os, "fork"):
-            reply = {"exit": 0, "result": try_file(request), "goes_on": False}
+            reply = {"exit": 0, "result": try_file(request), "seconds": time.process_time(), "goes_on": False}
             _send(replies, json.dumps(reply).encode())
             return
         made = _make_trial(request, requests, try_file)

@@ -104,7 +104,7 @@ class Trials:
         reply = yield from self._asked(request, limits, name)
         result = reply.get("result")
         if result is None:
-            raise self._ended(reply["exit"], name, limits)
+            raise self._ended(reply["exit"], reply["seconds"], name, limits)
         if "limit" in result:
             raise _refusal(limits, result["limit"], name)
         if "error" in result:
@@ -133,12 +133,16 @@ class Trials:
         self._sim.script_point()
         return reply
 
-    def _ended(self, exit_code: int, name: str, limits: Limits) -> CommandError:
+    def _ended(self, exit_code: int, seconds: float, name: str, limits: Limits) -> CommandError:
+        """Why a child made no result; `seconds`: of processor time that it took."""
         if exit_code in _PASSED:
             return _refusal(limits, _PASSED[exit_code], name)
         if exit_code == -signal.SIGKILL if sys.platform != "win32" else False:
-            # The hard limit of processor time, or a machine that is out of memory.
-            return _refusal(limits, "load_seconds", name)
+            if seconds >= limits.load_seconds:  # the hard limit of processor time
+                return _refusal(limits, "load_seconds", name)
+            return CommandError(
+                f"the system killed the process that tried '{name}', as it does when memory is short; make it smaller"
+            )
         logger.warning("'%s' ended the process that tried it with code %d", name, exit_code)
         how = f"signal {-exit_code}" if exit_code < 0 else f"code {exit_code}"
         return SceneError(
