@@ -195,9 +195,11 @@ class Engine:
                 self._give_memory_back()
                 call(self.watches)
             self._outbox.send()
+
+    def close(self) -> None:
+        """Give up calls of which a step is still under way; ``run`` has returned for good."""
         for session in self.sessions.values():
-            if session.interrupted is not None and session.interrupted.call is not None:
-                session.interrupted.call.abandon()
+            session.abandon_call()
 
     def _give_memory_back(self) -> None:
         """After much has waited and nothing does any more."""
@@ -434,8 +436,7 @@ class Engine:
                 self.recorder.left(client)
             self.departed.append(self._departed(session))
             self.metrics.left(client)
-            if session.interrupted is not None and session.interrupted.call is not None:
-                session.interrupted.call.abandon()
+            session.abandon_call()
             session.set_stepping(False)
             session.link.close()
             logger.info("client %s left", session.name)

@@ -270,6 +270,7 @@ def run_server(
         # The page ends after the gateway: it notices at once then that nobody answers.
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
+        beside.callback(engine.close)
         simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
         simulation.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
         with (

@@ -133,6 +133,12 @@ class ClientSession:
         if self.is_news(reason):
             logger.warning("%d messages of client %s were not executed: %s", messages, self.name, reason)
 
+    def abandon_call(self) -> None:
+        """Give up a call of which a step is under way, and the rest of its batch."""
+        batch, self.interrupted = self.interrupted, None
+        if batch is not None and batch.call is not None:
+            batch.call.abandon()
+
     def set_stepping(self, enable: bool) -> None:
         """Arm or end stepped mode. Ending it lets waiting triggers go."""
         self.is_stepping = enable

@@ -33,8 +33,8 @@ TURN = 0.1
 """Seconds between two looks at the clients."""
 LONGEST_TURN = 10.0
 """Seconds that nothing else is answered; a machine with as many processes as clients is slow."""
-MORE_THREADS = 5
-"""Zenoh's pool starts its workers one by one."""
+MORE_THREADS = 50
+"""Zenoh starts so many threads at most for work that blocks, and ends them after ten idle seconds."""
 GROWTH = 0.10
 """The share by which memory may be larger after the last round than after the first."""
 MORE_MEMORY = 15.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import gc
 import json
@@ -168,7 +169,7 @@ class SoakServer:
             round(int(status.partition("VmHWM:")[2].split()[0]) * 1.024e-3, 1),
             len(tasks),
             len(os.listdir("/proc/self/fd")),
-            sum(len((task / "children").read_text().split()) for task in tasks),
+            sum(map(_children, tasks)),
             self.gateway.links(),
             len(self.declared[-1]),
             len(sessions),
@@ -185,6 +186,13 @@ class SoakServer:
         found = [f"{name}: from {was} to {now} instances" for name, (was, now) in grown.items()]
         new = sorted(set(self.declared[-1]) - set(self.declared[0]))
         return found + [f"{key} is still declared" for key in new[:10]]
+
+
+def _children(task: Path) -> int:
+    """How many processes a thread has started that are still there; none once it has ended."""
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        return len((task / "children").read_text().split())
+    return 0
 
 
 def _census() -> Counter[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -127,6 +128,23 @@ def test_nothing_is_left_of_a_client_that_goes_during_a_trial(
     connection._transport.lose()
     go_on.set()
     assert wait_until(lambda: v.simxGetPingTime(other)[0] == 0 and len(world.engine.sessions) == 1, 20)
+    assert sorted((tmp_path / "server").iterdir()) == before
+
+
+def test_a_load_that_is_under_way_when_the_loop_is_left_goes_on_with_the_next(
+    world, loader, file, go_on
+) -> None:
+    assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
+    world.engine.run(deadline=time.monotonic())
+    go_on.set()
+    assert has_brick(loader)
+
+
+def test_the_end_of_the_engine_gives_up_a_load(world, loader, file, go_on, tmp_path) -> None:
+    before = sorted((tmp_path / "server").iterdir())
+    assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
+    assert wait_until(lambda: world.engine.turn() or world.simulation.trials._pool._used, 20)
+    world.engine.close()
     assert sorted((tmp_path / "server").iterdir()) == before
 
 

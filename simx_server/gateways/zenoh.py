@@ -341,6 +341,11 @@ class ZenohLink:
 
     def __init__(self, zenoh: Any, session: Any, realm: str, client: str, postman: Postman) -> None:
         self._postman = postman
+        self._lock = threading.Lock()
+        self._sending = 0
+        """Threads that send a reply just now: the publisher cannot be taken back meanwhile."""
+
+        self._is_closed = False
         reliable = zenoh.Reliability.RELIABLE
         self._zenoh, self._session = zenoh, session
         self._realm, self._client = realm, client
@@ -355,7 +360,21 @@ class ZenohLink:
         )
 
     def deliver(self, payload: bytes) -> None:
-        self._postman.send(partial(self._put, self._replies.put, payload), len(payload))
+        self._postman.send(partial(self._reply, payload), len(payload))
+
+    def _reply(self, payload: bytes) -> None:
+        with self._lock:
+            if self._is_closed:
+                return
+            self._sending += 1
+        try:
+            self._put(self._replies.put, payload)
+        finally:
+            with self._lock:
+                self._sending -= 1
+                is_last = self._is_closed and not self._sending
+            if is_last:
+                self._replies.undeclare()
 
     def publish(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
@@ -372,7 +391,14 @@ class ZenohLink:
             logger.debug("nothing can be sent to client %s any more: %s", self._client, error)
 
     def close(self) -> None:
-        self._replies.undeclare()
+        """Send nothing more. Who still sends a reply to one that takes nothing is not waited for."""
+        with self._lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+            is_last = not self._sending
+        if is_last:
+            self._replies.undeclare()
         self._stream.undeclare()
 
 
