@@ -502,18 +502,25 @@ class Inbox:
         """Have a queue wait for its turn, if anything waits in it."""
         if box.is_in_line or self._is_parked(box):
             return
-        if not box.items:
-            box.is_known = False
-            if not box.items:
-                return
-            box.is_known = True  # something came just now
-        try:
-            first = box.items[0]
-        except IndexError:  # it was taken out just now
-            box.is_known = False
-            return
+        while True:
+            try:
+                first = box.items[0]
+                break
+            except IndexError:
+                box.is_known = False
+                if not box.items:
+                    return
+                box.is_known = True  # something came just now
         box.is_in_line = True
-        heapq.heappush(self._turns, (max(first.virtual, box.finish - CREDIT), first.number, box))
+        heapq.heappush(self._turns, (self._start(box, first), first.number, box))
+
+    def _start(self, box: Box, item: _Item) -> float:
+        """How far the service has to come before it is an item's turn.
+
+        One that had to wait, for a script or until its client had read, has no more of a right to be served for it:
+        others would wait for all that has come together.
+        """
+        return max(item.virtual, box.finish - CREDIT, self._virtual - CREDIT)
 
     def _is_parked(self, box: Box) -> bool:
         """Whether nothing may be taken out now. It stays known, and is announced again when something may be."""
@@ -537,7 +544,7 @@ class Inbox:
             return None
         if isinstance(item.what, Arrival):
             box.size_taken += len(item.what.payload)
-        start = max(item.virtual, box.finish - CREDIT)
+        start = self._start(box, item)
         box.finish = max(box.finish, start)
         self._virtual = max(self._virtual, start)
         if box is not self._events:
