@@ -315,7 +315,7 @@ class Engine:
 
     @property
     def may_cut_batches(self) -> bool:
-        """Whether others may be served in the middle of a batch. A recording knows whole ones only."""
+        """Whether others may be served in the middle of a batch, or of streams. A recording knows whole ones only."""
         return self.recorder is None and not self._is_serving
 
     @property
@@ -372,7 +372,7 @@ class Engine:
                 self._tell_everybody(f"the pass failed, so the simulation is stopped: {error!r}")
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
-            self._publisher.publish(self.sessions.values(), after_pass=True)
+            self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
             for session in self.sessions.values():
                 # What is read after a trigger is of the new state, streamed pictures too.
                 session.release_triggers(after=session.streams.pictures_on_the_way())
@@ -381,7 +381,7 @@ class Engine:
         else:
             if self._idle_is_wanted():
                 self._handle(self.simulation.idle)
-            self._publisher.publish(self.sessions.values(), after_pass=False)
+            self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
         self._next_idle_pass = time.monotonic() + IDLE_PASS

@@ -8,9 +8,11 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import partial
+from operator import attrgetter
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
@@ -30,6 +32,16 @@ logger = logging.getLogger(__name__)
 
 REPEAT = 0.25
 """Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
+
+LONGEST = 0.05
+"""Seconds at most that the streams of one client take after a pass. Values beyond that are repeated from before, and
+come first after the next one; a client that wants less sees one instant."""
+
+LONGEST_FOR_ALL = 0.1
+"""Seconds of all streams, after which clients have to wait for the next pass. Others' calls would wait for longer."""
+
+LONGEST_STEPPED = 0.5
+"""The same as `LONGEST` for a client that steps: it waits for the values itself."""
 
 _STATE_BITS = {
     SimulationState.STOPPED: 0b000,
@@ -51,6 +63,9 @@ class Publisher:
         self._dispatch = dispatch
         self._pacer = pacer
         self._round = 0
+        self._next_client = ""
+        """Whose streams had to wait for the next pass."""
+
         self._shared: WeakValueDictionary[Question, Shared] = WeakValueDictionary()
 
     def message(self, session: ClientSession, replies: list[Reply]) -> bytes:
@@ -106,26 +121,52 @@ class Publisher:
                     self._shared[question] = stream.shared
         session.streams.arm(stream)
 
-    def publish(self, sessions: Iterable[ClientSession], *, after_pass: bool) -> None:
-        """Compute and send every stream that is due; one that fails ends those of its client."""
+    def publish(
+        self, sessions: Iterable[ClientSession], *, after_pass: bool, is_bounded: bool = True
+    ) -> None:
+        """Compute and send every stream that is due; one that fails ends those of its client.
+
+        Args:
+            after_pass: the simulation has just made one.
+            is_bounded: as long as there is time. A recording knows no clock.
+        """
         answers = PassAnswers()
         self._round += 1
-        for session in list(sessions):  # clients come and go while a streamed call runs a script
+        until = time.perf_counter() + LONGEST_FOR_ALL if is_bounded else math.inf
+        # A copy, as clients come and go while a streamed call runs a script.
+        waiting = deque(session for session in sessions if session.streams.by_id)
+        if any(session.client == self._next_client for session in waiting):
+            while waiting[0].client != self._next_client:
+                waiting.rotate(-1)
+        self._next_client = ""
+        for position, session in enumerate(waiting):
+            is_stepped = after_pass and session.is_stepping
+            if position and not is_stepped and time.perf_counter() >= until:
+                self._next_client = self._next_client or session.client
+                continue
             if session.streams.by_id:
                 try:
-                    self._publish_client(session, answers, every_picture=after_pass and session.is_stepping)
+                    longest = LONGEST_STEPPED if is_stepped else LONGEST
+                    end = time.perf_counter() + longest if is_bounded else math.inf
+                    self._publish_client(session, answers, end, every_picture=is_stepped)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
                     session.streams.clear()
 
-    def _publish_client(self, session: ClientSession, answers: PassAnswers, *, every_picture: bool) -> None:
+    def _publish_client(
+        self, session: ClientSession, answers: PassAnswers, until: float, *, every_picture: bool
+    ) -> None:
         now, time_ms = time.monotonic(), self.time_ms()
         streams = session.streams
-        newest = self._shared_parts(session, answers, time_ms)
+        newest = self._shared_parts(session, answers, time_ms, until)
         taken: list[Reply] = []
-        for stream in list(streams.single.values()):
+        has_begun = False
+        for stream in streams.single_in_turn():
             command = stream.command
-            if stream.is_due(now, every_picture=every_picture):
+            if has_begun and time.perf_counter() >= until:
+                streams.next_single = streams.next_single or stream.stream_id
+            elif stream.is_due(now, every_picture=every_picture):
+                has_begun = True
                 question = stream.question()
                 answer = answers.get(question)
                 if answer is None:
@@ -154,28 +195,38 @@ class Publisher:
             streams.last_sent, streams.next_repeat = values, now + REPEAT
             session.link.publish(encode_delivery(self._delivery(session, []), values, len(newest) // 2))
 
-    def _shared_parts(self, session: ClientSession, answers: PassAnswers, time_ms: int) -> list[bytes]:
+    def _shared_parts(
+        self, session: ClientSession, answers: PassAnswers, time_ms: int, until: float
+    ) -> list[bytes]:
         """Heads and answers, by turns, of this client's streams that share theirs."""
         streams, this = session.streams, self._round
         due = [share for share in streams.shares() if share.round != this]
-        for share in self._answer(session, answers, time_ms, due):
+        if streams.is_cut:
+            due.sort(key=attrgetter("round"))
+        late = self._answer(session, answers, time_ms, due, until)
+        streams.is_cut = time.perf_counter() >= until
+        for share in late:
             streams.separate(share)
         return streams.parts()
 
     def _answer(
-        self, session: ClientSession, answers: PassAnswers, time_ms: int, shares: list[Shared]
+        self, session: ClientSession, answers: PassAnswers, time_ms: int, shares: list[Shared], until: float
     ) -> list[Shared]:
-        """Answer what no stream of another client has asked for yet in this round.
+        """Answer what no stream of another client has asked for yet in this round, as long as there is time.
 
         Returns:
             What will be answered later.
         """
+        now, has_begun = time.perf_counter, False
         late: list[Shared] = []
         pack = answer_packer(STATUS_OK, time_ms)
         tally, counted, is_one_value = Tally(self._metrics), None, False
         for share in shares:
             if share.round == self._round:
                 continue  # another stream of this client asks the same
+            if has_begun and now() >= until:
+                break
+            has_begun = True
             command = share.command
             if share.read is None:
                 tally.end()

@@ -93,6 +93,12 @@ class Streams:
 
     last_sent: bytes | None = None
     next_repeat: float = 0.0
+    is_cut: bool = False
+    """There was no time for all of `shared` the last time."""
+
+    next_single: int = 0
+    """The first of `single` for which there was no time, or 0."""
+
     _shares: list[Shared] | None = None
     """What the streams of `shared` share, in their order; None when they are others now."""
 
@@ -121,6 +127,14 @@ class Streams:
         self.by_id[stream.stream_id] = stream
         (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
         self._shares = None
+
+    def single_in_turn(self) -> list[Stream]:
+        """Those of `single`, what had to wait in front."""
+        streams = list(self.single.values())
+        if self.next_single:
+            first = next((i for i, each in enumerate(streams) if each.stream_id == self.next_single), 0)
+            streams, self.next_single = streams[first:] + streams[:first], 0
+        return streams
 
     def separate(self, share: Shared) -> None:
         """These answers turn out to be such as come later."""

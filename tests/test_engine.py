@@ -11,6 +11,7 @@ from simx_client.patience import MAX_UNANSWERED
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Batch, Call, Operation
+from simx_server import publishing
 from simx_server.clock import Pacer
 from simx_server.handlers.registry import Handler
 from simx_server.simulation import SimulationState
@@ -217,6 +218,42 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     world.settle()
     assert not session.streams.by_id
     assert not caplog.text
+
+
+def test_streams_that_take_too_long_come_after_the_next_passes(world, monkeypatch):
+    monkeypatch.setattr(publishing, "LONGEST", 0.0)
+    cid = world.client()
+    for joint in (1, 2, 3):
+        v.simxGetJointPosition(cid, joint, v.simx_opmode_streaming)
+    world.settle()
+    (session,) = world.engine.sessions.values()
+    before = [share.round for share in session.streams.shares()]
+    for expected in (1, 2, 3):
+        world.engine._publisher.publish([session], after_pass=True)
+        rounds = [share.round for share in session.streams.shares()]
+        assert sum(now > then for now, then in zip(rounds, before, strict=True)) == expected
+    assert len(set(rounds)) == 3
+
+
+def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world, monkeypatch):
+    monkeypatch.setattr(publishing, "LONGEST_FOR_ALL", 0.0)
+    clients = [world.client() for _ in range(3)]
+    for cid in clients:
+        v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
+    world.settle()
+    sent = []
+    publish = world.engine._publisher._publish_client
+    monkeypatch.setattr(
+        world.engine._publisher,
+        "_publish_client",
+        lambda session, *arguments, **more: (
+            sent.append(session.client),
+            publish(session, *arguments, **more),
+        ),
+    )
+    for _ in range(6):
+        world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
+    assert sent == [*world.engine.sessions] * 2
 
 
 def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
