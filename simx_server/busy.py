@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from simx_client.protocol.codec import decode_batch
-from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
 
 from .inbox import Arrival, Inbox
@@ -30,6 +29,9 @@ PATIENCE = 0.7
 
 STEP_PATIENCE = 3.0
 """Seconds that it waits for a simulation step, which is everybody's. The default time-out of a call is five."""
+
+LONG = 0.3
+"""Seconds that one piece of work takes before anything is refused: a queue that moves on is no reason."""
 
 _LOOK = 0.15
 """Seconds between two looks at the physics thread."""
@@ -128,7 +130,8 @@ class BusyDesk:
         if work is None:
             return
         patience = PATIENCE if doing.client else STEP_PATIENCE
-        busy = time.monotonic() - work.since
+        if (busy := time.monotonic() - work.since) < LONG:
+            return
         # Whoever keeps the server busy waits for the result; its other calls come after that.
         for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):
             session = self._sessions.get(arrival.client)
@@ -153,8 +156,9 @@ class BusyDesk:
                 f"{call.command[:64]}: the server is busy with {what} since {busy:.1f} s; "
                 "this call was not executed, call again"
             )
-            if self._simulation.parameters.error_report_mode & sim_api_errormessage_report:
-                session.errors.append(text)
+            session.errors.append(
+                text
+            )  # whatever the clients have set: nothing else says why it was not executed
             replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [text]))
         session.link.deliver(self._message(session, replies))
 

@@ -51,8 +51,8 @@ LARGE = 1 << 17
 RESERVED = 1 << 20
 """Bytes that every client may have waiting, also while others fill the room that there is for all."""
 
-_MOST_READ = 4 << 20
-"""Bytes of batches that `take_overdue` reads at a time; the physics thread may wait for it."""
+_MOST_READ = 1 << 20
+"""Bytes of batches that `take_overdue` reads at a time, which takes the interpreter from the physics thread."""
 
 _COST = 1000
 """Bytes that a batch counts for beside its own."""
@@ -360,27 +360,31 @@ class Inbox:
             is_still_busy: whether the physics thread does what it did; else nothing is taken.
         """
         taken: list[Arrival] = []
-        with self._taking:
-            if not is_still_busy():
-                return taken
-            before, left_to_read = time.monotonic() - older_than, _MOST_READ
-            for client, box in self._boxes.copy().items():
-                if client == except_client or box.is_leaving or box.is_waiting:
+        before, left_to_read = time.monotonic() - older_than, _MOST_READ
+        for client, box in self._boxes.copy().items():
+            if client == except_client or box.is_leaving or box.is_waiting:
+                continue
+            for item in box.items.copy():  # at once, as the physics thread takes some out meanwhile
+                if item.arrived > before:
                     continue
-                with box.lock:
-                    for item in box.items.copy():
-                        batch = item.what
-                        if left_to_read < 0 or item.arrived > before or not isinstance(batch, Arrival):
-                            continue
-                        left_to_read -= len(batch.payload) + _COST
-                        awaited, rest = divide(batch.payload)
-                        if awaited is None or not self._replace(box, item, batch, rest):
-                            continue
-                        taken.append(Arrival(client, awaited))
+                if left_to_read < 0:
+                    return taken
+                batch = item.what
+                if isinstance(batch, Arrival):
+                    left_to_read -= len(batch.payload) + _COST
+                    awaited, rest = divide(batch.payload)
+                    with self._taking, box.lock:
+                        if not is_still_busy():
+                            return taken
+                        if self._replace(box, item, batch, rest) and awaited is not None:
+                            taken.append(Arrival(client, awaited))
         return taken
 
     def _replace(self, box: Box, item: _Item, batch: Arrival, rest: bytes | None) -> bool:
-        """Leave of a batch only the rest, which nobody waits for. False: it is not there any more."""
+        """Leave of a batch only the rest, which nobody waits for, and which is not looked at again.
+
+        Returns False if it is not there any more.
+        """
         try:
             if rest is None:
                 box.items.remove(item)

@@ -16,7 +16,7 @@ from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 from simx_server import batches, inbox, metrics
 from simx_server.gateways.posting import MUCH_UNSENT, Care, Postman
-from simx_server.gateways.throttle import KEPT_FREE, Throttle
+from simx_server.gateways.throttle import KEPT_FREE, LONGEST, PAUSE, Throttle
 from simx_server.inbox import CREDIT, GREEDY, MOST_QUESTIONS, MUCH, RESERVED, Arrival, Inbox
 from simx_server.limits import Limits
 
@@ -345,15 +345,33 @@ def test_the_metrics_have_what_was_dropped() -> None:
 # --- Zenoh's threads --------------------------------------------------------------------------------
 
 
-def test_a_throttle_never_keeps_all_threads() -> None:
-    assert Throttle(0)._free._value == 0
+def test_a_throttle_never_keeps_all_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    slept: list[float] = []
     throttle = Throttle(KEPT_FREE + 1)
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        throttle.slow_down(0)  # another thread: none is free for it, so it does not wait
+
+    monkeypatch.setattr(time, "sleep", sleep)
+    Throttle(0).slow_down(0)
+    assert slept == []
+    throttle.slow_down(1 << 30)
+    assert slept == [LONGEST]
+
+
+def test_the_more_links_are_slowed_down_the_longer_each_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    slept: list[float] = []
+    throttle = Throttle(100)
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        if len(slept) < 5:
+            throttle.slow_down(0)
+
+    monkeypatch.setattr(time, "sleep", sleep)
     throttle.slow_down(0)
-    assert throttle._free.acquire(blocking=False)
-    began = time.monotonic()
-    for _ in range(100):
-        throttle.slow_down(1 << 30)  # none is free, so it does not wait
-    assert time.monotonic() - began < TIMEOUT / 4
+    assert slept == [pytest.approx(PAUSE * n) for n in range(1, 6)]
 
 
 def test_the_physics_thread_waits_for_one_client_once_and_threads_send_from_then_on() -> None:

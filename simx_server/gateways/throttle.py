@@ -10,7 +10,8 @@ import threading
 import time
 
 PAUSE = 0.002
-"""Seconds for each message, and for each piece of it."""
+"""Seconds for each message, and for each piece of it, times the links that are slowed down: however many these are,
+they take the interpreter from the physics thread no more often than one."""
 
 PIECE = 1 << 16
 """Bytes."""
@@ -27,12 +28,19 @@ class Throttle:
 
     def __init__(self, threads: int) -> None:
         """Make a throttle for a pool of so many threads; with too few of them nobody waits."""
-        self._free = threading.Semaphore(max(0, threads - KEPT_FREE))
+        self._most = max(0, threads - KEPT_FREE)
+        self._lock = threading.Lock()
+        self._waiting = 0
 
     def slow_down(self, size: int) -> None:
         """Wait before the next message on this thread's link is read, as long as fits a message of so many bytes."""
-        if self._free.acquire(blocking=False):
-            try:
-                time.sleep(min(LONGEST, PAUSE * (1 + size // PIECE)))
-            finally:
-                self._free.release()
+        with self._lock:
+            if self._waiting >= self._most:
+                return
+            self._waiting += 1
+            waiting = self._waiting
+        try:
+            time.sleep(min(LONGEST, PAUSE * waiting * (1 + size // PIECE)))
+        finally:
+            with self._lock:
+                self._waiting -= 1
