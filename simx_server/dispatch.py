@@ -185,6 +185,9 @@ class Dispatch:
                 outcome = Answer(STATUS_OK, _values(command, done.result()))
             except Exception as error:
                 outcome = self.failure(client, command.name, error)
+                error.__traceback__ = (
+                    None  # its frames know `done`, which keeps the error: nothing of it would go
+                )
             answer.set_result(outcome)
 
         result.add_done_callback(finish)

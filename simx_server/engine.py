@@ -438,6 +438,7 @@ class Engine:
             self.metrics.left(client)
             session.abandon_call()
             session.set_stepping(False)
+            session.streams.clear()  # a picture that one waits for knows its client: without this they keep each other
             session.link.close()
             logger.info("client %s left", session.name)
             self._end_if_left()

@@ -167,12 +167,14 @@ class ClientSession:
     def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
         """The pass was made (or will never be): answer the triggers, as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
-        _answer(triggers, list(after))
+        if triggers:
+            _answer(triggers, list(after))
 
 
 def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:
     if after:
-        after[0].add_done_callback(lambda _: _answer(triggers, after[1:]))
+        first, *rest = after  # a future that knew itself by its callback would keep its picture
+        first.add_done_callback(lambda _: _answer(triggers, rest))
         return
     for future in triggers:
         future.set_result(None)

@@ -1,6 +1,9 @@
 """The physics thread's loop: passes, stepped mode, who leaves, what streams cost."""
 
+import gc
 import math
+import weakref
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
@@ -14,6 +17,7 @@ from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server import publishing
 from simx_server.clock import Pacer
 from simx_server.handlers.registry import Handler
+from simx_server.sessions import ClientSession
 from simx_server.simulation import SimulationState
 
 
@@ -254,6 +258,24 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
     for _ in range(6):
         world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
     assert sent == [*world.engine.sessions] * 2
+
+
+def test_a_picture_that_a_trigger_waits_for_is_gone_when_it_was_sent():
+    session = ClientSession("client", "name", 19997, SimpleNamespace())
+    session.set_stepping(True)
+    triggered = session.trigger(is_running=True)
+    pictures = [Future(), Future()]
+    session.release_triggers(after=pictures)
+    gone = [weakref.ref(each) for each in pictures]
+    gc.disable()  # what keeps itself stays until the collector comes, and that may be never
+    try:
+        pictures.pop(0).set_result(bytes(1))
+        assert not triggered.done()
+        pictures.pop(0).set_result(bytes(1))
+        assert triggered.done()
+        assert [each() for each in gone] == [None, None]
+    finally:
+        gc.enable()
 
 
 def test_a_client_may_come_while_streams_are_computed(world, monkeypatch):
