@@ -49,8 +49,11 @@ SERVING_WHEN_LATE = 0.01
 SERVING_DURING_SCRIPT = 0.02
 """The same for each time that a script which runs long lets others be served."""
 
-GIVING_PAUSE = 10.0
+GIVING_PAUSE = 5.0
 """Seconds between two times that memory is given back to the system."""
+
+GIVINGS = 3
+"""How often it is, after much has waited: answers may still be on their way when nothing waits any more."""
 
 HELD = 0.002
 """Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
@@ -90,6 +93,7 @@ class Engine:
         self._next_idle_pass = 0.0
         self._next_giving = 0.0
         """When memory may be given back to the system again."""
+        self._givings = 0
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
@@ -203,9 +207,10 @@ class Engine:
 
     def _give_memory_back(self) -> None:
         """After much has waited and nothing does any more."""
-        now = time.monotonic()
-        if self._inbox.had_much and now > self._next_giving and not len(self._inbox):
-            self._inbox.had_much, self._next_giving = False, now + GIVING_PAUSE
+        if self._inbox.had_much:
+            self._inbox.had_much, self._givings = False, GIVINGS
+        if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
+            self._givings, self._next_giving = self._givings - 1, now + GIVING_PAUSE
             give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
