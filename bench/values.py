@@ -88,8 +88,6 @@ def measure(effort: Effort) -> Findings:
     found.notes += [
         f"1,000 us of a pass are one core at 1,000 passes per second, the rate that was asked for; what {LISTENERS} "
         "clients left of it is in the table. Physics is that of as many pendulums as values.",
-        "From about 3 kB a message to a client of the same host goes through shared memory; TCP then carries only "
-        "where it is.",
     ]
     return found
 

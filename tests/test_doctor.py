@@ -70,7 +70,7 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         assert each["level"] in LEVELS
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
-        "python", "packages", "extras", "cores", "memory", "shared memory", "workspace", "port", "zenoh",
+        "python", "packages", "extras", "cores", "memory", "workspace", "port", "zenoh",
         "graphics", "picture",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
@@ -225,13 +225,9 @@ def test_old_python_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (finding.level, "9.0" in finding.advice) == (PROBLEM, True)
 
 
-def test_little_memory_and_no_shared_memory_are_warnings(tmp_path: Path) -> None:
+def test_little_memory_is_a_warning() -> None:
     assert machine.check_memory(100 << 20).level == WARNING
     assert machine.check_memory(4 << 30).level == OK
-    if sys.platform == "linux":
-        finding = machine.check_shared_memory(tmp_path / "no")
-        assert finding.level == WARNING
-        assert "--shm-size" in finding.advice
 
 
 def test_workspace_that_cannot_be_written_is_a_warning(tmp_path: Path) -> None:

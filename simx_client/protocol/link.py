@@ -61,8 +61,8 @@ COMMON: dict[str, Any] = {
 
 CLIENT: dict[str, Any] = {
     **COMMON,
-    # Else each client keeps 16 MB of shared memory for what it sends, which the server never lets go of, and the
-    # machine neither when the client is killed. The server's own, through which pictures come, is one for all.
+    # Else each client keeps 16 MB of shared memory for what it sends, and a server that takes it, as its operator may
+    # choose, never lets go of it. Pictures can come through the server's own all the same, which is one for all.
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 

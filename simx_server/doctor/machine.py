@@ -1,4 +1,4 @@
-"""Python, the packages, and what the machine gives: cores, memory, shared memory, a folder to write to."""
+"""Python, the packages, and what the machine gives: cores, memory, a folder to write to."""
 
 from __future__ import annotations
 
@@ -25,9 +25,6 @@ from .findings import OK, PROBLEM, WARNING, Finding
 LEAST_PYTHON = (3, 11)
 LEAST_MEMORY = 512 << 20
 """Bytes; a server with the tutorial's scene and pictures takes about 300 MB."""
-
-LEAST_SHARED = 32 << 20
-"""Bytes; twice what Zenoh takes for the pictures of one server (16 MB)."""
 
 LEAST_DISK = 100 << 20
 _FOR_DEVELOPERS = "dev"
@@ -113,18 +110,6 @@ def _available_memory() -> int | None:
         return None
     found = {name: int(rest.split()[0]) << 10 for name, _, rest in (line.partition(":") for line in lines)}
     return found.get("MemAvailable")
-
-
-def check_shared_memory(folder: Path = Path("/dev/shm")) -> Finding:
-    """Where Zenoh hands pictures over to clients of this machine."""
-    if sys.platform != "linux":
-        return Finding(OK, "shared memory", f"{platform.system()} has its own")
-    advice = "pictures are slower without it; in a container: docker run --shm-size=256m"
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
-        return Finding(WARNING, "shared memory", f"{folder} is not there, or may not be written to", advice)
-    free = shutil.disk_usage(folder).free
-    level, advice = (WARNING, advice) if free < LEAST_SHARED else (OK, "")
-    return Finding(level, "shared memory", f"{free >> 20} MB free in {folder}", advice)
 
 
 def check_workspace(folder: Path) -> Finding:

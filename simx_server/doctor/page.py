@@ -28,7 +28,7 @@ def checks(settings: Settings) -> list[Check]:
     return [
         lambda: [machine.check_python()],
         machine.check_packages,
-        lambda: [machine.check_cores(), machine.check_memory(), machine.check_shared_memory()],
+        lambda: [machine.check_cores(), machine.check_memory()],
         lambda: [machine.check_workspace(settings.workspace)],
         lambda: network.check_ports(settings.ports),
         lambda: [network.check_zenoh()],
