@@ -35,6 +35,11 @@ FORK = """
 """
 
 
+def _heed_sighup() -> None:
+    """Also where the tests run without a terminal, as by nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 @contextlib.contextmanager
 def run(folder: Path, text: str, *server_flags: str) -> Iterator[subprocess.Popen[str]]:
     """A simx-run whose output somebody captures."""
@@ -49,6 +54,7 @@ def run(folder: Path, text: str, *server_flags: str) -> Iterator[subprocess.Pope
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=_heed_sighup if os.name == "posix" else None,
     )
     try:
         with running(process):
