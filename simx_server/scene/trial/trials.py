@@ -42,7 +42,7 @@ _PASSED = {
 
 
 class Trials:
-    """The trials of one simulation. Physics thread only."""
+    """The trials of one simulation. Physics thread only; what is done `beside` it touches nothing of the simulation."""
 
     def __init__(self, sim: Simulation, *, tries_all: bool = False) -> None:
         """Make none yet; a helper is started with the first.
