@@ -18,16 +18,13 @@ from .protocol import keys, link, roster
 from .protocol.codec import CodecError, decode_status
 from .protocol.messages import Status
 from .protocol.reports import Metrics, decode_metrics
-from .session import open_session
+from .session import living_realms, open_session
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 TIMEOUT = 2.0
 """Seconds for an endpoint to tell what is there, and for the simulators to answer."""
-
-SEEN_AGAIN = 0.1
-"""Seconds until an endpoint that has no tokens yet is believed: its neighbours' may be on the way."""
 
 SESSIONS = 16
 """Endpoints that are looked at at the same time."""
@@ -146,7 +143,7 @@ def _look(
 ) -> list[_Answer[T]]:
     deadline = time.monotonic() + timeout
     with _session(zenoh, endpoint, timeout) as session:
-        realms = _realms(session, deadline)
+        realms = living_realms(session, deadline)
         # All are asked before any answer is awaited.
         asked = [
             (realm, _ask(zenoh, session, question.key(realm), deadline))
@@ -178,18 +175,6 @@ def _session(zenoh: Any, endpoint: str, timeout: float) -> Generator[Any]:
         yield session
     finally:
         session.close()
-
-
-def _realms(session: Any, deadline: float) -> list[str]:
-    """The names of all that are alive, as this endpoint knows them."""
-    patience = min(deadline, time.monotonic() + SEEN_AGAIN)
-    while True:
-        left = max(0.05, deadline - time.monotonic())
-        tokens = session.liveliness().get(keys.ANY_ALIVE, timeout=left)
-        realms = {keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None}
-        if realms or time.monotonic() >= patience:
-            return sorted(realms)
-        time.sleep(0.01)
 
 
 def _ask(zenoh: Any, session: Any, key: str, deadline: float) -> Any:

@@ -19,6 +19,13 @@ from typing import Any
 from .errors import ConnectionFailed
 from .protocol import keys, link
 
+SEEN_AGAIN = 0.1
+"""Seconds until it is believed that there are no servers: tokens of a router's neighbours may be on the way, and a busy
+Zenoh 1.10 tells of no tokens in one answer of fifty."""
+
+_LEAST_ANSWER = 0.01
+"""Seconds for an answer, however late it is."""
+
 CONFIG_VARIABLE = "SIMX_CONFIG"
 ROLE_VARIABLE = "SIMX_ROLE"
 
@@ -77,6 +84,22 @@ def client_name() -> str:
             f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
         )
     return (keys.VIEWER if role else "") + uuid.uuid4().hex
+
+
+def living_realms(session: Any, deadline: float) -> list[str]:
+    """The names of all servers that are alive, as this session's neighbour knows them.
+
+    Args:
+        deadline: on the monotonic clock; an empty list is known after `SEEN_AGAIN`.
+    """
+    patience = min(deadline, time.monotonic() + SEEN_AGAIN)
+    while True:
+        left = max(_LEAST_ANSWER, deadline - time.monotonic())
+        tokens = session.liveliness().get(keys.ANY_ALIVE, timeout=left)
+        realms = {keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None}
+        if realms or time.monotonic() >= patience:
+            return sorted(realms)
+        time.sleep(0.01)
 
 
 def why_closed(address: str, port: int, is_secret: bool = False, deadline: float = math.inf) -> str | None:

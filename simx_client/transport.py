@@ -23,7 +23,7 @@ from .places import Place
 from .protocol import keys, link
 from .protocol.codec import CodecError, decode_welcome, encode
 from .protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Greeting, Welcome, no_common_version
-from .session import client_name, open_session
+from .session import client_name, living_realms, open_session
 from .spinning import Spinning
 from .writer import Writer
 
@@ -257,8 +257,7 @@ class ZenohTransport:
     def _silence(self, patience: float) -> ConnectionFailed:
         """Return why nobody answered, as far as it can be found out in so many seconds, and what to do."""
         wanted = self._place.realm or self._realm
-        tokens = self._session.liveliness().get(keys.ANY_ALIVE, timeout=max(0.01, patience))
-        realms = sorted({keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None})
+        realms = living_realms(self._session, time.monotonic() + patience)
         if realms if wanted is None else wanted in realms:
             return NoAnswer(
                 f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded, or its "

@@ -21,6 +21,7 @@ from simx_server.clock import Pacer
 from simx_server.engine import Engine
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
+from simx_server.scene.trial import helper
 from simx_server.server import build_simulation
 from simx_server.sessions import ClientSession, Link
 from simx_server.settings import Settings
@@ -111,6 +112,7 @@ class SoakServer:
     def __init__(self, stack: ExitStack, workspace: Path) -> None:
         self.workspace, self.scene = workspace, SCENE
         self.simulation = build_simulation(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.simulation.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
         self.engine = Engine(self.simulation, HANDLERS, pacer)
         self.simulation.parameters.pace = pacer

@@ -153,7 +153,10 @@ def test_nobody_lists_clients_or_poses_as_a_server(place: ServerProcess, victim:
         outsider.liveliness().declare_token(keys.alive(realm(place))).undeclare()
         settled(outsider, place)
         listed = tokens(outsider, keys.client("*"))
-        assert tokens(transport(victim)._session, keys.ANY_ALIVE) == [keys.alive(realm(place))]
+        # Zenoh 1.10 sometimes answers such a question with nothing, whether somebody attacks or not.
+        assert wait_until(
+            lambda: tokens(transport(victim)._session, keys.ANY_ALIVE) == [keys.alive(realm(place))], PATIENCE
+        )
     assert (seen, listed) == ([], [])
     assert v.simxGetConnectionId(victim) == 1
 
@@ -189,6 +192,15 @@ def held(pid: int) -> tuple[int, int]:
     with open(f"/proc/{pid}/maps", encoding="utf-8") as lines:
         segments = sum("/dev/shm/" in line for line in lines)
     return len(os.listdir(f"/proc/{pid}/fd")), segments
+
+
+def sockets(pid: int) -> int:
+    """Those that it has open."""
+    count = 0
+    for each in Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            count += os.readlink(each).startswith("socket:")
+    return count
 
 
 def memory_mb(pid: int) -> float:
@@ -229,10 +241,12 @@ def raw_peers(place: ServerProcess, count: int) -> Iterator[None]:
 @on_linux
 def test_nothing_of_a_peer_with_zenohs_defaults_stays(scene: Path) -> None:
     with server(scene) as place:
+        pid = place.process.pid
+        unconnected = sockets(pid)
         v.simxFinish(come(place))
         with raw_peers(place, 1):
             pass
-        pid = place.process.pid
+        assert wait_until(lambda: sockets(pid) == unconnected, PATIENCE)
         before, memory = held(pid), memory_mb(pid)
         with raw_peers(place, 8):
             assert held(pid)[0] >= before[0] + 8

@@ -118,9 +118,13 @@ def test_one_server_of_a_fleet_that_is_told_to_end(scene: Path) -> None:
 
 
 def test_servers_of_a_fleet_whose_parent_was_killed(scene: Path) -> None:
-    with hanging(scene, "--port", "0", "--start", "--count", 1) as fleet:
+    is_told = scene.with_suffix(".told")
+    how = f"__import__('os').path.exists({str(is_told)!r}) and {LOCKED}"
+    with hanging(scene, "--port", "0", "--start", "--count", 1, how=how) as fleet:
         while not (line := read_line(fleet)).startswith("{"):
             pass
+        is_told.touch()
+        until_it_hangs(fleet)
         fleet.kill()
         server = json.loads(line)["servers"][0]["pid"]
         assert wait_until(lambda: not is_there(server), 4 * SOON)

@@ -86,6 +86,9 @@ def about(axis: Sequence[float], angle: float) -> Quaternion:
     return (math.cos(angle / 2), axis[0] * s, axis[1] * s, axis[2] * s)
 
 
+_LARGER = 2.0**40
+
+
 def turn_z_to(axis: Sequence[float]) -> Quaternion:
     """The smallest rotation that takes +z to a unit axis; for -z a half turn about x."""
     x, y, z = axis
@@ -94,7 +97,8 @@ def turn_z_to(axis: Sequence[float]) -> Quaternion:
         return (0.0, 1.0, 0.0, 0.0)
     # 1 + z, which near -z would be what rounding has left of it.
     w = across / (1.0 - z) if z < 0 else 1.0 + z
-    return normalised((w, -y, x, 0.0))
+    # Near -z all three are tiny, and `normalised` refuses that. A power of two changes no bit of the result.
+    return normalised((_LARGER * w, -_LARGER * y, _LARGER * x, 0.0))
 
 
 def rotation_vector(q: Quaternion) -> Vector:

@@ -8,6 +8,8 @@ import os
 import signal
 import socket
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from types import FrameType
@@ -30,8 +32,11 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PROGRAM = "python -m simx_server.viewer"
+_CLOSING = 1.0
+"""Seconds that the page has to close in good order: it may be loading a scene, or wait for an answer."""
+
 _END_TIMEOUT = 2.0
-"""Seconds in which the page ends when its server has; it may wait for an answer that will not come."""
+"""Seconds in which the page ends when its server has, or it is killed."""
 
 EXAMPLES = f"""\
 examples:
@@ -91,8 +96,9 @@ def _listener(options: argparse.Namespace) -> socket.socket:
 
 
 def _ended_by(page: Page) -> None:
-    """Let the page be ended by SIGINT or SIGTERM, the process by a second one."""
+    """Let the page be ended by SIGINT or SIGTERM, the process by a second one or when the page takes long."""
     has_come = False
+    is_told = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal has_come
@@ -100,7 +106,14 @@ def _ended_by(page: Page) -> None:
             os._exit(INTERRUPTED)
         has_come = True
         page.end()
+        is_told.set()
 
+    def end_late() -> None:
+        is_told.wait()
+        time.sleep(_CLOSING)
+        os._exit(DONE)  # a page has nothing that could be lost
+
+    threading.Thread(target=end_late, name="simx-page-end", daemon=True).start()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
 
