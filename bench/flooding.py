@@ -1,6 +1,6 @@
 """A client that keeps the rules beside eight that do not: how long its calls take, and what the flood leaves behind.
 
-``python -m bench.flooding`` measures. ``python -m bench.flooding PORT KIND`` is one flooder, a raw Zenoh peer in a
+``python -m bench.flooding [KIND ...]`` measures. ``python -m bench.flooding PORT KIND`` is one flooder, a raw Zenoh peer in a
 process of its own that waits for nothing: it prints a line when it has been greeted, and sends until its standard input
 ends.
 """
@@ -33,6 +33,9 @@ TIMED = 5.0
 
 SETTLING = 2.0
 """Seconds of flood before anything is timed."""
+
+RETURNING = 10.0
+"""Seconds after a flood until its memory must be back; the server gives it back after five quiet ones."""
 
 KINDS = ("calls", "heavy", "large", "unreadable", "strangers", "questions")
 """What a flooder sends: batches of one call, batches of a thousand, a megabyte each, bytes that are no batch, calls in
@@ -128,6 +131,8 @@ def _process(port: int, kind: str) -> Generator[subprocess.Popen[str]]:
         stdout=subprocess.PIPE,
         text=True,
     )
+    if _flooders_cores:
+        os.sched_setaffinity(process.pid, _flooders_cores)
     with process:
         try:
             yield process
@@ -145,9 +150,28 @@ def call_times(client: int, handle: int, seconds: float) -> list[float]:
     return sorted(found)
 
 
+def keep_apart() -> None:
+    """Leave the flooders all processor cores but one, which the server and the bystander share.
+
+    Eight programs that never wait take what there is of the cores, whatever the server does; how the server takes that
+    what they send is to be seen.
+    """
+    global _flooders_cores
+    *others, own = sorted(os.sched_getaffinity(0))
+    if others:
+        _flooders_cores = set(others)
+        os.sched_setaffinity(0, {own})
+
+
+_flooders_cores: set[int] = set()
+
+
 def main() -> None:
     """Print, for each kind of flood, what a blocking read of a bystander takes beside it and without it."""
-    for kind in KINDS:
+    if hasattr(os, "sched_setaffinity"):
+        keep_apart()
+    kinds = sys.argv[1:] or KINDS
+    for kind in kinds:
         with server("ur5_rg2_kinect") as running:
             client = vrep.simxStart("127.0.0.1", running.port, True, True, 20_000, 5)
             handle, before = handle_of(client, JOINTS[0]), private_mb(running.process_id)
@@ -155,7 +179,7 @@ def main() -> None:
             with flooders(running.port, kind):
                 time.sleep(SETTLING)
                 beside = call_times(client, handle, TIMED)
-            time.sleep(SETTLING)
+            time.sleep(RETURNING)
             left = private_mb(running.process_id) - before
             vrep.simxFinish(client)
         p99, p99_alone = (1000 * each[len(each) * 99 // 100] for each in (beside, alone))
@@ -166,7 +190,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 3:
+    if len(sys.argv) == 3 and sys.argv[1].isdigit():
         flood(int(sys.argv[1]), sys.argv[2])
     else:
         main()

@@ -53,6 +53,10 @@ from .viewer.windows import Windows
 
 logger = logging.getLogger(__name__)
 
+SWITCH_INTERVAL = 0.001
+"""Seconds after which a thread that computes in Python lets another one go on. With Python's own 0.005 a message of one
+client takes that long to get past the physics thread while others keep it busy; shorter ones cost more than they give."""
+
 READY_ANYWAY = 10.0
 """Seconds that the ready line waits for pictures; the log says then what hangs."""
 
@@ -242,6 +246,7 @@ def run_server(
         starting_port=settings.temporary_port if settings.auto_start else None,
     )
     raise_limit()
+    sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         gateway = ZenohGateway(
             engine,
