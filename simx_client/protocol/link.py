@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,8 @@ SERVER_RUNTIME = (
 """One pool for everything else: less per round trip. A server may, as it batches, sends nothing express
 and never answers from a callback; but not with scouting or a configuration of the user's own. The threads that read
 have a pool of their own: what is to be done next by a thread that waits for a flooding link is not done meanwhile."""
+
+_VARIABLE = "ZENOH_RUNTIME"
 
 LEASE_MS = 4_000
 """A peer that says nothing for so long is gone. This is for frozen ones and cut cables: a process that ends, however
@@ -91,7 +94,10 @@ def import_zenoh(runtime: str = RUNTIME) -> Any:
     Zenoh reads the variable when the first session of the process opens. A script that only packs floats
     need not load it at all.
     """
-    os.environ.setdefault("ZENOH_RUNTIME", runtime)
+    chosen = os.environ.get(_VARIABLE, runtime)
+    # A server that a client has started inherits the client's, with which floods would hold everybody up.
+    is_inherited = chosen in (RUNTIME, SERVER_RUNTIME, CONFIGURED_SERVER_RUNTIME) and "zenoh" not in sys.modules
+    os.environ[_VARIABLE] = runtime if is_inherited else chosen
     import zenoh
 
     return zenoh
