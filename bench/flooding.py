@@ -1,8 +1,8 @@
 """A client that keeps the rules beside eight that do not: how long its calls take, and what the flood leaves behind.
 
-``python -m bench.flooding [KIND ...]`` measures. ``python -m bench.flooding PORT KIND`` is one flooder, a raw Zenoh peer in a
-process of its own that waits for nothing: it prints a line when it has been greeted, and sends until its standard input
-ends.
+``python -m bench.flooding [KIND ...]`` measures. ``python -m bench.flooding PORT KIND`` is a flooder, a raw Zenoh peer
+in a process of its own that waits for nothing: it prints a line when it has been greeted, and sends until its standard
+input ends.
 """
 
 from __future__ import annotations

@@ -234,13 +234,15 @@ class Inbox:
                     self.dropped[client, reached] += 1
                 return False
             box.size_put += size
-            self._add(box, Arrival(client, read(payload)), None)
             if box.size > RESERVED:
                 self.had_much = True
-            return not self._is_flood(box, size)
+            is_flood = self._is_flood(box, size)
+            # Last, as it wakes the physics thread up, which needs the interpreter.
+            self._add(box, Arrival(client, read(payload)), None)
+            return not is_flood
 
     def _is_flood(self, box: Box, size: int) -> bool:
-        """Whether a client should be slowed down that has sent one more message."""
+        """Whether a client should be slowed down that sends one more message, whose bytes are counted already."""
         tick, weight = int(time.monotonic() / MOMENT), 1 + size // LARGE
         if tick != self._tick:
             self._tick, self._recent = tick, 0
@@ -250,7 +252,7 @@ class Inbox:
         box.recent += weight
         if self._recent > BUSY and box.recent > GREEDY:
             return True
-        return len(box.items) > MUCH or box.size > MUCH_BYTES
+        return len(box.items) >= MUCH or box.size > MUCH_BYTES
 
     def _limit_reached(self, box: Box, size: int) -> str:
         """The limit that one more message would go beyond; empty if there is room for it."""

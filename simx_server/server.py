@@ -20,6 +20,7 @@ from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE,
 from simx_client.protocol.roster import noted
 from simx_client.protocol.windows import ADD_ON as WINDOWS
 
+from . import heap
 from .clock import Pacer
 from .command_server import add_command_server
 from .engine import Engine
@@ -55,7 +56,7 @@ logger = logging.getLogger(__name__)
 
 SWITCH_INTERVAL = 0.001
 """Seconds after which a thread that computes in Python lets another one go on. With Python's own 0.005 a message of one
-client takes that long to get past the physics thread while others keep it busy; shorter ones cost more than they give."""
+client needs that long to get past the physics thread while others keep it busy; shorter ones cost too much."""
 
 READY_ANYWAY = 10.0
 """Seconds that the ready line waits for pictures; the log says then what hangs."""
@@ -246,6 +247,7 @@ def run_server(
         starting_port=settings.temporary_port if settings.auto_start else None,
     )
     raise_limit()
+    heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         gateway = ZenohGateway(

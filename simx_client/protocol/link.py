@@ -96,7 +96,9 @@ def import_zenoh(runtime: str = RUNTIME) -> Any:
     """
     chosen = os.environ.get(_VARIABLE, runtime)
     # A server that a client has started inherits the client's, with which floods would hold everybody up.
-    is_inherited = chosen in (RUNTIME, SERVER_RUNTIME, CONFIGURED_SERVER_RUNTIME) and "zenoh" not in sys.modules
+    is_inherited = (
+        chosen in (RUNTIME, SERVER_RUNTIME, CONFIGURED_SERVER_RUNTIME) and "zenoh" not in sys.modules
+    )
     os.environ[_VARIABLE] = runtime if is_inherited else chosen
     import zenoh
 

@@ -20,8 +20,9 @@ Send = Callable[[], object]
 LONG = 0.02
 """Seconds that sending takes only where a link is full."""
 
-CAREFUL = 60.0
-"""Seconds for which threads send after the physics thread has waited."""
+CAREFUL, MOST_CAREFUL = 300, 60.0
+"""Threads send for so many times as long as the physics thread has waited, and for so many seconds at most: a machine
+that was busy for a moment is no client that does not read, and a thread costs each reply a tenth of a millisecond."""
 
 MUCH_UNSENT = 4 << 20
 """Bytes that wait to be sent to one client, from which on nothing is executed for it until half of them is sent."""
@@ -44,7 +45,7 @@ class Care:
         """Sending has begun at this time of the monotonic clock, and is over."""
         now = time.monotonic()
         if now - began > LONG:
-            self._until = now + CAREFUL
+            self._until = max(self._until, now + min(MOST_CAREFUL, CAREFUL * (now - began)))
 
 
 class Postman:
