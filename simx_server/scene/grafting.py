@@ -5,7 +5,7 @@ The elements get a prefix that no other has; their objects get V-REP's names, wi
 
 from __future__ import annotations
 
-import warnings
+import logging
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server import engine_warnings
 from simx_server.scene.annotations import PREFIX, Annotation
 from simx_server.scene.element_copies import Copier, agree
 from simx_server.scene.names import copy_names
@@ -23,6 +24,8 @@ from simx_server.scene.tree import GRAFT_END, Addition
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene
     from simx_server.simulation import Simulation
+
+logger = logging.getLogger(__name__)
 
 Element = tuple[str, str]
 """What carries an object: the MuJoCo kind and the element's name."""
@@ -69,10 +72,12 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
             return
         agree(addition.spec, spec)
-        with warnings.catch_warnings():
-            # MuJoCo warns of a scene that holds its files' bytes and a model that does not: nothing is missing then.
-            warnings.filterwarnings("ignore", "Attaching a child without asset dict")
+        with engine_warnings.collected() as told:
             spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        for warning in told:
+            # This one is of a scene that holds its files' bytes and a model that does not: nothing is missing then.
+            if not str(warning).startswith("Attaching a child without asset dict"):
+                logger.warning("mujoco: %s", warning)
         if brings_assets:
             spec.dedup_assets()
 

@@ -14,13 +14,13 @@ from __future__ import annotations
 import io
 import logging
 import math
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import mujoco
 
+from simx_server import engine_warnings
 from simx_server.scene.annotations import SceneError, read_annotations
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.includes import shipped_includes
@@ -155,11 +155,10 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
 
 def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
     """Compile; what MuJoCo warns of, as of deprecated attributes, goes to the log. Raises as `spec.compile`."""
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
+    with engine_warnings.collected() as told:
         model = spec.compile()
     for warning in told:
-        logger.log(level, "mujoco: %s", warning.message)
+        logger.log(level, "mujoco: %s", warning)
     return model
 
 
