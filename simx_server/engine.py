@@ -206,7 +206,7 @@ class Engine:
             session.abandon_call()
 
     def _give_memory_back(self) -> None:
-        """After much has waited and nothing does any more."""
+        """After much has waited or a client has left, and nothing waits any more."""
         if self._inbox.had_much:
             self._inbox.had_much, self._givings = False, GIVINGS
         if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
@@ -441,6 +441,7 @@ class Engine:
                 self.recorder.left(client)
             self.departed.append(self._departed(session))
             self.metrics.left(client)
+            self._givings = GIVINGS  # it may have had much
             session.abandon_call()
             session.set_stepping(False)
             session.streams.clear()  # a picture that one waits for knows its client: without this they keep each other

@@ -38,6 +38,9 @@ MUCH, MUCH_BYTES = 300, 32 << 20
 """Messages and bytes of a client that wait, from which on it should be slowed down. A client of this project has 200
 messages on the way at most."""
 
+AFTERMATH = 5.0
+"""Seconds of the physics thread for what a client has sent before it left; whoever floods leaves minutes of work."""
+
 MOMENT = 0.01
 """Seconds over which messages are counted as they arrive: each takes the interpreter from the physics thread."""
 
@@ -87,7 +90,8 @@ class Box:
     """One queue: of a client, of the server's own events, or of questions of a kind."""
 
     __slots__ = (
-        "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving", "is_parked", "is_suspended",
+        "aftermath", "client", "finish", "is_in_line", "is_kept_back", "is_known", "is_leaving", "is_parked",
+        "is_suspended",
         "items", "lock", "recent", "size_put", "size_taken", "tick", "waits",
     )  # fmt: skip
 
@@ -112,6 +116,9 @@ class Box:
 
         self.is_leaving = False
         """Nothing is taken any more: the last item has the client leave."""
+
+        self.aftermath = 0.0
+        """Seconds that it has had since then."""
 
         self.is_suspended = False
         """Nothing is taken out, until its client has read its answers."""
@@ -420,8 +427,18 @@ class Inbox:
         box, self._serving = self._serving, None
         if box is not None:
             box.finish += seconds
+            if box.is_leaving:
+                self._hasten(box, seconds)
             if box.client:
                 self._line_up(box)
+
+    def _hasten(self, box: Box, seconds: float) -> None:
+        """Have a client that has left be gone now, if it has had its time."""
+        box.aftermath += seconds
+        if box.aftermath > AFTERMATH:
+            with box.lock:
+                while len(box.items) > 1:
+                    self._forget(box, box.items.popleft())
 
     def others_wait(self) -> bool:
         """Whether anything waits but what was taken last."""

@@ -10,7 +10,7 @@ from plain_world import World
 import simx_client as v
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
-from simx_server.inbox import Arrival, Inbox
+from simx_server.inbox import AFTERMATH, Arrival, Inbox
 from simx_server.limits import Limits
 from simx_server.simulation import SimulationState
 
@@ -89,3 +89,16 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
     assert world.simulation.state is (SimulationState.STOPPED if is_stop else SimulationState.RUNNING)
     assert len(world.engine._inbox) == 0
     world.close()
+
+
+def test_what_a_client_has_left_behind_gets_a_bounded_time_and_then_it_is_gone() -> None:
+    inbox = _open("one")
+    for _ in range(5):
+        _put(inbox, COME[0])
+    inbox.leave("one", _open)
+    assert inbox.wait(0) == COME[0]
+    inbox.served(AFTERMATH / 2)
+    assert inbox.wait(0) == COME[0]
+    inbox.served(AFTERMATH)
+    assert inbox.wait(0) is _open
+    assert (inbox.wait(0), inbox.size) == (None, 0)
