@@ -24,16 +24,18 @@ from .simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
-PATIENCE = 0.7
+PATIENCE = 0.6
 """Seconds that a blocking call waits for what another client has begun."""
 
 STEP_PATIENCE = 3.0
-"""Seconds that it waits for a simulation step, which is everybody's. The default time-out of a call is five."""
+"""Seconds that the only client waits for a simulation step. The default time-out of a call is five.
+
+With others, one of them may have made the step so long, and nobody waits for it longer than for an edit."""
 
 LONG = 0.3
 """Seconds that one piece of work takes before anything is refused: a queue that moves on is no reason."""
 
-_LOOK = 0.15
+_LOOK = 0.05
 """Seconds between two looks at the physics thread."""
 
 _ERRORS = "simxGetLastErrors"
@@ -129,7 +131,7 @@ class BusyDesk:
         work, doing = self._work, self._doing()
         if work is None:
             return
-        patience = PATIENCE if doing.client else STEP_PATIENCE
+        patience = PATIENCE if doing.client or len(self._sessions) > 1 else STEP_PATIENCE
         if (busy := time.monotonic() - work.since) < LONG:
             return
         # Whoever keeps the server busy waits for the result; its other calls come after that.

@@ -57,8 +57,8 @@ class _Catching:
                 self._catching = warnings.catch_warnings()
                 self._catching.__enter__()
                 self._show = warnings.showwarning
-                # What calls MuJoCo; all other warnings keep the filters that they had.
-                warnings.filterwarnings("always", module=r"simx_server\.")
+                # What calls the compiler; all other warnings keep the filters that they had.
+                warnings.filterwarnings("always", module=r"simx_server\.scene\.")
                 warnings.showwarning = self._shown
 
     def leave(self) -> None:

@@ -109,6 +109,29 @@ def test_a_short_edit_refuses_nobody(world: World) -> None:
     assert vrep.simxGetLastErrors(client, BLOCKING) == (vrep.simx_return_ok, [])
 
 
+def test_one_of_several_clients_waits_for_no_longer_physics_step_than_for_an_edit(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(busy, "STEP_PATIENCE", 1000.0)
+    starter, other = world.client(), world.client()
+    begun, go_on = threading.Event(), threading.Event()
+
+    def long_step() -> None:
+        begun.set()
+        assert go_on.wait(PATIENCE)
+
+    world.simulation.on_pass_begin.append(long_step)
+    try:
+        assert vrep.simxStartSimulation(starter, BLOCKING) == vrep.simx_return_ok
+        assert begun.wait(PATIENCE)
+        code = vrep.simxSetIntegerSignal(other, "refused", 1, BLOCKING)
+        _, texts = vrep.simxGetLastErrors(other, BLOCKING)
+    finally:
+        go_on.set()
+    assert code == vrep.simx_return_remote_error_flag
+    assert "the server is busy with a simulation step" in texts[0]
+
+
 def call(call_id: int, delay_ms: int, operation: int = Operation.EXECUTE) -> Call:
     return Call(call_id, operation, delay_ms, "simxGetPingTime", [])
 

@@ -43,3 +43,11 @@ def test_warnings_of_others_are_filtered_and_shown_as_ever() -> None:
     with engine_warnings.collected() as told, pytest.raises(UserWarning, match="elsewhere"):
         warnings.warn_explicit("elsewhere", UserWarning, "x.py", 1, "x")
     assert told == []
+
+
+def test_what_is_ignored_elsewhere_stays_ignored_meanwhile(capsys: pytest.CaptureFixture[str]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with engine_warnings.collected() as told:
+            warnings.warn_explicit("old", DeprecationWarning, "zenoh.py", 1, "simx_server.gateways.zenoh", {})
+    assert (told, capsys.readouterr().err) == ([], "")

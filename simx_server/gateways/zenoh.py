@@ -314,7 +314,7 @@ class ZenohGateway:
 
         def reply() -> None:
             with query:
-                query.reply(key, payload, congestion_control=self._zenoh.CongestionControl.DROP, **options)
+                query.reply(key, payload, **options)
 
         self._answers[key].send(reply, len(payload))
 

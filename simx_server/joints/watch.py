@@ -17,6 +17,9 @@ logger = logging.getLogger(__name__)
 MOST_AT_ONCE = 32
 """Physics steps in one call of MuJoCo's, which needs the interpreter's lock once."""
 
+FIRST_AT_ONCE = 4
+"""Physics steps in the first such call of a simulation step. As many as were made follow, as long as they are short."""
+
 GLANCE = 0.02
 """Seconds that such a call may last."""
 
@@ -71,8 +74,11 @@ class Watch:
         began = before = time.perf_counter()
         done = 0
         while done < count:
-            most = int(GLANCE / self._cost) if point is None else RECORDED_AT_ONCE
-            size = max(1, min(MOST_AT_ONCE, most, count - done))
+            if point is not None:
+                most = RECORDED_AT_ONCE
+            else:
+                most = min(MOST_AT_ONCE, max(FIRST_AT_ONCE, done), int(GLANCE / self._cost))
+            size = max(1, min(most, count - done))
             yield range(done, done + size)
             done += size
             if any(bad.tolist()):
