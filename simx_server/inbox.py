@@ -39,7 +39,8 @@ MUCH, MUCH_BYTES = 300, 32 << 20
 messages on the way at most."""
 
 AFTERMATH = 5.0
-"""Seconds of the physics thread for what a client has sent before it left; whoever floods leaves minutes of work."""
+"""Seconds of the physics thread for what clients have sent before they left, shared among them: who floods leaves
+minutes of work."""
 
 MOMENT = 0.01
 """Seconds over which messages are counted as they arrive: each takes the interpreter from the physics thread."""
@@ -435,7 +436,8 @@ class Inbox:
     def _hasten(self, box: Box, seconds: float) -> None:
         """Have a client that has left be gone now, if it has had its time."""
         box.aftermath += seconds
-        if box.aftermath > AFTERMATH:
+        sharing = sum(each.is_leaving for each in self._boxes.copy().values())
+        if box.aftermath > AFTERMATH / max(1, sharing):
             with box.lock:
                 while len(box.items) > 1:
                     self._forget(box, box.items.popleft())

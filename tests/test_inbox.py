@@ -102,3 +102,17 @@ def test_what_a_client_has_left_behind_gets_a_bounded_time_and_then_it_is_gone()
     inbox.served(AFTERMATH)
     assert inbox.wait(0) is _open
     assert (inbox.wait(0), inbox.size) == (None, 0)
+
+
+def test_clients_that_have_left_share_that_time() -> None:
+    inbox = _open("one", "two")
+    for what in COME:
+        _put(inbox, what)
+    inbox.leave("one", _open)
+    inbox.leave("two", _open)
+    taken = []
+    while (event := inbox.wait(0)) is not None:
+        taken.append(event)
+        inbox.served(AFTERMATH * 0.6)
+    assert taken.count(COME[0]) == taken.count(COME[1]) == 1
+    assert taken.count(_open) == 2

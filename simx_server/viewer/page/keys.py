@@ -43,7 +43,6 @@ class Keys:
         """Handle to where the last press has it go, and when that was: presses come faster than surveys."""
 
         self._joints: dict[int, JointView] = {}
-        self._is_stopped = True
         self._items: list[SceneItem] = []
         self._driven: list[SceneItem] = []
         self._commands: list[viser.CommandHandle] = []
@@ -54,7 +53,7 @@ class Keys:
 
     def update(self, survey: Survey, look: Look) -> None:
         """News."""
-        self._joints, self._is_stopped = survey["joints"], look["running"] == "stopped"
+        self._joints = survey["joints"]
         if survey["tree"] is not None:
             self._items = [each for each in survey["tree"] if each["joint"]]
         movable = [
@@ -102,5 +101,4 @@ class Keys:
         if quantity != "velocity" and not view["cyclic"]:
             goal = min(max(goal, view["minimum"]), view["minimum"] + view["range"])
         self._pressed[handle] = goal, time.monotonic()
-        stopped = self._is_stopped
-        self._hands.do(lambda client: set_joint(client, item, quantity, goal, is_stopped=stopped))
+        self._hands.do(lambda client: set_joint(client, item, quantity, goal))

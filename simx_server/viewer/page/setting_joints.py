@@ -36,19 +36,21 @@ def present(view: JointView, quantity: Quantity) -> float:
     return values[quantity] or 0.0
 
 
-def set_joint(client: Client, item: SceneItem, quantity: Quantity, value: float, *, is_stopped: bool) -> None:
+def set_joint(client: Client, item: SceneItem, quantity: Quantity, value: float) -> None:
     """Raises SimxError.
 
-    Args:
-        is_stopped: no motor moves the joint, so it is put where it is to go; the target has it stay there later on.
+    While the simulation is stopped no motor moves the joint, so it is put where it is to go as well; the target has it
+    stay there later on. Whether it is stopped is asked now: what the page heard last may be old.
     """
     joint = item["handle"]
+    is_put = quantity == "position"
+    if quantity == "target" and item["element"] != "tendon":
+        is_put = client.simulation.state == "stopped"
 
     def note(calls: Calls) -> None:
         if quantity == "velocity":
             calls.simxSetJointTargetVelocity(joint, value)
-            return
-        if quantity == "position" or (is_stopped and item["element"] != "tendon"):
+        if is_put:
             calls.simxSetJointPosition(joint, value)
         if quantity == "target":
             calls.simxSetJointTargetPosition(joint, value)

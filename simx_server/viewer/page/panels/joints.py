@@ -92,7 +92,7 @@ class Joints:
         for order, item in enumerate(self._items):
             if item["handle"] in shown and (view := survey["joints"].get(item["handle"])) is not None:
                 row = self._row(order, item, view)
-                row.update(view, is_stopped=look["running"] == "stopped", controls=self._controls.value)
+                row.update(view, controls=self._controls.value)
 
     def close(self) -> None:
         """Nothing to end."""
@@ -132,7 +132,6 @@ class _Row:
         order, name, path, scale, has_control = key
         self.key = key
         self._item, self._scale, self._hands = item, scale, hands
-        self._is_stopped = True
         self._latest = Latest(hands, self._set)
         self._chosen = Latest(hands, self._choose)
         self._slider: viser.GuiSliderHandle[float] | None = None
@@ -156,9 +155,8 @@ class _Row:
                 self._control.on_update(self._picked)
             self._line = gui.add_html("")
 
-    def update(self, view: JointView, *, is_stopped: bool, controls: bool) -> None:
+    def update(self, view: JointView, *, controls: bool) -> None:
         """How the joint is now. While somebody moves the slider, that is left alone."""
-        self._is_stopped = is_stopped
         if self._slider is not None and not self._latest.is_held:
             assert self._scale.sets is not None
             put(self._slider, value=self._scale.shown(present(view, self._scale.sets)))
@@ -183,7 +181,7 @@ class _Row:
 
     def _set(self, client: Client, value: float) -> None:
         assert self._scale.sets is not None
-        set_joint(client, self._item, self._scale.sets, value, is_stopped=self._is_stopped)
+        set_joint(client, self._item, self._scale.sets, value)
 
     def _choose(self, client: Client, control: int) -> None:
         joint = self._item["handle"]
