@@ -21,7 +21,7 @@ from simx_server.scene.grafting import Element, Graft, graft
 from simx_server.scene.placing import body_pose, element_pose, free_joint
 from simx_server.scene.poses import compose, inverse
 from simx_server.scene.registered import concerning
-from simx_server.scene.transplant import delete, delete_all, move_body, move_leaf
+from simx_server.scene.transplant import move_body, move_leaf
 from simx_server.scene.welding import body_name, start_pose
 
 if TYPE_CHECKING:
@@ -81,7 +81,9 @@ class _Pruned:
         self.kept = self._kept_bodies()
         self.spec = self._extracted()
         self._move_to_the_top()
-        self._delete_the_rest()
+        for body, whole in self.kept.items():
+            if not whole:
+                self._make_carrier(sim.model.body(body).name)
 
     def graft(self) -> Graft:
         """What is left, ready to be added."""
@@ -131,8 +133,27 @@ class _Pruned:
             sim.scene.spec,
             {model.body(body).name: body_name(sim, above) for body, above in parents.items()},
             [(item.element, item.element_name) for item in loose],
-            frozenset(tendons - {name for element, name in self.chosen if element == "tendon"}),
+            {("tendon", name) for name in tendons if ("tendon", name) not in self.chosen} | self._left_out(),
         )
+
+    def _left_out(self) -> set[Element]:
+        """What stands in the copied bodies, but is not to be copied."""
+        model, scene = self.sim.model, self.sim.scene
+        left_out: set[Element] = set()
+        for body, whole in self.kept.items():
+            left_out.update(("joint", joint) for joint in self._lost_joints(body))
+            if not whole:  # a carrier, without shapes
+                left_out.update(("geom", geom.name) for geom in scene.spec.body(model.body(body).name).geoms)
+        for element, bodies in (
+            ("site", model.site_bodyid),
+            ("camera", model.cam_bodyid),
+            ("light", model.light_bodyid),
+        ):
+            for index in np.flatnonzero(np.isin(bodies, list(self.kept))).tolist():
+                handle = scene.by_element(element, index)
+                if handle is not None and (element, scene.objects[handle].element_name) not in self.chosen:
+                    left_out.add((element, scene.objects[handle].element_name))
+        return left_out
 
     def _lost_joints(self, body: int) -> list[str]:
         """The joints of a body that are not copied."""
@@ -151,8 +172,6 @@ class _Pruned:
             if stays:
                 pose = compose(inverse(body_pose(sim, above)), pose)
             was_dynamic = welded or (bool(lost) and len(lost) == len(_joints(sim, body)))
-            for joint in lost:
-                delete(self.spec, "joint", joint)
             # V-REP's shape without its joint or sensor is a dynamic one that nothing holds.
             free = True if was_dynamic and whole and not stays else None
             move_body(self.spec, name, model.body(above).name if stays else "world", pose, free=free)
@@ -166,30 +185,9 @@ class _Pruned:
                 move_leaf(self.spec, item.element, item.element_name, "world", pose, size)
                 self.moved.add((_PREFIX[item.element], item.element_name))
 
-    def _delete_the_rest(self) -> None:
-        """What stands in the copied bodies, but is not to be copied."""
-        model, scene = self.sim.model, self.sim.scene
-        for body, whole in self.kept.items():
-            if not whole:
-                self._hollow_out(model.body(body).name)
-        doomed: list[Element] = []
-        for element, bodies in (
-            ("site", model.site_bodyid),
-            ("camera", model.cam_bodyid),
-            ("light", model.light_bodyid),
-        ):
-            for index in np.flatnonzero(np.isin(bodies, list(self.kept))).tolist():
-                handle = scene.by_element(element, index)
-                if handle is not None and (element, scene.objects[handle].element_name) not in self.chosen:
-                    doomed.append((element, scene.objects[handle].element_name))
-        if doomed:
-            delete_all(self.spec, sorted(doomed))
-
-    def _hollow_out(self, name: str) -> None:
-        """Leave a light carrier without shapes: what a copied joint moves when its child is not copied."""
+    def _make_carrier(self, name: str) -> None:
+        """A light body: what a copied joint moves when its child is not copied."""
         body = self.spec.body(name)
-        for geom in list(body.geoms):
-            delete(self.spec, "geom", geom.name)
         body.explicitinertial = True
         body.mass = _CARRIER_MASS
         body.inertia[:] = _CARRIER_MASS

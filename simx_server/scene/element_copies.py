@@ -7,6 +7,7 @@ frames are attached too. So each copy of a scene's part would double what the co
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from collections.abc import Set as AbstractSet
 from functools import cache
 from typing import Any
 
@@ -75,11 +76,19 @@ class Copier:
         self.element(old, new)
         self._children(old, new)
 
-    def leaves(self, old: Any, new: Any, kinds: Iterable[str] = LEAVES) -> dict[Any, Any]:
-        """What a body itself has, with the frames it stands in: original to twin."""
+    def leaves(
+        self,
+        old: Any,
+        new: Any,
+        kinds: Iterable[str] = LEAVES,
+        without: AbstractSet[tuple[str, str]] = frozenset(),
+    ) -> dict[Any, Any]:
+        """What a body itself has, with the frames it stands in: original to twin. `without`: kinds and names."""
         frames: dict[Any, Any] = {}
         for kind in kinds:
             for leaf in getattr(old, LEAVES[kind]):
+                if (kind, leaf.name) in without:
+                    continue
                 twin = getattr(new, f"add_{kind}")()
                 self.element(leaf, twin)
                 self.frame(leaf, twin, new, frames)

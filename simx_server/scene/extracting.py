@@ -6,6 +6,7 @@ A spec of thousands of bodies is not copied, and emptied again, for one of them:
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import mujoco
@@ -36,7 +37,7 @@ def extract(
     spec: mujoco.MjSpec,
     bodies: Mapping[str, str],
     leaves: Iterable[tuple[str, str]],
-    without: frozenset[str] = frozenset(),
+    without: AbstractSet[tuple[str, str]] = frozenset(),
 ) -> mujoco.MjSpec:
     """A new spec with some of a spec's bodies and leaves, by the names they have, and without assets.
 
@@ -46,7 +47,8 @@ def extract(
         bodies: name to the name of the parent body, parents first; a body whose parent is not among them stands in the
             world, where it has no frame unless it stood there before.
         leaves: kind and name of what does not stand in one of these bodies; it stands in the world, likewise.
-        without: names of tendons that are left out.
+        without: kind and name of leaves of these bodies, and of tendons, that are left out. Deleting them later would
+            cost a look at the whole spec each.
 
     Raises CommandError for plugins.
     """
@@ -59,7 +61,7 @@ def extract(
         _AS_IT_IS.element(old, twin)
         if parent in twins:
             _AS_IT_IS.frame(old, twin, twins[parent], frames[parent])
-        frames[name] = _AS_IT_IS.leaves(old, twin)
+        frames[name] = _AS_IT_IS.leaves(old, twin, without=without)
         twins[name] = twin
     for kind, name in leaves:
         old = getattr(spec, kind)(name)
@@ -74,7 +76,9 @@ def extract(
 class _Acting:
     """Takes along what names only elements of the part."""
 
-    def __init__(self, spec: mujoco.MjSpec, part: mujoco.MjSpec, without: frozenset[str]) -> None:
+    def __init__(
+        self, spec: mujoco.MjSpec, part: mujoco.MjSpec, without: AbstractSet[tuple[str, str]]
+    ) -> None:
         self._spec = spec
         self._part = part
         self._without = without
@@ -87,7 +91,7 @@ class _Acting:
     def take(self) -> None:
         spec, part = self._spec, self._part
         for tendon in spec.tendons:
-            if tendon.name not in self._without and all(map(self._wraps, tendon.path)):
+            if ("tendon", tendon.name) not in self._without and all(map(self._wraps, tendon.path)):
                 twin = part.add_tendon()
                 _AS_IT_IS.element(tendon, twin)
                 _AS_IT_IS.path(tendon, twin)
