@@ -262,3 +262,13 @@ def test_frames_of_a_moved_body_stay_apart() -> None:
     world.call("simxSetObjectParent", world.handle("arm"), world.handle("base"), True)
     assert np.allclose(world.call("simxGetObjectPosition", world.handle("left"), -1), (0, 1, 0))
     assert np.allclose(world.call("simxGetObjectPosition", world.handle("right"), -1), (0, -1, 0))
+
+
+def test_a_fixed_body_without_mass_below_another_is_copied() -> None:
+    """MuJoCo gives it a centre of mass that the copy, which stands in the world, would not have."""
+    world = World(
+        """<mujoco><worldbody><body name="floor"><body name="slab" pos="0 0 -0.02"><geom type="plane" size="1 1 1"/>
+        <body name="sheet" pos="0 0 0.02"><geom type="plane" size="1 1 1"/></body></body></body></worldbody></mujoco>"""
+    )
+    copies = world.call("simxCopyPasteObjects", [world.handle("sheet")])
+    assert names(world, copies) == ["sheet#0"]

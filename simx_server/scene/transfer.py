@@ -85,6 +85,7 @@ def carry_over(
             if target[there].tobytes() != values.tobytes():
                 target[there] = values
                 differs = True
+    _complicate(new_model)
     options = option_values(old_model)
     differs |= not _are_equal(options, option_values(new_model))
     write_options(new_model, options)
@@ -97,6 +98,16 @@ def carry_over(
         new_data.userdata[:] = old_data.userdata
     new_data.time = old_data.time
     return differs
+
+
+def _complicate(model: mujoco.MjModel) -> None:
+    """Let no fixed body count as simple whose inertia has been carried to another place: MuJoCo would refuse it.
+
+    Of a body with joints the compiler's choice stands, as its matrices depend on it.
+    """
+    is_fixed = (model.body_simple > 0) & (model.body_dofnum == 0)
+    is_apart = (model.body_ipos != 0).any(1) | (model.body_iquat[:, 1:] != 0).any(1)
+    model.body_simple[is_fixed & is_apart] = 0
 
 
 def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
