@@ -371,7 +371,9 @@ class Inbox:
         """
         taken: list[Arrival] = []
         before, left_to_read = time.monotonic() - older_than, _MOST_READ
-        for client, box in self._boxes.copy().items():
+        # Whoever has little waiting comes first: the batches of those that flood take long to read.
+        boxes = sorted(self._boxes.copy().items(), key=lambda each: each[1].size_put - each[1].size_taken)
+        for client, box in boxes:
             if client == except_client or box.is_leaving or box.is_waiting:
                 continue
             for item in box.items.copy():  # at once, as the physics thread takes some out meanwhile

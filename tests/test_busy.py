@@ -152,6 +152,18 @@ def test_only_what_is_awaited_is_taken_out_of_a_batch() -> None:
     assert divide(b"no batch") == (None, b"no batch")
 
 
+def test_who_has_little_waiting_is_not_kept_waiting_by_reading_what_others_have() -> None:
+    inbox = Inbox()
+    awaited = batch(call(1, 0))
+    much = batch(*(call(number, 1) for number in range(4096)))
+    inbox.open("flooder")
+    for _ in range(30):  # more than is read at a time
+        inbox.put("flooder", much, len(much))
+    inbox.open("other")
+    inbox.put("other", awaited, len(awaited))
+    assert [one.client for one in inbox.take_overdue(0.0)] == ["other"]
+
+
 def test_what_is_left_keeps_its_order() -> None:
     inbox = Inbox()
     first, second = batch(call(1, 1), call(2, 0)), batch(call(3, 1))

@@ -29,6 +29,12 @@ _MOST = 64 << 20
 _WARM_AFTER = 3.0
 """Seconds after which a forked helper imports what the first trial needs."""
 
+_GIVES_WAY_AFTER = 0.3
+"""Seconds after which a trial is a long one, and must not take a full core from the server any more."""
+
+_NICENESS = 10
+"""Of a long trial: beside the server it gets a tenth of a core."""
+
 _START = "import sys; sys.path[:] = sys.argv[1:]; from simx_server.scene.trial.helper import main; main()"
 
 
@@ -182,9 +188,15 @@ def _make_trial(
         _become_child(request, writer, try_file)
     os.close(writer)
     said = bytearray()
+    give_way_at: float | None = time.monotonic() + _GIVES_WAY_AFTER
     try:
         while True:
-            ready, _, _ = select.select([reader, requests], [], [])
+            left = None if give_way_at is None else max(0.0, give_way_at - time.monotonic())
+            ready, _, _ = select.select([reader, requests], [], [], left)
+            if not ready:
+                os.setpriority(os.PRIO_PROCESS, process_id, _NICENESS)
+                give_way_at = None
+                continue
             if requests in ready:  # one at a time is asked, so this is the end
                 os.kill(process_id, signal.SIGKILL)
                 return None
