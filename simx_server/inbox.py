@@ -55,7 +55,7 @@ LARGE = 1 << 17
 RESERVED = 1 << 20
 """Bytes that every client may have waiting, also while others fill the room that there is for all."""
 
-_MOST_READ = 1 << 20
+_MOST_READ = 1 << 18
 """Bytes of batches that `take_overdue` reads at a time, which takes the interpreter from the physics thread."""
 
 _COST = 1000
@@ -359,8 +359,8 @@ class Inbox:
         older_than: float,
         except_client: str | None = None,
         is_still_busy: Callable[[], bool] = lambda: True,
-    ) -> list[Arrival]:
-        """Take the blocking calls of batches that have waited for long; they will not be executed.
+    ) -> Iterator[Arrival]:
+        """Take the blocking calls of batches that have waited for long, one by one; they will not be executed.
 
         What else is in these batches stays, in its place. For another thread, while the physics thread is busy.
 
@@ -369,7 +369,6 @@ class Inbox:
             except_client: a client whose calls stay.
             is_still_busy: whether the physics thread does what it did; else nothing is taken.
         """
-        taken: list[Arrival] = []
         before, left_to_read = time.monotonic() - older_than, _MOST_READ
         # Whoever has little waiting comes first: the batches of those that flood take long to read.
         boxes = sorted(self._boxes.copy().items(), key=lambda each: each[1].size_put - each[1].size_taken)
@@ -380,17 +379,17 @@ class Inbox:
                 if item.arrived > before:
                     continue
                 if left_to_read < 0:
-                    return taken
+                    return
                 batch = item.what
                 if isinstance(batch, Arrival):
                     left_to_read -= len(batch.payload) + _COST
                     awaited, rest = divide(batch.payload)
                     with self._taking, box.lock:
                         if not is_still_busy():
-                            return taken
-                        if self._replace(box, item, batch, rest) and awaited is not None:
-                            taken.append(Arrival(client, awaited))
-        return taken
+                            return
+                        is_taken = self._replace(box, item, batch, rest)
+                    if is_taken and awaited is not None:
+                        yield Arrival(client, awaited)
 
     def _replace(self, box: Box, item: _Item, batch: Arrival, rest: bytes | None) -> bool:
         """Leave of a batch only the rest, which nobody waits for, and which is not looked at again.

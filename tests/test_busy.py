@@ -170,9 +170,9 @@ def test_what_is_left_keeps_its_order() -> None:
     for client, payload in (("a", first), ("busy", batch(call(9, 0))), ("a", second)):
         inbox.open(client)
         inbox.put(client, payload, len(payload))
-    taken = inbox.take_overdue(0.0, "busy", lambda: True)
+    taken = list(inbox.take_overdue(0.0, "busy", lambda: True))
     assert [(one.client, ids(one.payload)) for one in taken] == [("a", [2])]
-    assert inbox.take_overdue(0.0, "busy", lambda: True) == []
+    assert list(inbox.take_overdue(0.0, "busy", lambda: True)) == []
     left = [event for event in inbox.at_hand() if isinstance(event, Arrival)]
     assert [(one.client, ids(one.payload)) for one in left] == [("a", [1]), ("busy", [9]), ("a", [3])]
     assert len(inbox) == 0
@@ -182,5 +182,5 @@ def test_nothing_is_taken_once_the_physics_thread_goes_on() -> None:
     inbox, payload = Inbox(), batch(call(1, 0))
     inbox.open("a")
     inbox.put("a", payload, len(payload))
-    assert inbox.take_overdue(0.0, "", lambda: False) == []
+    assert list(inbox.take_overdue(0.0, "", lambda: False)) == []
     assert len(inbox) == 1

@@ -207,8 +207,8 @@ def test_what_has_waited_for_long_and_is_awaited_can_be_taken_out() -> None:
     for client in ("one", "two", "three"):
         for payload in (not_awaited, awaited, b"\xc1"):
             put(box, client, payload)
-    assert box.take_overdue(TIMEOUT) == []
-    assert box.take_overdue(0.0, "two") == [Arrival("one", awaited), Arrival("three", awaited)]
+    assert list(box.take_overdue(TIMEOUT)) == []
+    assert list(box.take_overdue(0.0, "two")) == [Arrival("one", awaited), Arrival("three", awaited)]
     assert len(box) == 7
     assert [arrival.payload for arrival in box.at_hand() if isinstance(arrival, Arrival)].count(awaited) == 1
     assert (len(box), box.size) == (0, 0)
