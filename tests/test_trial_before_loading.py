@@ -176,6 +176,25 @@ def test_a_client_s_scene_may_name_shipped_parts(world, client, send) -> None:
 # --- the child and its helper ---------------------------------------------------------------------
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_long_trial_gives_way_to_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trial_helper, "_GIVES_WAY_AFTER", 0.01)
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+
+    def wait_for_another_priority(_request: dict[str, object]) -> dict[str, object]:
+        until = time.monotonic() + 20
+        while os.getpriority(os.PRIO_PROCESS, 0) == own and time.monotonic() < until:
+            os.sched_yield()
+        return {"priority": os.getpriority(os.PRIO_PROCESS, 0)}
+
+    requests, server = os.pipe()
+    made = trial_helper._make_trial({}, requests, wait_for_another_priority)
+    os.close(requests)
+    os.close(server)
+    assert made is not None
+    assert made["result"] == {"priority": min(19, own + 10)}
+
+
 def test_the_next_file_is_tried_after_the_helper_has_died(world, client, send) -> None:
     send("s.xml", ARM.encode())
     assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == 0

@@ -32,8 +32,8 @@ _WARM_AFTER = 3.0
 _GIVES_WAY_AFTER = 0.3
 """Seconds after which a trial is a long one, and must not take a full core from the server any more."""
 
-_NICENESS = 10
-"""Of a long trial: beside the server it gets a tenth of a core."""
+_NICER = 10
+"""Steps of priority of a long trial below the server's: beside it on one core it gets a tenth."""
 
 _START = "import sys; sys.path[:] = sys.argv[1:]; from simx_server.scene.trial.helper import main; main()"
 
@@ -194,7 +194,7 @@ def _make_trial(
             left = None if give_way_at is None else max(0.0, give_way_at - time.monotonic())
             ready, _, _ = select.select([reader, requests], [], [], left)
             if not ready:
-                os.setpriority(os.PRIO_PROCESS, process_id, _NICENESS)
+                os.setpriority(os.PRIO_PROCESS, process_id, os.getpriority(os.PRIO_PROCESS, 0) + _NICER)
                 give_way_at = None
                 continue
             if requests in ready:  # one at a time is asked, so this is the end
