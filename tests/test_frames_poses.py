@@ -36,7 +36,7 @@ def test_euler_angles_are_rx_ry_rz_and_come_back_as_the_same_rotation(a: float, 
     expected = turn(0, a) @ turn(1, b) @ turn(2, c)
     quat = frames.quat_from_euler((a, b, c))
     assert np.allclose(poses.matrix(quat), expected, atol=1e-12)
-    # Within V-REP's gimbal lock alpha is given up, which costs up to sqrt(2 (1 - 0.999995)) of accuracy.
+    # Within V-REP's gimbal lock alpha is given up, which costs up to 2 sqrt(2 (1 - 0.999995)) of accuracy.
     again = frames.quat_from_euler(frames.euler_from_quat(quat))
     assert np.allclose(poses.matrix(again), expected, atol=1e-6 if abs(expected[0, 2]) < 0.9999 else 6.4e-3)
 

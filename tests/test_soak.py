@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-SECONDS = 60
+SECONDS = 25
 
 
 @pytest.mark.timeout(240)
