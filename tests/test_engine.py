@@ -2,6 +2,7 @@
 
 import gc
 import math
+import time
 import weakref
 from concurrent.futures import Future
 from types import SimpleNamespace
@@ -314,6 +315,36 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_pass(wo
     world.settle()
     assert v.simxGetJointPosition(cid, 1, v.simx_opmode_buffer) == (0, 1.5)
     assert [(reply.call_id, reply.values) for reply in decode_delivery(told[0]).replies] == [(7, [2.5])]
+
+
+def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_sent_at_once(
+    world, monkeypatch
+):
+    clock, told = [100.0], []
+    monkeypatch.setattr(
+        publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], perf_counter=time.perf_counter)
+    )
+    link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
+    world.engine.join("reader", "reader", 0, link)
+    world.engine.submit(
+        "reader", encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]))
+    )
+
+    def values_after(seconds):
+        clock[0] += seconds
+        told.clear()
+        world.engine._publisher.publish(world.engine.sessions.values(), after_pass=True)
+        return [reply.values for payload in told for reply in decode_delivery(payload).replies]
+
+    world.settle()
+    values_after(1.0)
+    assert values_after(0.24) == []
+    assert values_after(0.02) == [[0.0]]
+    assert values_after(0.24) == []
+    world.simulation.joints[2] = 1.5
+    assert values_after(0.0) == [[1.5]]
+    assert values_after(0.24) == []
+    assert values_after(0.02) == [[1.5]]
 
 
 def test_streamed_sets_of_two_clients_are_both_executed(world):

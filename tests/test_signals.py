@@ -254,3 +254,23 @@ def test_too_many_or_too_large_signals_are_refused() -> None:
     world.call("simxSetStringSignal", "a", b"4321")
     with pytest.raises(CommandError, match="in all string signals together"):
         world.call("simxAppendStringSignal", "b", b"5")
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "second"), [("integer", 1, 2), ("float", 1.0, 2.0), ("string", b"1", b"2")]
+)
+def test_a_signal_dies_with_the_script_that_set_it_last(kind: str, first: object, second: object) -> None:
+    signals = World("<mujoco/>").sim.signals
+    put, get = getattr(signals, f"set_{kind}"), getattr(signals, f"get_{kind}")
+    put("overwritten by a client", first, "script")
+    put("overwritten by a client", second)
+    put("overwritten by another script", first, "script")
+    put("overwritten by another script", second, "another script")
+    put("taken back", second, "another script")
+    put("taken back", first, "script")
+    signals.clear_owned("script")
+    assert get("overwritten by a client") == second
+    assert get("overwritten by another script") == second
+    assert get("taken back") is None
+    signals.clear_owned("another script")
+    assert get("overwritten by another script") is None
