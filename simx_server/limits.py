@@ -80,6 +80,10 @@ class Limits:
     collections: int = _count(1000, "collections that scripts made")
     substeps: int = _count(10_000, "physics steps in a simulation step")
     """Each takes a microsecond at least; only an operator's own scene may need more."""
+    near_pairs: int = _count(200_000, "pairs of shapes that overlap or nearly do")
+    """In a scene of more than 400 shapes that collide; MuJoCo needs about 3 us for each in each physics step."""
+    step_seconds: int = _count(2, "seconds of processor time for a physics step")
+    """Nobody is served within one."""
     pictures: int = _count(32, "pictures that wait to be rendered")
     """Each may hold a copy of the scene's state."""
     images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)

@@ -20,6 +20,7 @@ from simx_server.client_files import ClientFiles
 from simx_server.errors import CommandError, one_line
 from simx_server.hooks import Hooks, Listener, call
 from simx_server.joints import Joints
+from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
 from simx_server.physics_calls import PhysicsCalls
@@ -138,6 +139,7 @@ class Simulation(Hooks):
         self.sleepers = Sleepers(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
+        self._is_rearranged = True
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
         self._adopt_empty()
@@ -292,6 +294,10 @@ class Simulation(Hooks):
         """The physics of a pass. Raises StepFailed, mujoco.FatalError."""
         if not self.dynamics_enabled:
             return
+        if self._is_rearranged:  # by something else than physics, which keeps shapes apart
+            self._is_rearranged = False
+            if self.model.ngeom > FEW:
+                self._check_room()
         with engine_warnings.once_a_kind():
             if self.sleepers.are_to_wake:
                 self.refresh()
@@ -300,6 +306,14 @@ class Simulation(Hooks):
         # MuJoCo looks at the state before each step, so what the last one made of it is not seen by it.
         if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
             raise StepFailed(DIVERGED)
+
+    def _check_room(self) -> None:
+        """Raises StepFailed where so many shapes are near each other that one physics step might take very long."""
+        self.refresh()
+        if is_crowded(self.model, self.data, self.limits.near_pairs):
+            reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
+            self._is_rearranged = True
+            raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
         """End a run whose physics cannot go on. The stop resets MuJoCo's data, which an error leaves half computed."""
@@ -343,6 +357,7 @@ class Simulation(Hooks):
     def changed(self) -> None:
         """To be called after writing state or model: readers see a new version and fresh kinematics."""
         self.sleepers.wake()
+        self._is_rearranged = True
         self._moved()
 
     def _moved(self) -> None:

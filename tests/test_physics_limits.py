@@ -284,3 +284,30 @@ def set_parameter(number: int, sim: Simulation, value: float) -> None:
     put = find(number, is_integer=True).set
     assert put is not None
     put(sim, -1, value)
+
+
+@pytest.mark.parametrize("has_controller", [False, True], ids=["free", "with a controller"])
+def test_a_run_is_stopped_after_a_physics_step_that_worked_for_too_long(
+    monkeypatch: pytest.MonkeyPatch, has_controller: bool
+) -> None:
+    world, told = World(MOTOR) if has_controller else falling(), []
+    world.sim.on_script_stopped.append(told.append)
+    worked, clock = [0.0], [0.0]
+    step = mujoco.mj_step
+
+    def long_step(model: mujoco.MjModel, data: mujoco.MjData, count: int = 1) -> None:
+        step(model, data, count)
+        worked[0] += work * count
+        clock[0] += 3.0 * count
+
+    monkeypatch.setattr(mujoco, "mj_step", long_step)
+    monkeypatch.setattr(watch.time, "thread_time", lambda: worked[0])
+    monkeypatch.setattr(watch.time, "perf_counter", lambda: clock[0])
+    work = 0.5  # the process was stopped meanwhile
+    world.run(1)
+    assert world.sim.state is SimulationState.RUNNING
+    work = 3.0
+    world.sim.advance()
+    assert world.sim.state is SimulationState.STOPPED
+    assert told[0].startswith("a physics step took 3.0 s of processor time at ")
+    assert "--limit step_seconds=N" in told[0]

@@ -72,6 +72,7 @@ class Watch:
         bad[:] = 0
         point = self._sim.physics_point
         began = before = time.perf_counter()
+        worked, longest = time.thread_time(), self._sim.limits.step_seconds
         done = 0
         while done < count:
             if point is not None:
@@ -86,6 +87,9 @@ class Watch:
             now = time.perf_counter()
             self._cost = max(1e-9, (now - before) / size)
             before = now
+            # A process that was stopped for a while has not worked meanwhile.
+            if self._cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
+                raise StepFailed(_too_slow(seconds, self._sim))
             if done == count:
                 break
             if now - began > SERVES_AFTER:
@@ -113,6 +117,13 @@ class Watch:
                 whole,
             )
         self._sim.serve_others()
+
+
+def _too_slow(seconds: float, sim: Simulation) -> str:
+    reached = sim.limits.reached("step_seconds", "have fewer contacts or objects")
+    return (
+        f"a physics step took {seconds:.1f} s of processor time; nobody can be served within one; {reached}"
+    )
 
 
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)

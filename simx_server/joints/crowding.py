@@ -1,0 +1,87 @@
+"""Whether too many shapes are near each other: MuJoCo looks at each pair of them, in a step that nothing can interrupt.
+
+Physics keeps shapes apart. Hundreds in the same place come from copies, files and sets of positions.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+FEW = 400
+"""Shapes whose pairs are not counted, as that would cost more than a step: there are 80,000 at most."""
+
+_AT_ONCE = 1 << 18
+"""Pairs that are compared in one go."""
+
+
+class _Boxes(NamedTuple):
+    """Boxes around shapes in the world's frame, in metres: arrays of shape (n, 3)."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    def chosen(self, which: np.ndarray) -> _Boxes:
+        return _Boxes(self.low[which], self.high[which])
+
+
+def is_crowded(model: mujoco.MjModel, data: mujoco.MjData, most: int) -> bool:
+    """Whether the boxes of more than `most` pairs of colliding shapes overlap, of which one at least can move.
+
+    `data` has fresh kinematics. Shapes of one body and of neighbouring links are counted, too: there are few.
+    """
+    # Planes have no bounds, and MuJoCo compares each shape with them once.
+    geoms = np.flatnonzero(((model.geom_contype | model.geom_conaffinity) != 0) & (model.geom_rbound > 0))
+    moves = model.body_weldid[model.geom_bodyid[geoms]] != 0
+    movers = int(moves.sum())
+    if len(geoms) <= FEW or movers * len(geoms) <= most:
+        return False
+    turn = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    centre = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turn, model.geom_aabb[geoms, :3])
+    half = np.einsum("nij,nj->ni", np.abs(turn), model.geom_aabb[geoms, 3:])
+    boxes = _Boxes(centre - half, centre + half)
+    moving, fixed = boxes.chosen(moves), boxes.chosen(~moves)
+    found = _pairs_among(moving, most)
+    return found > most or found + _pairs_between(moving, fixed, most - found) > most
+
+
+def _pairs_among(boxes: _Boxes, most: int) -> int:
+    """Overlapping pairs; counting stops beyond `most`."""
+    # Along the axis on which the fewest overlap: from each box to those that begin before it ends.
+    orders = [np.argsort(boxes.low[:, axis], kind="stable") for axis in range(3)]
+    following = [_following(boxes.chosen(order), axis) for axis, order in enumerate(orders)]
+    axis = int(np.argmin([counts.sum() for counts in following]))
+    boxes, counts = boxes.chosen(orders[axis]), following[axis]
+    found = first = 0
+    while first < len(counts) and found <= most:
+        last = first + max(1, int(np.searchsorted(np.cumsum(counts[first:]), _AT_ONCE)))
+        some = counts[first:last]
+        one = np.repeat(np.arange(first, first + len(some)), some)
+        other = one + 1 + np.arange(len(one)) - np.repeat(np.cumsum(some) - some, some)
+        found += int(_overlap(boxes.chosen(one), boxes.chosen(other)).sum())
+        first = last
+    return found
+
+
+def _pairs_between(boxes: _Boxes, others: _Boxes, most: int) -> int:
+    """Overlapping pairs of one of these and one of those; counting stops beyond `most`."""
+    found = 0
+    size = max(1, _AT_ONCE // max(1, len(others.low)))
+    for first in range(0, len(boxes.low), size):
+        some = _Boxes(boxes.low[first : first + size, None], boxes.high[first : first + size, None])
+        found += int(_overlap(some, others).sum())
+        if found > most:
+            break
+    return found
+
+
+def _following(boxes: _Boxes, axis: int) -> np.ndarray:
+    """Of boxes in the order of where they begin on an axis: how many begin after each one and before it ends."""
+    low, high = boxes.low[:, axis], boxes.high[:, axis]
+    return np.searchsorted(low, high, side="right") - np.arange(1, len(low) + 1)
+
+
+def _overlap(boxes: _Boxes, others: _Boxes) -> np.ndarray:
+    return np.all((boxes.low <= others.high) & (others.low <= boxes.high), axis=-1)
