@@ -312,7 +312,6 @@ class Simulation(Hooks):
         self.refresh()
         if is_crowded(self.model, self.data, self.limits.near_pairs):
             reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
-            self._is_rearranged = True
             raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:

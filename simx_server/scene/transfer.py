@@ -85,7 +85,7 @@ def carry_over(
             if target[there].tobytes() != values.tobytes():
                 target[there] = values
                 differs = True
-    _complicate(new_model)
+    _unmark_simple(new_model)
     options = option_values(old_model)
     differs |= not _are_equal(options, option_values(new_model))
     write_options(new_model, options)
@@ -100,10 +100,10 @@ def carry_over(
     return differs
 
 
-def _complicate(model: mujoco.MjModel) -> None:
-    """Let no fixed body count as simple whose inertia has been carried to another place: MuJoCo would refuse it.
+def _unmark_simple(model: mujoco.MjModel) -> None:
+    """MuJoCo refuses a body that was compiled as simple and whose inertia was then carried to another place.
 
-    Of a body with joints the compiler's choice stands, as its matrices depend on it.
+    A fixed body loses the mark. A body with joints keeps it, because the layout of its matrices depends on it.
     """
     is_fixed = (model.body_simple > 0) & (model.body_dofnum == 0)
     is_apart = (model.body_ipos != 0).any(1) | (model.body_iquat[:, 1:] != 0).any(1)

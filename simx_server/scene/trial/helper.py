@@ -188,14 +188,13 @@ def _make_trial(
         _become_child(request, writer, try_file)
     os.close(writer)
     said = bytearray()
-    give_way_at: float | None = time.monotonic() + _GIVES_WAY_AFTER
+    wait: float | None = _GIVES_WAY_AFTER
     try:
         while True:
-            left = None if give_way_at is None else max(0.0, give_way_at - time.monotonic())
-            ready, _, _ = select.select([reader, requests], [], [], left)
+            ready, _, _ = select.select([reader, requests], [], [], wait)
             if not ready:
                 os.setpriority(os.PRIO_PROCESS, process_id, os.getpriority(os.PRIO_PROCESS, 0) + _NICER)
-                give_way_at = None
+                wait = None
                 continue
             if requests in ready:  # one at a time is asked, so this is the end
                 os.kill(process_id, signal.SIGKILL)
