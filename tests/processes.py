@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import queue
 import re
-import select
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -43,15 +44,18 @@ class ServerProcess:
 
 
 def read_line(process: subprocess.Popen[str], timeout: float = START_TIMEOUT) -> str:
-    """The next line of stdout; fails when the process ends or says nothing in time."""
+    """The next line of stdout; fails when the process says nothing in time.
+
+    Read on a thread: `select` does not see a line that came together with the one before and is in Python's buffer.
+    """
     assert process.stdout is not None
-    deadline = time.monotonic() + timeout
-    while time.monotonic() < deadline:
-        if select.select([process.stdout], [], [], 0.1)[0]:
-            return process.stdout.readline()
-        if process.poll() is not None:
-            break
-    raise AssertionError(f"no line on stdout (exit code {process.poll()})")
+    lines: queue.Queue[str] = queue.Queue()
+    stdout = process.stdout
+    threading.Thread(target=lambda: lines.put(stdout.readline()), daemon=True).start()
+    try:
+        return lines.get(timeout=timeout)
+    except queue.Empty:
+        raise AssertionError(f"no line on stdout (exit code {process.poll()})") from None
 
 
 def spawn(*arguments: object) -> subprocess.Popen[str]:
