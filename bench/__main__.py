@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
+from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.nearest import did_you_mean
-from simx_client.protocol.parser import Parser
 
 from .client import CallFailed
 from .machine import Watch, description

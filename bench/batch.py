@@ -20,8 +20,8 @@ from typing import Any
 
 import simx_client as vrep
 from simx_client import batch
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 
 from .client import CAMERA, JOINTS, check, connected, handle_of, running
 from .measure import Effort, Rounds, in_turn, ratio, repeated, timed

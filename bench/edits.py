@@ -11,10 +11,11 @@ from itertools import count
 from pathlib import Path
 
 from simx_server.limits import Limits
-from simx_server.parts import attach_parts
-from simx_server.scene import copying, creating, editing, models
-from simx_server.scene.loader import load_text
-from simx_server.simulation import Simulation
+from simx_server.scene import models
+from simx_server.scene.editing import copying, creating, editing
+from simx_server.scene.formats.loader import load_text
+from simx_server.world.building import attach_parts
+from simx_server.world.simulation import Simulation
 
 from .measure import Effort, Progress, Rounds, ratio
 from .report import Findings, Grid, Ratio

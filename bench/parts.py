@@ -17,17 +17,17 @@ from typing import Any
 import mujoco
 
 import simx_client as vrep
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_batch, decode_delivery, encode
 from simx_client.protocol.messages import Call
-from simx_server.clock import Pacer
-from simx_server.dispatch import Dispatch, Run
-from simx_server.engine import Engine
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.dispatch import Dispatch, Run
+from simx_server.runtime.server_loop import Engine
 
 from . import baselines, processes
 from .blocking import message_sizes

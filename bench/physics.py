@@ -6,8 +6,8 @@ from contextlib import ExitStack
 
 import mujoco
 
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 
 
 class Physics:

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 import simx_client as vrep
-from simx_client.values import VisionImage
+from simx_client.legacy.images import VisionImage
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
 
 from . import baselines, processes, rendering
 from .client import CAMERA, JOINTS, check, handle_of, simulator

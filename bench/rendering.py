@@ -11,12 +11,12 @@ from functools import partial
 
 import mujoco
 
-from simx_server.sensors.gl_backend import RAYCAST, choose_backend
-from simx_server.sensors.picture import CameraView, Renderer, fovy_from_perspective_angle
-from simx_server.sensors.raycast import RaycastRenderer
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
-from simx_server.simulation import Simulation
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
+from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+from simx_server.sensors.vision.image import CameraView, Renderer, fovy_from_perspective_angle
+from simx_server.world.simulation import Simulation
 
 from .client import CAMERA, JOINTS
 from .measure import Effort, Rounds, difference, repeated, side_by_side
@@ -124,7 +124,7 @@ def _one_set(effort: Effort, scene: str, backend: str, stack: ExitStack) -> dict
 
     for camera in CAMERAS[scene]:
         if backend != RAYCAST:
-            from simx_server.sensors.opengl import OpenGLRenderer
+            from simx_server.sensors.opengl.renderer import OpenGLRenderer
 
             drawn = stack.enter_context(closing(OpenGLRenderer(model, backend)))
             for size in (LARGE, MEDIUM, SMALL, TINY):

@@ -8,9 +8,9 @@ from typing import Any
 
 import mujoco
 
-from simx_server.library import list_scenes
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
+from simx_server.files.library import list_scenes
 
 from .measure import Effort, Rounds, ratio, repeated, side_by_side
 from .report import Findings, Grid, Ratio

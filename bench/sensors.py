@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import ExitStack
 from functools import partial
 
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.scene.objects import ObjectKind
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
 
 from .measure import Effort, Rounds, difference, ratio, repeated, side_by_side
 from .report import Findings, Ratio, Row

@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from functools import partial
 
 import simx_client as vrep
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 
 from .client import check, connected
 from .measure import Effort, Rounds, repeated, timed

@@ -8,12 +8,12 @@ from functools import partial
 from typing import Any
 
 import simx_client as vrep
-from simx_client.values import VisionImage
-from simx_server.sensors.gl_backend import RAYCAST, choose_backend
-from simx_server.sensors.picture import Renderer
-from simx_server.sensors.raycast import RaycastRenderer
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_client.legacy.images import VisionImage
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
+from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+from simx_server.sensors.vision.image import Renderer
 
 from . import baselines, processes, rendering
 from .client import CAMERA, JOINTS, check, handle_of, simulator
@@ -135,7 +135,7 @@ def _renderer(stack: ExitStack) -> Any:
     if backend == RAYCAST:
         renderer: Renderer = RaycastRenderer(simulation.model)
     else:
-        from simx_server.sensors.opengl import OpenGLRenderer
+        from simx_server.sensors.opengl.renderer import OpenGLRenderer
 
         renderer = OpenGLRenderer(simulation.model, backend)
     drawn = stack.enter_context(closing(renderer))

@@ -11,11 +11,11 @@ from functools import partial
 import msgpack
 
 import simx_client as vrep
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
 from simx_server.viewer import messages
 from simx_server.viewer.feed import Feed
 

@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import simx_client as vrep
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
-from simx_server.simulation import Simulation
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
+from simx_server.world.simulation import Simulation
 
 FILE = Path(__file__).with_name("pictures") / "tutorial.webp"
 WIDTH, HEIGHT = 640, 400

@@ -15,10 +15,10 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 import cv2
 import mujoco
 
-from simx_server.handlers.poses import set_object_position
-from simx_server.library import list_scenes
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
+from simx_server.files.library import list_scenes
+from simx_server.handlers.objects.poses import set_object_position
 
 FOLDER = Path(__file__).with_name("pictures")
 WIDTH, HEIGHT = 480, 360

@@ -15,7 +15,7 @@ from reference_words import MEANINGS, REMARKS, SAMPLES
 from simx_client.protocol.commands import TABLE, Command, Place, Value
 from simx_client.protocol.differences import DIFFERENCES
 from simx_client.protocol.kinds import KINDS
-from simx_server.coverage import Coverage, coverage
+from simx_server.app.coverage import Coverage, coverage
 from simx_server.handlers import HANDLERS
 
 PAGE = """\

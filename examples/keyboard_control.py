@@ -27,7 +27,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
     import pygame
 except ModuleNotFoundError:
-    from simx_client.protocol.installing import extra_line
+    from simx_client.protocol.cli.installing import extra_line
 
     sys.exit(f"the package pygame is not installed, which opens the window: {extra_line('demo')}")
 

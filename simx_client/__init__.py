@@ -3,7 +3,7 @@
     import simx_client as vrep
     clientID = vrep.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
 
-New code may take ``Client`` instead, see ``modern``: ``from simx_client import Client``. It is no part of the drop-in
+New code may take ``Client`` instead, see ``simx_client.client``: ``from simx_client import Client``. It is no part of the drop-in
 surface, so it is neither in ``__all__`` nor loaded before somebody asks for it.
 
 Everything else of this package is behind this door and may move. How it is laid out: ``surface`` makes the
@@ -13,8 +13,8 @@ modes mean; ``transport`` is the seam to the outside.
 
 from typing import Any as _Any
 
+from .legacy.functions import functions as _functions
 from .protocol import constants as _constants
-from .surface import functions as _functions
 
 globals().update(_functions())
 globals().update({name: value for name, value in vars(_constants).items() if not name.startswith("_")})
@@ -26,7 +26,7 @@ __all__ = sorted(  # pyright: ignore[reportUnsupportedDunderAll] - the stub file
 
 def __getattr__(name: str) -> _Any:
     if name == "Client":
-        from .modern import Client
+        from .client import Client
 
         return Client
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,10 +1,10 @@
-"""Generated from the table by ``python -m simx_client.stubs``; do not edit."""
+"""Generated from the table by ``python -m simx_client.legacy.stubs``; do not edit."""
 
 from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
-from simx_client.modern import Client as Client
-from simx_client.values import DepthBuffer, VisionImage
+from simx_client.client import Client as Client
+from simx_client.legacy.images import DepthBuffer, VisionImage
 
 sim_object_shape_type: int
 sim_object_joint_type: int

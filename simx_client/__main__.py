@@ -8,24 +8,24 @@ from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
 
-from simx_client.command_parser import program
-from simx_client.protocol.exit_codes import INTERRUPTED, USAGE
-from simx_client.protocol.parser import Parser
-from simx_client.protocol.terminal import print_what_can_be, while_read
+from simx_client.cli.command_parser import program
+from simx_client.protocol.cli.exit_codes import INTERRUPTED, USAGE
+from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.cli.terminal import print_what_can_be, while_read
 
 COMMANDS = {
-    "list": ("list the live simulators", "simx_client.listing"),
-    "call": ("call one function of the remote API", "simx_client.command_line.call"),
-    "watch": ("print what a reading function gives, whenever it changes", "simx_client.command_line.watch"),
-    "image": ("write a camera's picture into a file", "simx_client.command_line.image"),
+    "list": ("list the live simulators", "simx_client.cli.listing"),
+    "call": ("call one function of the remote API", "simx_client.cli.call"),
+    "watch": ("print what a reading function gives, whenever it changes", "simx_client.cli.watch"),
+    "image": ("write a camera's picture into a file", "simx_client.cli.image"),
     "completion": (
         "print a script that has a shell complete all this",
-        "simx_client.command_line.completion",
+        "simx_client.cli.completion",
     ),
     "check": ("tell what an old script wants, and what is missing", "simx_client.checking.command"),
-    "run": ("run an unmodified legacy script", "simx_client.run"),
-    "status": ("tell whether they work, and what they count", "simx_client.status"),
-    "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.shims"),
+    "run": ("run an unmodified legacy script", "simx_client.launch.run"),
+    "status": ("tell whether they work, and what they count", "simx_client.cli.status.command"),
+    "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 
 

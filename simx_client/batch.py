@@ -17,13 +17,13 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
-from .answers import Answer
-from .calls import Calls
+from .connection.answers import Answer
+from .connection.calls import Calls
+from .connection.exchange import Exchange, connection_of
+from .connection.servers import Servers
+from .connection.strict import Strict
+from .connection.timeouts import DEFAULT_TIMEOUT
 from .errors import CallsFailed, Failure
-from .exchange import Exchange, connection_of
-from .patience import DEFAULT_TIMEOUT
-from .servers import Servers
-from .strict import Strict
 
 __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]
 

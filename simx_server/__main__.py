@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from simx_server.cli import main
+from simx_server.app.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,7 +2,7 @@
 
 import mujoco
 
-from simx_server.sensors.picture import CameraView
+from simx_server.sensors.vision.image import CameraView
 
 # The camera `front` stands at y = -2 and looks along +y: world x is to the right, world z is up.
 SCENE = """

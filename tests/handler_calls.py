@@ -13,11 +13,11 @@ import numpy as np
 
 from simx_client.protocol.commands import BY_NAME
 from simx_server.handlers import HANDLERS
-from simx_server.parts import attach_parts
-from simx_server.scene.loader import load_text
-from simx_server.sensors.picture import CameraView, Picture
-from simx_server.simulation import Simulation
-from simx_server.steps import at_once
+from simx_server.runtime.background import at_once
+from simx_server.scene.formats.loader import load_text
+from simx_server.sensors.vision.image import CameraView, Picture
+from simx_server.world.building import attach_parts
+from simx_server.world.simulation import Simulation
 
 
 class PaintingThread:

@@ -15,9 +15,9 @@ import pytest
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_client import local
+from simx_client.connection.endpoints import Place
 from simx_client.errors import ConnectionFailed
-from simx_client.places import Place
+from simx_client.legacy import local
 from simx_server.gateways.loopback import LoopbackTransport
 
 SCENE = Path(__file__).parent / "conformance" / "scene.xml"

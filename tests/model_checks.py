@@ -16,7 +16,7 @@ from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as v
 from simx_server.scene.objects import ObjectKind
-from simx_server.sensors.volume import TYPES
+from simx_server.sensors.proximity.volume import TYPES
 
 Vector = tuple[float, float, float]
 

@@ -12,10 +12,10 @@ from concurrent.futures import Future
 from plain_world import HANDLERS, PlainSimulation
 
 from simx_client.protocol.commands import BY_NAME
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers.registry import Handler
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
 
 MEGABYTE = bytes(1_000_000)
 

@@ -7,17 +7,17 @@ from concurrent.futures import Future
 from types import SimpleNamespace
 
 import simx_client as vrep
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.commands import BY_NAME
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
 from simx_server.errors import CommandError
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import session
 from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
-from simx_server.simulation import SimulationState
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
+from simx_server.world.simulation import SimulationState
 
 
 class PlainSimulation:

@@ -11,7 +11,7 @@ import pytest
 from echo_api import EchoApi
 
 from simx_server.scripting.interpreter import Constant, Waiting
-from simx_server.scripting.python_interpreter import PythonInterpreter
+from simx_server.scripting.python.interpreter import PythonInterpreter
 
 
 class PythonEchoApi(EchoApi):

@@ -8,15 +8,15 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.messages import Pace
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
 
 BLOCKING = v.simx_opmode_blocking
 

@@ -14,21 +14,21 @@ import msgpack
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Batch, Call
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
+from simx_server.app.server import attach_outputs, build_simulation, serve
+from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.recording import Recorder
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.server import attach_outputs, build_simulation, serve
-from simx_server.sessions import ClientSession
-from simx_server.settings import Settings
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
 

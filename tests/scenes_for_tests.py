@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from simx_server.scene.loader import load_text
-from simx_server.simulation import Simulation
+from simx_server.scene.formats.loader import load_text
+from simx_server.world.simulation import Simulation
 
 ARM = """
 <mujoco model="arm">

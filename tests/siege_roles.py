@@ -21,7 +21,7 @@ from soak_client import Client
 from soak_server import SCENE
 
 import simx_client as v
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
 

@@ -17,7 +17,7 @@ from typing import Any
 from soak_roles import ROLES
 
 import simx_client as v
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.commands import TABLE, Command, Place
 
 BLOCKING = v.simx_opmode_blocking

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simx_server.clock import Pacer
-from simx_server.engine import Engine
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession, Link
 from simx_server.scene.trial import helper
-from simx_server.server import build_simulation
-from simx_server.sessions import ClientSession, Link
-from simx_server.settings import Settings
 
 SCENE = Path(__file__).parent / "conformance" / "scene.xml"
 SPEED = 4.0

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from simx_client.alarm import Alarm
+from simx_client.transport.time_limit import Alarm
 
 
 @pytest.fixture

@@ -16,9 +16,10 @@ from plain_world import World
 from processes import ROOT, ServerProcess, server, wait_until
 
 import simx_client as v
-from simx_client import batch, stubs
-from simx_client.clients import CLIENTS
+from simx_client import batch
+from simx_client.connection.clients import CLIENTS
 from simx_client.errors import ConnectionFailed
+from simx_client.legacy import stubs
 from simx_client.protocol.codec import decode_batch, decode_delivery
 
 BLOCKING = v.simx_opmode_blocking
@@ -437,7 +438,7 @@ def test_a_server_that_is_not_there_leaves_no_connection(two: list[ServerProcess
 
 def test_the_stub_of_the_recorder_is_fresh() -> None:
     assert stubs.CALLS_PATH.read_text(encoding="utf-8") == stubs.render_calls(), (
-        "run: python -m simx_client.stubs"
+        "run: python -m simx_client.legacy.stubs"
     )
 
 

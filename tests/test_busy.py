@@ -11,15 +11,16 @@ import pytest
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
-from simx_server import busy, report
-from simx_server.awaited import divide
 from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.inbox import Arrival, Inbox
-from simx_server.scene import recompile
+from simx_server.runtime import busy
+from simx_server.runtime.awaited import divide
+from simx_server.runtime.inbox import Arrival, Inbox
+from simx_server.runtime.monitoring import report
+from simx_server.scene.editing import recompile
 
 PATIENCE = 20.0
 """Seconds that only a hang takes."""

@@ -11,23 +11,24 @@ import types
 import pytest
 
 from simx_client.protocol.commands import TABLE, Place
-from simx_server import __version__, cli
-from simx_server.coverage import coverage
-from simx_server.settings import SETTINGS, Settings
+from simx_server import __version__
+from simx_server.app import cli
+from simx_server.app.coverage import coverage
+from simx_server.app.settings import SETTINGS, Settings
 
 
 @pytest.fixture
 def served(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
     """What the command line hands to the server, without one being started."""
     handed: list[Settings] = []
-    stand_in = types.ModuleType("simx_server.server")
+    stand_in = types.ModuleType("simx_server.app.server")
 
     def serve(settings: Settings, _probe: object = None, _helper: object = None) -> int:
         handed.append(settings)
         return 0
 
     stand_in.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
-    monkeypatch.setitem(sys.modules, "simx_server.server", stand_in)
+    monkeypatch.setitem(sys.modules, "simx_server.app.server", stand_in)
     return handed
 
 
@@ -133,7 +134,7 @@ def test_log_level_is_for_our_packages_and_others_may_only_warn(served: list[Set
 
 
 def test_exit_code_is_the_servers(served: list[Settings], monkeypatch: pytest.MonkeyPatch) -> None:
-    server = sys.modules["simx_server.server"]
+    server = sys.modules["simx_server.app.server"]
     monkeypatch.setattr(server, "serve", lambda *_: 1)
     assert cli.main([]) == 1
 

@@ -15,11 +15,11 @@ from processes import ServerProcess, server
 from routers import free_port
 
 from simx_client import __main__ as program
-from simx_client.command_line import call, image, watch
-from simx_client.command_line.arguments import WrongUse, bare, command_named, parse, shielded, usage
-from simx_client.command_line.asking_one import parse_words
-from simx_client.command_line.png import png, samples_16
-from simx_client.command_line.showing import as_text
+from simx_client.cli import call, image, watch
+from simx_client.cli.arguments import WrongUse, bare, command_named, parse, shielded, usage
+from simx_client.cli.formatting import as_text
+from simx_client.cli.one_call import parse_words
+from simx_client.cli.png import png, samples_16
 
 SCENE = """
 <mujoco>

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from simx_client.protocol.terminal import Paint
-from simx_server import cli
+from simx_client.protocol.cli.terminal import Paint
+from simx_server.app import cli
 from simx_server.scripting.outline import functions_in, signals_in
 
 SCENE = """

@@ -10,8 +10,8 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
-from simx_server.scene.loader import SceneError, load_text
-from simx_server.sensors.triangle_pairs import least_distance
+from simx_server.scene.formats.loader import SceneError, load_text
+from simx_server.sensors.distance.triangle_pairs import least_distance
 from simx_server.sensors.triangles import GeomTriangles
 
 ALL = -2

@@ -12,13 +12,13 @@ from processes import ROOT
 
 from bench import __main__ as bench
 from simx_client import __main__ as simx
-from simx_client import run
 from simx_client.checking import command as check
+from simx_client.launch import run
 from simx_client.protocol.nearest import did_you_mean, file_like, nearest
 from simx_client.protocol.version import __version__
-from simx_server import cli
+from simx_server.app import cli
 from simx_server.errors import CommandError
-from simx_server.library import find_scene
+from simx_server.files.library import find_scene
 from simx_server.viewer.page import command as view
 
 DOORS = {
@@ -86,7 +86,7 @@ def test_flags_of_the_script_are_no_misspelt_flags_of_simx_run(
     (tmp_path / "script.py").write_text("import json, sys\nprint(json.dumps(sys.argv[1:]))")
     script = str(tmp_path / "script.py")
     done = subprocess.run(
-        [sys.executable, "-m", "simx_client.run", script, "--plian", "-verbose"],
+        [sys.executable, "-m", "simx_client.launch.run", script, "--plian", "-verbose"],
         capture_output=True, text=True, cwd=ROOT, check=True,
     )  # fmt: skip
     assert json.loads(done.stdout) == ["--plian", "-verbose"]

@@ -9,7 +9,7 @@ from importlib import import_module
 import pytest
 
 from simx_client.__main__ import COMMANDS
-from simx_client.command_parser import MODULE, SCRIPT
+from simx_client.cli.command_parser import MODULE, SCRIPT
 
 OWN_NAMES = ("check", "run")
 """Commands that are programs of their own name too, and call themselves so."""

@@ -12,10 +12,10 @@ import pytest
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_server.command_server import COMMAND_SERVER, add_command_server
-from simx_server.library import find_scene
-from simx_server.server import build_simulation
-from simx_server.settings import Settings
+from simx_server.app.server import build_simulation
+from simx_server.app.settings import Settings
+from simx_server.files.library import find_scene
+from simx_server.parts.command_server import COMMAND_SERVER, add_command_server
 
 ROOM = """
 <mujoco model="room">

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from simx_client import __main__ as program
-from simx_client.command_line.completion import PROGRAMS, programs
-from simx_client.command_parser import SCRIPT
+from simx_client.cli.command_parser import SCRIPT
+from simx_client.cli.completion import PROGRAMS, programs
 from simx_client.protocol.commands import BY_NAME
-from simx_server.library import list_scenes
-from simx_server.settings import SETTINGS
+from simx_server.app.settings import SETTINGS
+from simx_server.files.library import list_scenes
 
 ROOT = Path(__file__).parents[1]
 SHELLS = ("bash", "zsh", "fish")

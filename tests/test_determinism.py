@@ -13,13 +13,13 @@ from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped
 
 import simx_client as v
 from bench.lookers import looking
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.keys import VIEWER
-from simx_server import cli
+from simx_server.app import cli
 from simx_server.gateways.loopback import LoopbackTransport
-from simx_server.snapshot import get_state
 from simx_server.viewer.launching import missing
+from simx_server.world.saved_state import get_state
 
 PASSES = 30
 

@@ -11,7 +11,7 @@ import pytest
 
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.differences import DIFFERENCES, Difference, for_readme
-from simx_server.cli import main
+from simx_server.app.cli import main
 from simx_server.handlers import HANDLERS
 
 ROOT = Path(__file__).parents[1]

@@ -17,12 +17,12 @@ from processes import ROOT, ServerProcess, server, wait_until
 from routers import Wire, free_port, router
 
 import simx_client as v
-from simx_client import listing
-from simx_client.discovery import Found, find_servers
-from simx_client.places import Place, find_place
+from simx_client.cli import listing
+from simx_client.connection.discovery import Found, find_servers
+from simx_client.connection.endpoints import Place, find_place
 from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
-from simx_server.load import LoadMeter
+from simx_server.runtime.monitoring.load import LoadMeter
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 

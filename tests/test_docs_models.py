@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from handler_calls import World
 
-from simx_server.library import find_scene, list_scenes, shipped_models
+from simx_server.files.library import find_scene, list_scenes, shipped_models
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "models.md"

@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
-from simx_client.protocol import installing
-from simx_client.protocol.terminal import Paint
-from simx_server import cli
-from simx_server.doctor import child, graphics, machine, network, page
-from simx_server.doctor.child import ProbeFailed, run_probe
-from simx_server.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
-from simx_server.settings import Settings
+from simx_client.protocol.cli import installing
+from simx_client.protocol.cli.terminal import Paint
+from simx_server.app import cli
+from simx_server.app.doctor import child, graphics, machine, network, page
+from simx_server.app.doctor.child import ProbeFailed, run_probe
+from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
+from simx_server.app.settings import Settings
 
 SCENE = """
 <mujoco>

@@ -10,7 +10,7 @@ import pytest
 from handler_calls import World
 from scenes_for_tests import ARM
 
-from simx_server.scene import frames
+from simx_server.scene.geometry import frames
 from simx_server.scene.objects import ObjectKind
 
 HAND = """

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from handler_calls import World
 
-from simx_server.scene import copying, creating, editing, models, recompile
+from simx_server.scene import models
+from simx_server.scene.editing import copying, creating, editing, recompile
 from simx_server.scene.objects import Scene
 from simx_server.scene.tree import Builder
 

@@ -12,11 +12,12 @@ from handler_calls import World
 from scenes_for_tests import ARM, run
 
 from simx_server.errors import CommandError
-from simx_server.scene import frames, models
-from simx_server.scene.loader import load_text
+from simx_server.scene import models
+from simx_server.scene.formats.loader import load_text
+from simx_server.scene.geometry import frames
 from simx_server.scene.names import copy_names
 from simx_server.scene.objects import ObjectKind
-from simx_server.simulation import Simulation
+from simx_server.world.simulation import Simulation
 
 GRIPPER = """
 <mujoco model="gripper">

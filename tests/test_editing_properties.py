@@ -10,7 +10,8 @@ from scenes_for_tests import ARM
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene import editing, frames
+from simx_server.scene.editing import editing
+from simx_server.scene.geometry import frames
 
 DROP = """
 <mujoco>

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from handler_calls import World
 
-from simx_server.engine_parameters import PARAMETERS
 from simx_server.errors import CommandError
-from simx_server.scene.inertia import set_inertia
+from simx_server.parts.physics_engine_parameters import PARAMETERS
+from simx_server.scene.geometry.inertia import set_inertia
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script, ScriptKind
-from simx_server.simulation import Simulation
-from simx_server.snapshot import editable_arrays, get_state
+from simx_server.world.saved_state import editable_arrays, get_state
+from simx_server.world.simulation import Simulation
 
 SCENE = Path(__file__).parent / "conformance" / "scene.xml"
 EDITS = 80

@@ -11,15 +11,15 @@ import pytest
 from plain_world import HANDLERS, World
 
 import simx_client as v
-from simx_client.patience import MAX_UNANSWERED
+from simx_client.connection.timeouts import MAX_UNANSWERED
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import Batch, Call, Operation
-from simx_server import publishing
-from simx_server.clock import Pacer
 from simx_server.handlers.registry import Handler
-from simx_server.sessions import ClientSession
-from simx_server.simulation import SimulationState
+from simx_server.runtime import publishing
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.sessions import ClientSession
+from simx_server.world.simulation import SimulationState
 
 
 @pytest.fixture

@@ -7,13 +7,15 @@ import warnings
 
 import pytest
 
-from simx_server import engine_warnings
+from simx_server.world import physics_warnings
 
 
 def warn(text: str) -> None:
     """As MuJoCo's compiler does, called by this package."""
     registry: dict[str, object] = {}
-    warnings.warn_explicit(text, DeprecationWarning, "loader.py", 1, "simx_server.scene.loader", registry)
+    warnings.warn_explicit(
+        text, DeprecationWarning, "loader.py", 1, "simx_server.scene.formats.loader", registry
+    )
 
 
 def test_each_thread_collects_its_own_warnings_and_all_is_as_before_in_the_end() -> None:
@@ -22,14 +24,14 @@ def test_each_thread_collects_its_own_warnings_and_all_is_as_before_in_the_end()
     found: list[str] = []
 
     def other() -> None:
-        with engine_warnings.collected() as told:
+        with physics_warnings.collected() as told:
             first.set()
             warn("of the other thread")
             assert second.wait(20)  # ends after the one that began before it
         found.extend(map(str, told))
 
     thread = threading.Thread(target=other)
-    with engine_warnings.collected() as mine:
+    with physics_warnings.collected() as mine:
         thread.start()
         assert first.wait(20)
         warn("of this thread")
@@ -40,7 +42,7 @@ def test_each_thread_collects_its_own_warnings_and_all_is_as_before_in_the_end()
 
 
 def test_warnings_of_others_are_filtered_and_shown_as_ever() -> None:
-    with engine_warnings.collected() as told, pytest.raises(UserWarning, match="elsewhere"):
+    with physics_warnings.collected() as told, pytest.raises(UserWarning, match="elsewhere"):
         warnings.warn_explicit("elsewhere", UserWarning, "x.py", 1, "x")
     assert told == []
 
@@ -48,6 +50,6 @@ def test_warnings_of_others_are_filtered_and_shown_as_ever() -> None:
 def test_what_is_ignored_elsewhere_stays_ignored_meanwhile(capsys: pytest.CaptureFixture[str]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
-        with engine_warnings.collected() as told:
+        with physics_warnings.collected() as told:
             warnings.warn_explicit("old", DeprecationWarning, "zenoh.py", 1, "simx_server.gateways.zenoh", {})
     assert (told, capsys.readouterr().err) == ([], "")

@@ -16,8 +16,9 @@ from processes import ROOT, read_line, running, spawn
 from routers import free_port
 
 from simx_client import __main__ as client
-from simx_client import run, shims
-from simx_client.protocol.exit_codes import (
+from simx_client.cli import shims
+from simx_client.launch import run
+from simx_client.protocol.cli.exit_codes import (
     DIVERGED,
     DONE,
     FAILURE,
@@ -26,8 +27,8 @@ from simx_client.protocol.exit_codes import (
     UNREAD,
     USAGE,
 )
-from simx_server import cli, server
-from simx_server.settings import Settings
+from simx_server.app import cli, server
+from simx_server.app.settings import Settings
 
 
 def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:

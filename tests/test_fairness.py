@@ -14,11 +14,12 @@ from plain_world import World
 
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
-from simx_server import batches, inbox, metrics
 from simx_server.gateways.posting import MUCH_UNSENT, Care, Postman
 from simx_server.gateways.throttle import KEPT_FREE, LONGEST, PAUSE, Throttle
-from simx_server.inbox import CREDIT, GREEDY, MOST_QUESTIONS, MUCH, RESERVED, Arrival, Inbox
 from simx_server.limits import Limits
+from simx_server.runtime import batches, inbox
+from simx_server.runtime.inbox import CREDIT, GREEDY, MOST_QUESTIONS, MUCH, RESERVED, Arrival, Inbox
+from simx_server.runtime.monitoring import metrics
 
 TIMEOUT = 20.0
 
@@ -274,7 +275,7 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(batches, "LONGEST_TOGETHER", TIMEOUT)
-    monkeypatch.setattr("simx_server.engine.SERVING", 0.0)
+    monkeypatch.setattr("simx_server.runtime.server_loop.SERVING", 0.0)
     join(world, "one"), join(world, "other")
     world.simulation.start()
     sets = [Call(0, Operation.EXECUTE, 1, "simxSetJointPosition", [1, float(value)]) for value in range(30)]
@@ -293,7 +294,7 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
 ) -> None:
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(batches, "LONGEST_TOGETHER", 0.0)
-    monkeypatch.setattr("simx_server.engine.SERVING", 0.0)
+    monkeypatch.setattr("simx_server.runtime.server_loop.SERVING", 0.0)
     join(world, "one"), join(world, "other")
     world.simulation.start()
     world.engine.submit("one", reads(*range(1, 1000)))

@@ -10,14 +10,14 @@ from plain_world import World
 from processes import ROOT, give_way, read_line, running, spawn, wait_until
 
 import simx_client as v
-from simx_client import local
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.endpoints import Place
 from simx_client.errors import ConnectionFailed
-from simx_client.places import Place
+from simx_client.legacy import local
 from simx_client.protocol import keys
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
-from simx_client.transport import ZenohTransport
+from simx_client.transport.zenoh import ZenohTransport
 from simx_server.gateways.posting import Care, Postman
 from simx_server.gateways.zenoh import ZenohLink
 
@@ -52,7 +52,7 @@ PICTURES = (
     "print('ready', flush=True); sys.stdin.read()",
 )
 MEGABYTES = (
-    "from simx_client.clients import CLIENTS",
+    "from simx_client.connection.clients import CLIENTS",
     "from simx_client.protocol.codec import encode",
     "from simx_client.protocol.messages import Batch, Call",
     "call = encode(Batch(0, 0, [Call(1, 0, 0, 'simxGetStringSignal', ['x'])]))",

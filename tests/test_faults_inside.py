@@ -14,10 +14,10 @@ import pytest
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped
 
 import simx_client as v
-from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.picture import CameraView, Picture, Renderer, nothing
-from simx_server.sensors.render_thread import RenderThread, make_renderer
-from simx_server.simulation import SimulationState
+from simx_server.sensors.opengl.backend import Backend
+from simx_server.sensors.vision.image import CameraView, Picture, Renderer, nothing
+from simx_server.sensors.vision.render_thread import RenderThread, make_renderer
+from simx_server.world.simulation import SimulationState
 
 SCENE = """
 <mujoco>

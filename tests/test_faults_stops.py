@@ -55,7 +55,7 @@ while v.simxGetConnectionId(0) != -1:
     v.simxGetObjects(0, v.sim_handle_all, v.simx_opmode_oneshot)
 """
 MEGABYTES = """
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
 v.simxSetStringSignal(0, 'x', bytes(1_000_000), v.simx_opmode_blocking)

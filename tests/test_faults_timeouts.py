@@ -21,9 +21,9 @@ from half_open import HalfOpenWire
 from processes import ROOT, read_line, running, spawn
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.patience import FLUSH_TIMEOUT, MAX_UNANSWERED
-from simx_client.transport import CLOSE_TIMEOUT
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.timeouts import FLUSH_TIMEOUT, MAX_UNANSWERED
+from simx_client.transport.zenoh import CLOSE_TIMEOUT
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 

@@ -13,11 +13,11 @@ from real_world import BLOCKING, RealWorld, handle_of
 from scenes_for_tests import ARM
 
 import simx_client as v
-from simx_client import files
+from simx_client.legacy import files
 from simx_client.protocol.commands import BY_NAME
-from simx_server import workspace
 from simx_server.errors import CommandError
-from simx_server.library import list_scenes
+from simx_server.files import workspace
+from simx_server.files.library import list_scenes
 
 LOCAL_ERROR = v.simx_return_local_error_flag
 REMOTE_ERROR = v.simx_return_remote_error_flag

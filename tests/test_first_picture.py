@@ -18,12 +18,12 @@ from processes import START_TIMEOUT, read_line, running, server, spawn, wait_unt
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_client.discovery import measure_servers
+from simx_client.connection.discovery import measure_servers
 from simx_client.protocol.reports import Metrics
-from simx_server.sensors import gl_backend
-from simx_server.sensors.gl_early import EarlyProbe, may_have_cameras
-from simx_server.sensors.picture import CameraView
-from simx_server.sensors.warm_up import keep_warm, warm_up
+from simx_server.sensors.opengl import backend as gl_backend
+from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
+from simx_server.sensors.vision.image import CameraView
+from simx_server.sensors.vision.warm_up import keep_warm, warm_up
 
 __all__ = ["opengl_name"]
 
@@ -34,9 +34,9 @@ EYE = '<camera name="eye" pos="0 0 3" resolution="16 16"/>'
 
 HANGING = """
 import sys, threading
-from simx_server import server
-from simx_server.sensors import render_thread
-from simx_server.settings import Settings
+from simx_server.app import server
+from simx_server.sensors.vision import render_thread
+from simx_server.app.settings import Settings
 
 def hang(name, give_up):
     threading.Event().wait()
@@ -167,7 +167,7 @@ def test_a_scene_is_looked_through_for_cameras_with_what_it_includes(tmp_path: P
 
 _FORK = """
 import os, threading, time
-from simx_server.sensors import gl_early
+from simx_server.sensors.opengl import early_probe as gl_early
 
 def what_is_wrong(name):
     {does}
@@ -209,9 +209,9 @@ def test_an_early_probe_tells_what_is_wrong_and_leaves_no_process(does: str, the
 
 _BEGIN = """
 import threading
-from simx_server.sensors.mujoco_import import import_mujoco
+from simx_server.sensors.opengl.mujoco_import import import_mujoco
 import_mujoco()
-from simx_server.sensors.gl_early import begin_early
+from simx_server.sensors.opengl.early_probe import begin_early
 for scene in ("ur5_rg2_kinect", "two_link_arm", "no such scene"):
     if (probe := begin_early(scene)) is not None:
         print(scene)
@@ -236,7 +236,9 @@ def test_a_back_end_is_tried_early_for_a_scene_with_cameras_by_a_process_of_one_
 
 
 def test_other_back_ends_than_the_first_are_tried_as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("simx_server.sensors.gl_early.probe_in_child", lambda name, give_up: f"{name} asked")
+    monkeypatch.setattr(
+        "simx_server.sensors.opengl.early_probe.probe_in_child", lambda name, give_up: f"{name} asked"
+    )
     probe = EarlyProbe.__new__(EarlyProbe)
     probe._name, probe._child = "egl", None
     assert probe("osmesa", None) == "osmesa asked"  # type: ignore[arg-type]

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from scenes_for_tests import run, simulation_of
 
 from simx_server.errors import CommandError
-from simx_server.scene import editing, frames, poses
-from simx_server.scene.frames import JOINT_BASE_FLAG, PARENT, WORLD
-from simx_server.scene.poses import Pose
-from simx_server.simulation import Simulation
+from simx_server.scene.editing import editing
+from simx_server.scene.geometry import frames, poses
+from simx_server.scene.geometry.frames import JOINT_BASE_FLAG, PARENT, WORLD
+from simx_server.scene.geometry.poses import Pose
+from simx_server.world.simulation import Simulation
 
 SCENE = """
 <mujoco>

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from simx_server.sensors import gl_backend, gl_libraries
-from simx_server.sensors.gl_backend import Backend, choose_backend, probe_in_child, requested_backend
-from simx_server.sensors.gl_probe import what_is_wrong
-from simx_server.sensors.opengl import OpenGLRenderer
-from simx_server.sensors.picture import RenderError
+from simx_server.sensors.opengl import backend as gl_backend
+from simx_server.sensors.opengl import libraries as gl_libraries
+from simx_server.sensors.opengl.backend import Backend, choose_backend, probe_in_child, requested_backend
+from simx_server.sensors.opengl.probe import what_is_wrong
+from simx_server.sensors.opengl.renderer import OpenGLRenderer
+from simx_server.sensors.vision.image import RenderError
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -148,7 +149,7 @@ def test_libraries_without_a_driver_are_told_apart_from_none() -> None:
     if gl_libraries.missing_libraries("egl"):
         pytest.skip("libEGL is not installed here")
     done = python(
-        "import sys; from simx_server.sensors.gl_probe import main; sys.exit(main(['egl']))",
+        "import sys; from simx_server.sensors.opengl.probe import main; sys.exit(main(['egl']))",
         __EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent.json",
         __EGL_VENDOR_LIBRARY_DIRS="/nonexistent",
     )
@@ -187,7 +188,7 @@ def test_a_context_that_cannot_be_made_says_what_to_do(monkeypatch: pytest.Monke
 def test_a_machine_without_drivers_casts_rays() -> None:
     """EGL finds no vendor, PyOpenGL refuses OSMesa, GLFW finds no display: whatever is installed, nothing works."""
     done = python(
-        "from simx_server.sensors.gl_backend import choose_backend; print(choose_backend().name)",
+        "from simx_server.sensors.opengl.backend import choose_backend; print(choose_backend().name)",
         PYOPENGL_PLATFORM="egl",
         __EGL_VENDOR_LIBRARY_FILENAMES="/nonexistent.json",
         __EGL_VENDOR_LIBRARY_DIRS="/nonexistent",
@@ -202,7 +203,7 @@ def test_mujoco_imports_whatever_mujoco_gl_says(value: str) -> None:
     done = python(
         "import os, sys\n"
         "before = dict(os.environ)\n"
-        "from simx_server.sensors.mujoco_import import import_mujoco\n"
+        "from simx_server.sensors.opengl.mujoco_import import import_mujoco\n"
         "import_mujoco()\n"
         "import mujoco\n"
         "mujoco.MjModel.from_xml_string('<mujoco/>')\n"

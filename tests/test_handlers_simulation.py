@@ -11,8 +11,8 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
-from simx_server.simulation import SimulationState
-from simx_server.status_bar import KEPT
+from simx_server.parts.status_bar import KEPT
+from simx_server.world.simulation import SimulationState
 
 TINY = '<mujoco><worldbody><body name="thing"><geom size="1"/></body></worldbody></mujoco>'
 
@@ -74,7 +74,7 @@ def test_scene_outside_the_workspace_or_missing_or_on_the_client_is_refused(
 
 
 def test_status_bar_keeps_the_newest_and_logs(world: World, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, "simx_server.status_bar"):
+    with caplog.at_level(logging.INFO, "simx_server.parts.status_bar"):
         world.call("simxAddStatusbarMessage", "Hello \u4f60\nworld\x1b[0m")
     assert caplog.messages == ["Hello \u4f60 world [0m"]
     assert world.sim.status_bar.messages[-1] == "Hello \u4f60\nworld\x1b[0m"

@@ -17,11 +17,11 @@ import pytest
 from processes import PENDULUM, ROOT, ServerProcess, server
 
 from simx_client import __main__ as simx
-from simx_client import run
 from simx_client.checking import command as check
-from simx_client.redirect import VARIABLE, format_redirects
-from simx_server import cli
-from simx_server.settings import Settings
+from simx_client.connection.redirect import VARIABLE, format_redirects
+from simx_client.launch import run
+from simx_server.app import cli
+from simx_server.app.settings import Settings
 from simx_server.viewer.page import command as view
 
 SCRIPT = """
@@ -155,7 +155,7 @@ def test_example_of_simx_run_runs_the_script(
     assert words[0] == "simx-run"
     monkeypatch.setenv(VARIABLE, format_redirects({19997: ("127.0.0.1", lab.port)}))
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    command = [sys.executable, "-m", "simx_client.run", *words[1:]]
+    command = [sys.executable, "-m", "simx_client.launch.run", *words[1:]]
     done = subprocess.run(command, cwd=place, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "it ran" in done.stdout

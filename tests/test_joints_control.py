@@ -8,8 +8,8 @@ import pytest
 from scenes_for_tests import run, simulation_of, slider
 
 from simx_server.errors import CommandError
-from simx_server.scene.annotations import SceneError
-from simx_server.simulation import Simulation
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.world.simulation import Simulation
 
 VELOCITY = '<velocity joint="rail" kv="200"/>'
 

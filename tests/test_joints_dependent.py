@@ -9,9 +9,9 @@ import pytest
 from scenes_for_tests import run, simulation_of
 
 from simx_server.errors import CommandError
-from simx_server.scene import editing
-from simx_server.scene.annotations import SceneError
-from simx_server.simulation import Simulation
+from simx_server.scene.editing import editing
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.world.simulation import Simulation
 
 SCENE = """
 <mujoco>

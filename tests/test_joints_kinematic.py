@@ -11,8 +11,9 @@ from scripted_world import scripted
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
-from simx_server.scene import editing, frames
-from simx_server.simulation import Simulation
+from simx_server.scene.editing import editing
+from simx_server.scene.geometry import frames
+from simx_server.world.simulation import Simulation
 
 
 def rail(sim: Simulation) -> int:

@@ -10,16 +10,16 @@ import pytest
 from sim_api_calls import ScriptWorld
 
 from simx_server.errors import CommandError
+from simx_server.files.library import find_scene
 from simx_server.kinematics import Element, Result
 from simx_server.kinematics.environment import Environment, EnvironmentGroup
 from simx_server.kinematics.search import find_configs
-from simx_server.library import find_scene
-from simx_server.parts import attach_parts
-from simx_server.scene.annotations import SceneError
-from simx_server.scene.copying import copy_objects
-from simx_server.scene.frames import get_pose, get_position, set_pose, set_position
-from simx_server.scene.poses import conjugate, multiply, rotation_vector
-from simx_server.simulation import Simulation
+from simx_server.scene.editing.copying import copy_objects
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.geometry.frames import get_pose, get_position, set_pose, set_position
+from simx_server.scene.geometry.poses import conjugate, multiply, rotation_vector
+from simx_server.world.building import attach_parts
+from simx_server.world.simulation import Simulation
 
 ARM = """
 <mujoco model="arm">

@@ -17,11 +17,11 @@ import simx_client as v
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.files import MAX_FILE
 from simx_client.protocol.messages import Batch, Call, Operation
+from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.limits import LimitReached, Limits
-from simx_server.settings import SettingError, Settings
 
 CUBE = '<mujoco><worldbody><body name="cube"><geom size=".1"/></body></worldbody></mujoco>'
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import pytest
 
-from simx_server.scene.loader import load_text
+from simx_server.scene.formats.loader import load_text
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4"])

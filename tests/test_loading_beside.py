@@ -13,7 +13,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 from scenes_for_tests import ARM
 
 import simx_client as v
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_server.scene.trial.helper import Helper
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 from processes import ROOT
 
-from simx_client.protocol import terminal
-from simx_client.protocol.terminal import Paint
-from simx_server import log_format
+from simx_client.protocol.cli import terminal
+from simx_client.protocol.cli.terminal import Paint
+from simx_server.app import log_format
 
 pty = pytest.importorskip("pty", reason="needs pseudo-terminals, which Windows has not")
 
@@ -124,9 +124,9 @@ def said_on_a_terminal(*arguments: str) -> str:
 
 
 def test_server_logs_in_colour_on_a_terminal_and_plainly_into_a_pipe() -> None:
-    assert " \x1b[31mERROR\x1b[0m simx_server.server: no scene 'no_such_scene'" in said_on_a_terminal(
+    assert " \x1b[31mERROR\x1b[0m simx_server.app.server: no scene 'no_such_scene'" in said_on_a_terminal(
         *REFUSED
     )
     piped = subprocess.run([sys.executable, *REFUSED], capture_output=True, text=True, cwd=ROOT, timeout=60)
-    assert " ERROR simx_server.server: no scene 'no_such_scene'" in piped.stderr
+    assert " ERROR simx_server.app.server: no scene 'no_such_scene'" in piped.stderr
     assert "\x1b" not in piped.stderr

@@ -16,7 +16,7 @@ from fuzz.lua import Library
 from test_scripts_lua import LuaEchoApi
 
 from simx_server.scripting.interpreter import ScriptError
-from simx_server.scripting.lua import LuaInterpreter
+from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 pytest.importorskip("lupa")
 

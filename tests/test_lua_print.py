@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_scripts_lua import LuaEchoApi
 
-from simx_server.scripting.lua import LuaInterpreter
+from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 pytest.importorskip("lupa")
 

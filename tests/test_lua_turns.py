@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from simx_server.scripting.lua_turns import with_turns
+from simx_server.scripting.lua.turns import with_turns
 
 lupa = pytest.importorskip("lupa.lua54")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from processes import PENDULUM, ROOT, read_line, running, server, wait_until
 
-from simx_client.discovery import find_servers
+from simx_client.connection.discovery import find_servers
 
 PROCESSES, EACH = 4, 16
 PATIENCE = 60.0

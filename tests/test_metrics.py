@@ -21,9 +21,9 @@ import simx_client as v
 from simx_client.protocol.codec import CodecError, encode
 from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.reports import decode_health, decode_metrics, encode_report
-from simx_server import report
-from simx_server.clock import Pacer
-from simx_server.metrics import (
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.monitoring import report
+from simx_server.runtime.monitoring.metrics import (
     BOUNDS,
     MAX_CAMERAS,
     OTHERS,
@@ -33,9 +33,9 @@ from simx_server.metrics import (
     PictureTimes,
     percentiles,
 )
-from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.picture import CameraView, Picture, RenderError
-from simx_server.sensors.render_thread import RenderThread
+from simx_server.sensors.opengl.backend import Backend
+from simx_server.sensors.vision.image import CameraView, Picture, RenderError
+from simx_server.sensors.vision.render_thread import RenderThread
 
 BLOCKING = v.simx_opmode_blocking
 

@@ -12,8 +12,8 @@ from real_world import RealWorld, handle_of, start_stepped, step
 from wheeled_stock import LINE_TRACER
 
 import simx_client as vrep
-from simx_server.sensors.gl_backend import RAYCAST, Backend
-from simx_server.sensors.render_thread import RenderThread
+from simx_server.sensors.opengl.backend import RAYCAST, Backend
+from simx_server.sensors.vision.render_thread import RenderThread
 
 World = tuple[RealWorld, int]
 Open = Callable[..., World]

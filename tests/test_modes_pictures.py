@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from mode_world import GET, cid, world
 
 import simx_client as v
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
 
 __all__ = ["cid", "world"]

@@ -12,8 +12,8 @@ from mode_model import Model, ModelServer, Question, Result
 from plain_world import World
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_server.gateways.loopback import LoopbackTransport
 
 MODES = {

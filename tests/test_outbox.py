@@ -7,7 +7,7 @@ from plain_world import World
 
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation
-from simx_server import inbox, outbox
+from simx_server.runtime import inbox, outbox
 
 
 class Listener:

@@ -17,7 +17,7 @@ from raw_peer import connect
 from real_world import BLOCKING
 
 import simx_client as v
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import decode_welcome, encode
 from simx_client.protocol.messages import OLDEST_PROTOCOL, PROTOCOL_VERSION, Batch, Call, Greeting

@@ -13,10 +13,10 @@ from real_world import handle_of
 from recordings import recorded, replay
 
 import simx_client as v
+from simx_client.cli.shims import write_shims
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import Batch, Call, Operation, Pace
-from simx_client.shims import write_shims
-from simx_server.pacing import MOST_REMEMBERED, PacedCalls
+from simx_server.runtime.pacing import MOST_REMEMBERED, PacedCalls
 
 BLOCKING, ONESHOT = v.simx_opmode_blocking, v.simx_opmode_oneshot
 GRIPPER = 3
@@ -263,7 +263,7 @@ def test_a_paced_run_replays_to_the_same_states(tmp_path: Path) -> None:
     assert replay(tmp_path / "run.simxlog") == 0
 
 
-PRINT_PACE = "import vrep\nfrom simx_client.pace import chosen_pace\nprint(chosen_pace().name)"
+PRINT_PACE = "import vrep\nfrom simx_client.connection.pace import chosen_pace\nprint(chosen_pace().name)"
 
 
 def test_scripts_of_v_rep_run_at_the_pace_repeat_unless_told_otherwise(

@@ -14,8 +14,8 @@ from processes import ROOT
 
 import simx_client
 import simx_server
-from simx_server.doctor import machine
-from simx_server.doctor.findings import WARNING
+from simx_server.app.doctor import machine
+from simx_server.app.doctor.findings import WARNING
 from simx_server.errors import CommandError
 from simx_server.kinematics.profile import line
 from simx_server.recording.log_file import MAGIC, LogWriter
@@ -141,8 +141,8 @@ WITH_A_CLIENT_ONLY = """
 import sys
 for name in ("mujoco", "numpy", "cv2", "lupa", "fissix", "ruckig"):
     sys.modules[name] = None
-import simx_client, simx_client.modern.client, simx_client.run, simx_server.doctor.page
-from simx_server.cli import main
+import simx_client, simx_client.client.client, simx_client.launch.run, simx_server.app.doctor.page
+from simx_server.app.cli import main
 sys.exit(main([]))
 """
 

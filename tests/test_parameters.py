@@ -15,8 +15,8 @@ from real_world import BLOCKING, RealWorld
 from sim_api_calls import ScriptWorld
 
 import simx_client as v
+from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
-from simx_server.settings import Settings
 
 FALLING = '<mujoco><worldbody><body name="ball" pos="0 0 5"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
 
@@ -230,7 +230,7 @@ def test_command_line_arguments_are_string_parameters(world: World) -> None:
 
 
 def test_arguments_come_from_the_flag_as_vrep_wrote_it() -> None:
-    from simx_server.cli import make_parser
+    from simx_server.app.cli import make_parser
 
     given = vars(make_parser().parse_args(["-gfirst", "-g", "two words"]))
     assert Settings.gather(given, {}).arguments == ("first", "two words")

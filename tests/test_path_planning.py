@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from sim_api_calls import ScriptWorld
 
+from simx_server.files.library import find_scene
 from simx_server.kinematics import Element
 from simx_server.kinematics.chain import make_arms
 from simx_server.kinematics.paths import Failure, Planner, Space, interpolate
 from simx_server.kinematics.tasks import MARGIN
 from simx_server.kinematics.validity import of_joints
-from simx_server.library import find_scene
-from simx_server.parts import attach_parts
-from simx_server.scene.frames import get_position
-from simx_server.simulation import Simulation
+from simx_server.scene.geometry.frames import get_position
+from simx_server.world.building import attach_parts
+from simx_server.world.simulation import Simulation
 
 SCENE = """
 <mujoco>

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from handler_calls import World
 
-from simx_server import engine_warnings
-from simx_server.engine_parameters import find
 from simx_server.errors import CommandError
 from simx_server.joints import watch
 from simx_server.limits import LimitReached, Limits
-from simx_server.scene.loader import SceneError
-from simx_server.simulation import Simulation, SimulationState
+from simx_server.parts.physics_engine_parameters import find
+from simx_server.scene.formats.loader import SceneError
+from simx_server.world import physics_warnings
+from simx_server.world.simulation import Simulation, SimulationState
 
 FALLING = """
 <mujoco>
@@ -91,13 +91,13 @@ def test_one_line_a_kind_and_none_in_a_file_of_the_working_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    engine_warnings.listen()
+    physics_warnings.listen()
     model = mujoco.MjModel.from_xml_string(FALLING.format(timestep=0.002))
     model.body_mass[1] = math.nan
     for _ in range(2):
         caplog.clear()
         data = mujoco.MjData(model)
-        with engine_warnings.once_a_kind():
+        with physics_warnings.once_a_kind():
             mujoco.mj_step(model, data, 50)
         assert [record.message[:33] for record in caplog.records] == [
             f"mujoco: Nan, Inf or huge value in {what}"[:33] for what in ("QACC", "QPOS")

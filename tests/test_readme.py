@@ -9,11 +9,11 @@ import pytest
 from launching import simx_run
 
 from simx_client.checking.command import make_parser as make_check_parser
-from simx_client.pace import VARIABLE as PACE
-from simx_client.redirect import VARIABLE as REDIRECT
-from simx_client.run import make_parser as make_run_parser
-from simx_server.cli import make_parser as make_server_parser
-from simx_server.settings import SETTINGS
+from simx_client.connection.pace import VARIABLE as PACE
+from simx_client.connection.redirect import VARIABLE as REDIRECT
+from simx_client.launch.run import make_parser as make_run_parser
+from simx_server.app.cli import make_parser as make_server_parser
+from simx_server.app.settings import SETTINGS
 
 ROOT = Path(__file__).resolve().parent.parent
 

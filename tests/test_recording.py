@@ -15,18 +15,18 @@ from real_world import BLOCKING, handle_of, start_stepped
 from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rewrite, send_in_one
 
 import simx_client as v
+from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
 from simx_client.protocol.codec import decode_batch, encode
 from simx_client.protocol.commands import TRIGGER
-from simx_client.protocol.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
-from simx_server.add_ons import ADD_ON_TYPE
+from simx_server.app.server import serve
+from simx_server.app.settings import Settings
+from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.recording import log_file
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.server import serve
-from simx_server.settings import Settings
-from simx_server.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, ONE_PASS, SPEED, SURVEY
+from simx_server.world.simulation import SimulationState
 
 
 @pytest.fixture
@@ -422,7 +422,7 @@ def test_server_that_is_killed_leaves_a_recording_of_all_but_the_last_second(
 
 FULL_DISK = """
 import resource, sys
-from simx_server.cli import main
+from simx_server.app.cli import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 sys.exit(main())
 """

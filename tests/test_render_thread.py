@@ -18,12 +18,12 @@ from camera_world import FRONT, SCENE, load, pixel_of
 from processes import wait_until
 
 from simx_server.limits import Limits
-from simx_server.sensors import render_thread
-from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.newest import NewestPictures
-from simx_server.sensors.picture import PART, CameraView, Picture, Renderer, RenderError, nothing
-from simx_server.sensors.picture_queue import PictureQueue
-from simx_server.sensors.render_thread import RenderThread
+from simx_server.sensors.opengl.backend import Backend
+from simx_server.sensors.vision import render_thread
+from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
+from simx_server.sensors.vision.image_queue import PictureQueue
+from simx_server.sensors.vision.newest import NewestPictures
+from simx_server.sensors.vision.render_thread import RenderThread
 
 WAIT = 30.0
 TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
@@ -476,7 +476,7 @@ def test_closing_gives_up_a_picture_that_hangs(
 def test_the_back_end_is_logged_once(
     scripted: ScriptedRenderer, thread: RenderThread, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.INFO, logger="simx_server.sensors.render_thread"):
+    with caplog.at_level(logging.INFO, logger="simx_server.sensors.vision.render_thread"):
         Asker(thread).ask(1.0).result(WAIT)
         Asker(thread).ask(1.0).result(WAIT)
     assert [(record.levelname, record.message) for record in caplog.records] == [
@@ -487,9 +487,9 @@ def test_the_back_end_is_logged_once(
 def test_a_program_that_forgets_to_close_still_ends() -> None:
     program = """
 import mujoco
-from simx_server.sensors.gl_backend import Backend
-from simx_server.sensors.picture import CameraView
-from simx_server.sensors.render_thread import RenderThread
+from simx_server.sensors.opengl.backend import Backend
+from simx_server.sensors.vision.image import CameraView
+from simx_server.sensors.vision.render_thread import RenderThread
 
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")
 data = mujoco.MjData(model)

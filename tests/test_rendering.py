@@ -11,9 +11,11 @@ import pytest
 from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
 
-from simx_server.sensors import opengl
-from simx_server.sensors.opengl import OpenGLRenderer
-from simx_server.sensors.picture import (
+from simx_server.sensors.opengl import renderer as opengl
+from simx_server.sensors.opengl.renderer import OpenGLRenderer
+from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
+from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+from simx_server.sensors.vision.image import (
     CameraView,
     Picture,
     RenderError,
@@ -22,8 +24,6 @@ from simx_server.sensors.picture import (
     grey,
     perspective_angle_from_fovy,
 )
-from simx_server.sensors.raycast import RaycastRenderer
-from simx_server.sensors.roundness import may_be_coarse, round_geoms
 
 __all__ = ["make_renderer", "opengl_name"]
 

@@ -19,7 +19,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
 TELL_SERVER = """
     import os, sys, threading
-    from simx_client.discovery import find_servers
+    from simx_client.connection.discovery import find_servers
     endpoint = "tcp/" + os.environ["SIMX_REDIRECT"].removeprefix("*=")
     servers = find_servers([endpoint], 30)[0]
     print(servers[0].status.process_id, flush=True)
@@ -177,7 +177,7 @@ def test_a_server_leaves_when_its_standard_input_ends(tmp_path: Path, flags: tup
 
 def test_a_process_that_ignores_the_end_is_ended_after_its_grace() -> None:
     program = (
-        "import signal, threading; from simx_server.lifeline import end_with;"
+        "import signal, threading; from simx_server.processes.lifeline import end_with;"
         "signal.signal(signal.SIGTERM, signal.SIG_IGN); end_with(0, grace=0.05); threading.Event().wait()"
     )
     done = subprocess.run(

@@ -10,7 +10,7 @@ import pytest
 from launching import output_of, simx_run
 
 from simx_client.launch.keywords import take_old_keywords
-from simx_client.protocol.installing import package_line
+from simx_client.protocol.cli.installing import package_line
 
 needs_matplotlib = pytest.mark.skipif(not find_spec("matplotlib"), reason=package_line("matplotlib"))
 needs_scipy = pytest.mark.skipif(not find_spec("scipy"), reason=package_line("scipy"))

@@ -37,8 +37,8 @@ PYGAME_IMAGE = "def load(path):\n    return open(path, 'rb').read()\n"
 # Replaces what would need a server, then runs the script as the command line does.
 LAUNCH = """
 import sys
-import simx_client, simx_client.run
-from simx_client.values import VisionImage
+import simx_client, simx_client.launch.run
+from simx_client.legacy.images import VisionImage
 calls = []
 def answer(name, value):
     def function(*arguments):
@@ -55,7 +55,7 @@ answer('simxGetVisionSensorImage', lambda *a: (0, [640, 480], VisionImage.from_b
 answer('simxSetJointTargetPosition', lambda client, handle, angle, mode: float(angle.item()) and 0)
 answer('simxCallScriptFunction', (0, [], [], [], bytearray()))
 try:
-    simx_client.run.main(sys.argv[1:])
+    simx_client.launch.run.main(sys.argv[1:])
 finally:
     print(','.join(dict.fromkeys(calls)))
 """

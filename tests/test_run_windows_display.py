@@ -19,7 +19,7 @@ from launching import environment, write_script
 from processes import running, wait_until
 from virtual_screen import PersonAt, needs_screen, virtual_screen
 
-from simx_client.protocol.installing import extra_line
+from simx_client.protocol.cli.installing import extra_line
 
 pytestmark = needs_screen
 BACKENDS = {

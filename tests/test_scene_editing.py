@@ -9,8 +9,9 @@ import pytest
 from scenes_for_tests import arm, run, simulation_of
 
 from simx_server.errors import CommandError, UnknownHandle, UnknownName
-from simx_server.scene import editing, frames
-from simx_server.simulation import Simulation
+from simx_server.scene.editing import editing
+from simx_server.scene.geometry import frames
+from simx_server.world.simulation import Simulation
 
 
 def at(sim: Simulation, name: str, relative_to: int = -1) -> list[float]:

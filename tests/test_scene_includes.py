@@ -11,11 +11,11 @@ from handler_calls import World
 from scenes_for_tests import ARM
 from urdf_robots import TETRAHEDRON
 
-from simx_server.scene.annotations import SceneError, read_annotations
-from simx_server.scene.loader import load_scene
-from simx_server.scene.model_copies import copy_models
+from simx_server.scene.formats.annotations import SceneError, read_annotations
+from simx_server.scene.formats.loader import load_scene
+from simx_server.scene.formats.model_copies import copy_models
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.objects import Scene
-from simx_server.scene.sources import Sources
 
 CUSTOM = "<mujoco>{}<custom>{}</custom></mujoco>"
 

@@ -10,7 +10,7 @@ from model_checks import load_model, position_of
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
-from simx_server.scene.loader import SceneError, load_text
+from simx_server.scene.formats.loader import SceneError, load_text
 
 SCENE = """
 <mujoco>

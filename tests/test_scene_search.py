@@ -17,14 +17,14 @@ from scenes_for_tests import ARM
 from urdf_robots import write_arm
 
 import simx_client as v
-from simx_client.protocol.exit_codes import DONE
+from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.errors import CommandError
+from simx_server.files.library import shipped_scenes
 from simx_server.handlers.files import lend_file, load_scene_of_server, store_file
-from simx_server.library import shipped_scenes
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.records import Kind
-from simx_server.scene.sources import Sources
-from simx_server.simulation import Simulation
+from simx_server.scene.formats.sources import Sources
+from simx_server.world.simulation import Simulation
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simx_server import cli
+from simx_server.app import cli
 from simx_server.scripting.coverage import Support, script_functions
 from simx_server.scripting.namespaces import signatures
 

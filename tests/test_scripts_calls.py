@@ -287,7 +287,7 @@ def test_script_file_must_lie_in_the_scenes_folder(tmp_path: Path, caplog: pytes
 
 
 def test_shipped_gripper_script_obeys_its_signal() -> None:
-    from simx_server.library import find_scene
+    from simx_server.files.library import find_scene
 
     world = World(file=find_scene("ur5_rg2_kinect"))
     motor = world.handle("RG2_openCloseJoint")

@@ -12,9 +12,9 @@ import pytest
 from echo_api import EchoApi
 
 from simx_server.errors import CommandError
-from simx_server.scripting import lua
 from simx_server.scripting.interpreter import Constant, ScriptError, Waiting
-from simx_server.scripting.lua import LuaInterpreter
+from simx_server.scripting.lua import interpreter as lua
+from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 pytest.importorskip("lupa")
 

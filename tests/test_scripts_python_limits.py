@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 from python_echo import PythonEchoApi, Scripts, script
 
-from simx_server.scripting import python_interpreter, python_process
 from simx_server.scripting.interpreter import TIME_LIMIT, ScriptError
-from simx_server.scripting.python_interpreter import PythonInterpreter
+from simx_server.scripting.python import interpreter as python_interpreter
+from simx_server.scripting.python import process as python_process
+from simx_server.scripting.python.interpreter import PythonInterpreter
 
 __all__ = ["script"]
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from python_echo import Scripts, script
 
-from simx_server.scripting import python_interpreter
 from simx_server.scripting.interpreter import ScriptError
+from simx_server.scripting.python import interpreter as python_interpreter
 
 PACKAGE = str(Path(python_interpreter.__file__).parent)
 if PACKAGE not in sys.path:

@@ -11,8 +11,8 @@ from idiom_world import PORTS
 from real_world import RealWorld, handle_of
 
 import simx_client as vrep
-from simx_client.clients import CLIENTS
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Batch, Call

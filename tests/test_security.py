@@ -17,8 +17,8 @@ from real_world import BLOCKING
 from routers import router
 
 import simx_client as v
-from simx_client.clients import CLIENTS
-from simx_client.discovery import find_servers, measure_servers
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.discovery import find_servers, measure_servers
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import ANSWERED

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simx_server.scene.collection import ALL
-from simx_server.sensors import proximity
-from simx_server.sensors.detection import Detection, detect_all
+from simx_server.sensors.proximity import proximity
+from simx_server.sensors.proximity.detection import Detection, detect_all
 
 LOOKS = (
     "type=cone angle_deg=30 range=1 max_normal_deg=70",

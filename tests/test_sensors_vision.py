@@ -9,8 +9,8 @@ import pytest
 from handler_calls import World, floats
 
 from simx_server.errors import CommandError
-from simx_server.sensors.picture import Picture
-from simx_server.sensors.vision import statistics
+from simx_server.sensors.vision.image import Picture
+from simx_server.sensors.vision.vision_sensors import statistics
 
 SCENE = """
 <mujoco>

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from handler_calls import World
 
-from simx_server.scene.loader import SceneError, load_text
-from simx_server.sensors.nearest import nearest_points
-from simx_server.sensors.seen import Triangles
-from simx_server.sensors.volume import Volume, cone, cylinder, disc, pyramid
+from simx_server.scene.formats.loader import SceneError, load_text
+from simx_server.sensors.proximity.nearest import nearest_points
+from simx_server.sensors.proximity.seen import Triangles
+from simx_server.sensors.proximity.volume import Volume, cone, cylinder, disc, pyramid
 
 VOLUMES = {
     "narrow cone": cone(math.radians(30), 1.0),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from launching import LEGACY_BINDING, ROOT, output_of, python, write_script
 
-from simx_client.shims import FILES, write_shims
+from simx_client.cli.shims import FILES, write_shims
 
 WALK = """
     import inspect, types

@@ -13,7 +13,7 @@ from handler_calls import World
 from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
 
-from simx_server.scene import frames
+from simx_server.scene.geometry import frames
 
 __all__ = ["world"]
 

@@ -12,7 +12,7 @@ import pytest
 from sim_api_calls import ScriptWorld
 
 from simx_server.errors import CommandError
-from simx_server.scripting.api.vision import VisionFunctions
+from simx_server.scripting.api.vision.vision import VisionFunctions
 from simx_server.scripting.namespaces import Namespaces, signatures
 from simx_server.scripting.script import Script, ScriptKind
 

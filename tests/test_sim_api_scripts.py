@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from sim_api_calls import SCENE, ScriptWorld
 
-from simx_server.scene.annotations import SceneError
-from simx_server.scene.loader import load_text
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.loader import load_text
 
 OTHER = """
 level = 3

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sim_api_calls import ScriptWorld, world
 
-from simx_server.simulation import SimulationState
+from simx_server.world.simulation import SimulationState
 
 __all__ = ["world"]
 

@@ -11,9 +11,9 @@ import pytest
 from handler_calls import PaintingThread, floats
 from sim_api_calls import SCENE, ScriptWorld
 
-from simx_server.scripting import pictures
-from simx_server.sensors.gl_backend import RAYCAST, Backend
-from simx_server.sensors.render_thread import RenderThread
+from simx_server.scripting.callbacks import images as pictures
+from simx_server.sensors.opengl.backend import RAYCAST, Backend
+from simx_server.sensors.vision.render_thread import RenderThread
 
 TWO_EYES = SCENE.replace(
     '<site name="tip"', '<camera name="lazy" resolution="2 2"/><site name="tip"'

@@ -10,11 +10,12 @@ import pytest
 from scenes_for_tests import ARM, arm, run, simulation_of
 
 from simx_server.errors import CommandError
-from simx_server.scene import editing, frames
-from simx_server.scene.loader import SceneError
-from simx_server.signals import Signals
-from simx_server.simulation import Simulation, SimulationState
-from simx_server.snapshot import editable_arrays, get_state
+from simx_server.parts.signals import Signals
+from simx_server.scene.editing import editing
+from simx_server.scene.formats.loader import SceneError
+from simx_server.scene.geometry import frames
+from simx_server.world.saved_state import editable_arrays, get_state
+from simx_server.world.simulation import Simulation, SimulationState
 
 
 def everything(sim: Simulation) -> dict[str, bytes | str]:

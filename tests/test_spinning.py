@@ -7,7 +7,7 @@ from plain_world import World
 import simx_client as v
 from simx_client.batch import Batch
 from simx_client.protocol.commands import BY_NAME
-from simx_client.spinning import LOOKING, MOST_SLEPT_FOR, Spinning
+from simx_client.transport.busy_wait import LOOKING, MOST_SLEPT_FOR, Spinning
 
 
 class Clock:

@@ -18,20 +18,20 @@ from processes import server, wait_until
 from real_world import BLOCKING, RealWorld, start_stepped, step
 
 import simx_client as v
-from simx_client.protocol.exit_codes import FAILURE
-from simx_client.protocol.installing import extra_line
+from simx_client.protocol.cli.exit_codes import FAILURE
+from simx_client.protocol.cli.installing import extra_line
+from simx_server.app.server import serve
+from simx_server.app.settings import SettingError, Settings
 from simx_server.errors import CommandError
-from simx_server.filming import Shot
-from simx_server.outputs import NewFile, OutputError
-from simx_server.scene.frames import get_pose
-from simx_server.scene.placing import object_pose
-from simx_server.scene.renaming import rename
-from simx_server.server import serve
-from simx_server.settings import SettingError, Settings
-from simx_server.state_log import StateLog, state_log
-from simx_server.state_log.mcap_file import McapWriter
-from simx_server.state_log.pictures import Pictures
-from simx_server.state_log.places import Places
+from simx_server.outputs.filming import Shot
+from simx_server.outputs.packages import NewFile, OutputError
+from simx_server.outputs.state_log import StateLog, state_log
+from simx_server.outputs.state_log.images import Pictures
+from simx_server.outputs.state_log.mcap_file import McapWriter
+from simx_server.outputs.state_log.poses import Places
+from simx_server.scene.editing.renaming import rename
+from simx_server.scene.geometry.frames import get_pose
+from simx_server.scene.geometry.placing import object_pose
 
 NEEDED = "needs the extra log"
 pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)

@@ -10,7 +10,7 @@ from plain_world import World
 
 import simx_client as v
 from simx_client.batch import Batch
-from simx_client.clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_batch
 
 ONESHOT, BLOCKING = v.simx_opmode_oneshot, v.simx_opmode_blocking
@@ -50,7 +50,7 @@ def stepping(world: World, monkeypatch: pytest.MonkeyPatch) -> tuple[int, Sent]:
 @pytest.fixture
 def forever(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is sent because of the time alone."""
-    monkeypatch.setattr("simx_client.hold.HOLD", 3600.0)
+    monkeypatch.setattr("simx_client.connection.trigger_batching.HOLD", 3600.0)
 
 
 def test_sets_leave_with_the_trigger_in_order_and_act_on_its_pass(forever, world, stepping):

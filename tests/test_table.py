@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 import simx_client
-from simx_client import local, stubs
+from simx_client.legacy import local, stubs
+from simx_client.legacy.functions import functions
 from simx_client.protocol import constants
 from simx_client.protocol.commands import BY_NAME, TABLE, Place
-from simx_client.surface import functions
 
 ROOT = Path(__file__).parents[1]
 
@@ -67,7 +67,7 @@ def test_the_client_has_no_function_without_an_entry():
 
 
 def test_the_stub_file_is_fresh():
-    assert stubs.PATH.read_text(encoding="utf-8") == stubs.render(), "run: python -m simx_client.stubs"
+    assert stubs.PATH.read_text(encoding="utf-8") == stubs.render(), "run: python -m simx_client.legacy.stubs"
 
 
 def test_importing_the_client_loads_neither_mujoco_nor_cv2_nor_numpy_nor_zenoh():

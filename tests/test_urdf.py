@@ -14,16 +14,16 @@ import pytest
 from handler_calls import World
 from urdf_robots import DIFFERENTIAL, GRIPPER, TETRAHEDRON, arm, write_arm
 
-from simx_server import cli
+from simx_server.app import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
-from simx_server.scene import loader, urdf_joints
-from simx_server.scene import sources as sources_module
-from simx_server.scene.annotations import SceneError
-from simx_server.scene.loader import load_scene, load_text
-from simx_server.scene.overlaps import overlaps
-from simx_server.scene.sources import PACKAGE_FILE, Sources
-from simx_server.scene.urdf import read_urdf, urdf_files
+from simx_server.scene.formats import loader, urdf_joints
+from simx_server.scene.formats import sources as sources_module
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.loader import load_scene, load_text
+from simx_server.scene.formats.sources import PACKAGE_FILE, Sources
+from simx_server.scene.formats.urdf import read_urdf, urdf_files
+from simx_server.scene.geometry.overlaps import overlaps
 
 NO_ENVIRONMENT: dict[str, str] = {}
 LINK = '<link name="{}"><inertial><mass value="{}"/><inertia {}/></inertial><collision>{}</collision></link>'

@@ -11,7 +11,7 @@ from handler_calls import World
 
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.user_interface.consoles import MAX_CHARACTERS
+from simx_server.parts.user_interface.consoles import MAX_CHARACTERS
 
 PLAIN = (None, None, None, None)
 
@@ -59,7 +59,7 @@ def test_what_is_printed_is_in_the_log_without_steering_a_terminal(
     world: World, caplog: pytest.LogCaptureFixture
 ) -> None:
     console = open_console(world, "weather")
-    with caplog.at_level(logging.INFO, "simx_server.user_interface"):
+    with caplog.at_level(logging.INFO, "simx_server.parts.user_interface"):
         world.call("simxAuxiliaryConsolePrint", console, "rain\x1b[2J\n")
     assert caplog.messages == ["console 'weather': rain [2J "]
 

@@ -13,8 +13,8 @@ from real_world import BLOCKING, RealWorld
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.user_interface import ADD_ON_NAME
-from simx_server.user_interface.custom_ui_files import UIFileError, read_ui_file
+from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.custom_ui_files import UIFileError, read_ui_file
 
 PANEL = """
 [[ui]]

@@ -10,8 +10,8 @@ from handler_calls import World
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.user_interface import ADD_ON_NAME
-from simx_server.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID
+from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID
 
 
 @pytest.fixture

@@ -20,10 +20,10 @@ import simx_client as v
 from simx_client import Client
 from simx_client.protocol.reports import Metrics
 from simx_server.viewer.messages import Look, Survey
+from simx_server.viewer.page.images import Optics, Sight, advice, depth_colours
 from simx_server.viewer.page.link import Eye, Hands
 from simx_server.viewer.page.mirror import Mirror
 from simx_server.viewer.page.panels.cameras import Cameras
-from simx_server.viewer.page.pictures import Optics, Sight, advice, depth_colours
 
 SCENE = """
 <mujoco model="cameras">

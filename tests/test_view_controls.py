@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from simx_client.protocol.installing import extra_line
+from simx_client.protocol.cli.installing import extra_line
 
 pytest.importorskip("viser", reason=extra_line("viewer"))
 
@@ -20,7 +20,7 @@ from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
-from simx_server.sessions import MAX_DEPARTED
+from simx_server.runtime.sessions import MAX_DEPARTED
 from simx_server.viewer.page.ground import is_ground
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.panels.clients import Clients

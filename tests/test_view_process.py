@@ -21,9 +21,9 @@ import pytest
 from processes import PENDULUM, ROOT, read_line, running, wait_until
 
 from simx_client import Client
-from simx_client.protocol.exit_codes import INTERRUPTED
-from simx_client.protocol.installing import extra_line
-from simx_server import cli
+from simx_client.protocol.cli.exit_codes import INTERRUPTED
+from simx_client.protocol.cli.installing import extra_line
+from simx_server.app import cli
 from simx_server.viewer.launching import NEEDED
 from simx_server.viewer.launching import missing as what_is_missing
 

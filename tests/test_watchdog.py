@@ -16,7 +16,7 @@ from subprocess import PIPE, Popen
 import pytest
 from processes import ROOT, read_line, running, spawn, wait_until
 
-from simx_client.protocol.exit_codes import DONE, INTERRUPTED
+from simx_client.protocol.cli.exit_codes import DONE, INTERRUPTED
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send")
 
@@ -43,7 +43,7 @@ UNLOCKED = "hang(ctypes.CDLL(None))"
 
 WATCHED = """
 import signal
-from simx_server import watchdog
+from simx_server.processes import watchdog
 watchdog.GRACE = {grace}
 signal.signal(signal.SIGTERM, lambda *_: None)
 with watchdog.watched({arguments}):
@@ -61,7 +61,7 @@ def watched(what: str, grace: float = 0.2, arguments: str = "", before: str = ""
 def hanging(*arguments: object, where: str = "Simulation.advance", how: str = LOCKED) -> Iterator[Popen[str]]:
     """A simx-server that hangs where this would be called."""
     program = (
-        f"{HANG}\nfrom simx_server import cli\nfrom simx_server.simulation import Simulation\n"
+        f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.world.simulation import Simulation\n"
         f"{where} = lambda *_, **__: {how}\nsys.exit(cli.main())"
     )
     with running(spawn("-c", program, *arguments)) as process:

@@ -12,9 +12,9 @@ import pytest
 from processes import ROOT, read_line, running, server, spawn, wait_until
 
 import simx_client as v
-from simx_client import transport
-from simx_client.diagnosis import diagnose
 from simx_client.errors import NoAnswer
+from simx_client.transport import zenoh as transport
+from simx_client.transport.diagnosis import diagnose
 
 pytestmark = pytest.mark.usefixtures("no_connection_left")
 

@@ -26,7 +26,7 @@ try:
     import torch
     from detector import Detector
 except ModuleNotFoundError as missing:
-    from simx_client.protocol.installing import extra_line
+    from simx_client.protocol.cli.installing import extra_line
 
     sys.exit(f"the package {missing.name} is not installed, which the detector needs: {extra_line('detect')}")
 

@@ -23,7 +23,7 @@ try:
     import torch
     from detector import SIZE, Detector, as_tensor, boxes_of, loss_of
 except ModuleNotFoundError as missing:
-    from simx_client.protocol.installing import extra_line
+    from simx_client.protocol.cli.installing import extra_line
 
     sys.exit(f"the package {missing.name} is not installed, which the detector needs: {extra_line('detect')}")
 

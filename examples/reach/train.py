@@ -26,7 +26,7 @@ try:
     from stable_baselines3.common.noise import NormalActionNoise, VectorizedActionNoise
     from stable_baselines3.common.vec_env import VecMonitor
 except ModuleNotFoundError as missing:
-    from simx_client.protocol.installing import extra_line
+    from simx_client.protocol.cli.installing import extra_line
 
     sys.exit(f"the package {missing.name} is not installed, which learning needs: {extra_line('learning')}")
 

@@ -10,10 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
+from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.cli.terminal import Paint, print_what_can_be, while_read
+
 from ..protocol.commands import BY_NAME
-from ..protocol.exit_codes import DONE, FAILURE, USAGE
-from ..protocol.parser import Parser
-from ..protocol.terminal import Paint, print_what_can_be, while_read
 from .elsewhere import NAMES, TWINS, functions
 from .findings import PROBLEM, DifferenceSeen, Finding, differences_of, findings_of, relative
 from .names import names_of

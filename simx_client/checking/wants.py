@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
-from ..modes import MODE_MASK
+from simx_client.legacy.operation_modes import MODE_MASK
+
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
 from .ports import Ports
@@ -36,7 +37,7 @@ BRINGING = ("simxLoadScene", "simxLoadModel", "simxCopyPasteObjects", "simxCreat
 
 _FUNCTION = re.compile(r"simx[A-Z]")
 _FROM_BINDING = re.compile(r"simx?[A-Z_]")
-_OF_CLIENT = re.compile(rf"{BINDING}\.(?:modern\.)?Client(?:\.of)?\(\)\.(\w+)")
+_OF_CLIENT = re.compile(rf"{BINDING}\.(?:(?:client|modern)\.)?Client(?:\.of)?\(\)\.(\w+)")
 
 SIGNAL_KINDS = ("Float", "Integer", "String")
 
@@ -226,7 +227,7 @@ def _other_calls(wants: Wants, call: Called, place: Place, texts: Texts, meaning
 @cache
 def client_methods() -> dict[str, bool]:
     """Attributes of ``Client``, and whether each is a method that takes names of objects."""
-    from ..modern import Client
+    from simx_client.client import Client
 
     members = {name: getattr(Client, name) for name in dir(Client) if not name.startswith("_")}
     return {

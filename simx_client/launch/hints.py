@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from simx_client.protocol.installing import line
+from simx_client.protocol.cli.installing import line
 
 _NUMPY_1 = (
     "or install 'numpy<2' and 'opencv-python-headless<4.12' into a Python environment of the script's own"

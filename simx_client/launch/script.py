@@ -10,7 +10,7 @@ from importlib.machinery import SourceFileLoader
 from types import CodeType, ModuleType, TracebackType
 
 _OUR_FOLDER = os.path.dirname(os.path.abspath(__file__))
-_OUR_FILES = {os.path.join(os.path.dirname(_OUR_FOLDER), name) for name in ("run.py", "python2.py")}
+_OUR_FILES = {os.path.join(os.path.dirname(_OUR_FOLDER), "python2.py")}
 
 
 def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> None:

@@ -31,7 +31,7 @@ class Place(Enum):
     """In the server, always blocking: the function takes no operation mode."""
 
     LOCAL = "local"
-    """In the client, written by hand in ``simx_client/local.py``, perhaps out of remote ones."""
+    """In the client, written by hand in ``simx_client/legacy/local.py``, perhaps out of remote ones."""
 
     CARRIED = "carried"
     """In the server, for a function of the client's: no public name, and no line in the listing."""

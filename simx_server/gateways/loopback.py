@@ -14,12 +14,11 @@ from collections import deque
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.messages import PROTOCOL_VERSION, Welcome
-
-from ..engine import Engine
+from simx_server.runtime.server_loop import Engine
 
 
 class LoopbackTransport:
-    """A ``simx_client.transport.Transport`` to an engine in this process."""
+    """A ``simx_client.transport.zenoh.Transport`` to an engine in this process."""
 
     def __init__(self, engine: Engine, *, name: str = "loopback", port: int = 0, turns: bool = True) -> None:
         """Make a link.

@@ -24,13 +24,14 @@ from simx_client.protocol.messages import (
     no_common_version,
 )
 from simx_client.protocol.reports import Health, Metrics, encode_report
+from simx_server import __version__
+from simx_server.parts.status_bar import as_log_line
+from simx_server.runtime.monitoring import report
+from simx_server.runtime.monitoring.load import LoadMeter
+from simx_server.runtime.server_loop import Engine
+from simx_server.world.simulation import SimulationState
 
-from .. import __version__, report
-from ..engine import Engine
 from ..limits import LimitReached
-from ..load import LoadMeter
-from ..simulation import SimulationState
-from ..status_bar import as_log_line
 from .access import has_rules, rules
 from .exposure import exposure
 from .posting import Care, Postman

@@ -8,7 +8,7 @@ from ..errors import CommandError, NotHandledYet
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 NOT_HANDLED = 1e37
 """Metres: what a distance object reads before it was handled; V-REP gave a number above 1e36."""

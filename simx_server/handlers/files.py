@@ -8,23 +8,23 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, TypeVar
 
 from simx_client.protocol.files import MESH_SUFFIXES, twins
+from simx_server.files import workspace
+from simx_server.files.library import shipped_scenes
+from simx_server.files.references import check_references
+from simx_server.runtime.background import Steps
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.loader import load_scene as read_scene
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.urdf import count_links
 
-from .. import workspace
 from ..errors import CommandError
-from ..library import shipped_scenes
-from ..references import check_references
-from ..scene.annotations import SceneError
-from ..scene.loader import load_scene as read_scene
 from ..scene.models import Model, add_model, read_model
-from ..scene.sources import Sources
 from ..scene.trial.kinds import MESH, MODEL, SCENE
-from ..scene.urdf import count_links
-from ..steps import Steps
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..sessions import ClientSession
-    from ..simulation import Simulation
+    from simx_server.runtime.sessions import ClientSession
+    from simx_server.world.simulation import Simulation
 
 _Read = TypeVar("_Read")
 

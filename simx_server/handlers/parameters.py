@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 @handler("simxGetBooleanParameter")

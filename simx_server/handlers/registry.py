@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from simx_client.protocol.commands import ANSWERED, Command
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _MARK = "__simx_handler__"

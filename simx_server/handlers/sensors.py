@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..sessions import ClientSession
-    from ..simulation import Simulation
+    from simx_server.runtime.sessions import ClientSession
+    from simx_server.world.simulation import Simulation
 
 NOTHING = -1
 """Handle given when nothing is detected; in V-REP it was undefined."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
-from ..simulation import Simulation, SimulationState
+from simx_server.world.simulation import Simulation, SimulationState
+
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..sessions import ClientSession
+    from simx_server.runtime.sessions import ClientSession
 
 
 @handler("simxSynchronous", with_client=True)

@@ -11,7 +11,7 @@ from ..errors import CommandError
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _LISTED = 8
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
-    from ..sessions import ClientSession
-    from ..simulation import Simulation
+    from simx_server.runtime.sessions import ClientSession
+    from simx_server.world.simulation import Simulation
 
 _GREY = 1
 """The option bit of a grey image."""

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from simx_server.joints.state import Binding, JointState
-from simx_server.scene.poses import NO_TURN, Pose, Quaternion, about, conjugate, multiply, normalised
+from simx_server.scene.geometry.poses import NO_TURN, Pose, Quaternion, about, conjugate, multiply, normalised
 
 
 def intrinsic_pose(binding: Binding, position: float) -> Pose:

@@ -11,9 +11,9 @@ from simx_server.joints.machine import Machine
 from simx_server.joints.parameters import READ, WRITE, describe
 from simx_server.joints.servo import Rule, rule_of, write_force_limit
 from simx_server.joints.state import Binding, JointMode, JointState
-from simx_server.scene.frames import matrix12
-from simx_server.scene.joint_chain import joint_separation
-from simx_server.scene.poses import Pose, Quaternion
+from simx_server.scene.geometry.frames import matrix12
+from simx_server.scene.geometry.joint_chain import joint_separation
+from simx_server.scene.geometry.poses import Pose, Quaternion
 
 JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
 """`sim_joint_revolute_subtype`, `..._prismatic_subtype`, `..._spherical_subtype`."""

@@ -18,12 +18,12 @@ from simx_server.joints.state import Binding, JointMode, JointState, bind, initi
 from simx_server.joints.stepping import Accompany, Stepper
 from simx_server.joints.watch import Watch
 from simx_server.joints.weights import Weights
+from simx_server.scene.geometry.placing import carry_followers
+from simx_server.scene.geometry.poses import Quaternion
 from simx_server.scene.objects import ObjectKind
-from simx_server.scene.placing import carry_followers
-from simx_server.scene.poses import Quaternion
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 @dataclass(frozen=True)

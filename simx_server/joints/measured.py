@@ -11,7 +11,7 @@ import numpy as np
 from simx_server.joints.state import Binding
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 class Measured:

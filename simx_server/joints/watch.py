@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -12,16 +12,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.geometry.joint_chain import body_pose
+from simx_server.scene.geometry.placing import carrier_body, object_pose
+from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
+
 from ..errors import CommandError
 from ..joints import JointMode
-from ..scene.joint_chain import body_pose
 from ..scene.objects import SceneObject
-from ..scene.placing import carrier_body, object_pose
-from ..scene.poses import IDENTITY, Pose, compose, inverse
 from .scratch import Array
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))

@@ -13,19 +13,20 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from simx_server.scene.geometry.frames import get_pose
+from simx_server.scene.geometry.placing import carrier_body, object_pose
+from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse
+from simx_server.world.sleepers import kinematics
+
 from ..errors import CommandError
 from ..joints import JointMode
-from ..scene.frames import get_pose
 from ..scene.objects import ObjectKind
-from ..scene.placing import carrier_body, object_pose
-from ..scene.poses import IDENTITY, Pose, compose, inverse
-from ..sleepers import kinematics
 from .chain import Element, Joints, fixed_pose, make_arms
 from .scratch import Scratch
 from .solver import Calculation, Method, Solution, Solver, pose_of_body
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _FIRST_DUMMY = 1_000_000
 """Above all handles of a scene's objects."""

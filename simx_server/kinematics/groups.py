@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.geometry.placing import object_pose
+
 from ..errors import CommandError
-from ..scene.annotations import Annotation
-from ..scene.placing import object_pose
 from ..scene.registered import Registry
 from .chain import Constraint, Element, Joints, is_in_ik_mode, make_arms
 from .scratch import Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

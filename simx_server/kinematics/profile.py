@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from types import ModuleType
 
-from simx_client.protocol.installing import package_line
+from simx_client.protocol.cli.installing import package_line
 
 from ..errors import CommandError
 

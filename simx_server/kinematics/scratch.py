@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sleepers import kinematics
+from simx_server.world.sleepers import kinematics
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 Array = NDArray[np.float64]
 

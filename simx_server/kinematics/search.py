@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from simx_server.scene.geometry.poses import Pose, blend
+
 from ..errors import CommandError
-from ..scene.poses import Pose, blend
 from .chain import Joints
 from .scratch import Array
 from .solver import Calculation, Method, Result, Solver

@@ -9,8 +9,7 @@ from enum import IntEnum
 import mujoco
 import numpy as np
 
-from ..errors import CommandError
-from ..scene.poses import (
+from simx_server.scene.geometry.poses import (
     Pose,
     compose,
     conjugate,
@@ -20,6 +19,8 @@ from ..scene.poses import (
     subtract,
     turn_z_to,
 )
+
+from ..errors import CommandError
 from .chain import Arm, Constraint, Joints
 from .scratch import Array, Scratch
 

@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from simx_server.scene.geometry.frames import euler_from_quat, get_pose, quat_from_euler, set_pose
+from simx_server.scene.geometry.joint_chain import body_pose
+from simx_server.scene.geometry.placing import free_joint
+from simx_server.scene.geometry.poses import Pose, compose, inverse
+
 from ..errors import CommandError
-from ..scene.frames import euler_from_quat, get_pose, quat_from_euler, set_pose
-from ..scene.joint_chain import body_pose
 from ..scene.objects import ObjectKind
-from ..scene.placing import free_joint
-from ..scene.poses import Pose, compose, inverse
 from .paths import Failure, Planner, Space, interpolate
 from .scratch import Array
 from .search import MOST_STATES
 from .validity import Pairs, Validity
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 class SpaceKind(IntEnum):

@@ -10,14 +10,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.sensors.distance.measuring import geoms_meet
+from simx_server.world.sleepers import kinematics
+
 from ..errors import CommandError
-from ..sensors.measuring import geoms_meet
-from ..sleepers import kinematics
 from .chain import Joints
 from .scratch import Array, copy_positions
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 Pairs = list[tuple[int, int]]
 """Entities (objects, collections, or sim.handle_all as second) that must not meet."""

@@ -15,12 +15,13 @@ from typing import Any
 
 import mujoco
 
+from simx_server.app.setting_conflicts import DECISIVE
+from simx_server.app.settings import SettingError, Settings
+from simx_server.scene.formats.sources import Sources
+from simx_server.world.simulation import Simulation
+
 from .. import __version__
 from ..errors import CommandError
-from ..scene.sources import Sources
-from ..setting_conflicts import DECISIVE
-from ..settings import SettingError, Settings
-from ..simulation import Simulation
 from .log_file import LogError, LogReader
 from .recorder import OUTSIDE
 from .records import BEHAVIOUR, Kind, Record

@@ -17,18 +17,19 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
+from simx_server.app.setting_conflicts import DECISIVE
+
 from .. import __version__
-from ..setting_conflicts import DECISIVE
 from . import state
 from .log_file import LogWriter
 from .records import BEHAVIOUR, Kind
 from .scene_files import files_of
 
 if TYPE_CHECKING:
-    from ..engine import Engine
-    from ..scene.sources import Sources
-    from ..settings import Settings
-    from ..simulation import Simulation
+    from simx_server.app.settings import Settings
+    from simx_server.runtime.server_loop import Engine
+    from simx_server.scene.formats.sources import Sources
+    from simx_server.world.simulation import Simulation
 
 DIGEST_EVERY = 20
 """Passes between two digests of all quantities; positions and velocities are noted after each."""

@@ -12,13 +12,14 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ..clock import Pacer
-from ..engine import Engine
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.inbox import Arrival
+from simx_server.runtime.server_loop import Engine
+from simx_server.world.simulation import Simulation
+
 from ..errors import CommandError
 from ..handlers import HANDLERS
 from ..handlers.registry import Handler
-from ..inbox import Arrival
-from ..simulation import Simulation
 from .log_file import LogError
 from .records import Kind, Record
 

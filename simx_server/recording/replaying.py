@@ -6,8 +6,8 @@ from collections import deque
 from typing import NamedTuple
 
 from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_server.world.simulation import Simulation
 
-from ..simulation import Simulation
 from ..viewer.feed import Feed
 from ..viewer.messages import ADD_ON
 from ..viewer.windows import Windows

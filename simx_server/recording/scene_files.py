@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ..scene.includes import included_files
-from ..scene.sources import Sources
-from ..scene.surroundings import PARTS
-from ..scene.urdf import is_urdf, urdf_files
+from simx_server.scene.formats.includes import included_files
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.surroundings import PARTS
+from simx_server.scene.formats.urdf import is_urdf, urdf_files
 
 _XML = (".xml", ".mjcf", ".urdf", ".xacro")
 

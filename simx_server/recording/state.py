@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from ..snapshot import get_state
+from simx_server.world.saved_state import get_state
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 DIGEST = 8
 """Bytes of a digest (BLAKE2b): by chance two states share one once in 10**19 times."""

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.editing.transplant import find_body, move_body, move_joint, move_leaf
+from simx_server.scene.editing.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
+from simx_server.scene.geometry.placing import body_pose, free_joint, is_linking_sensor
+from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.objects import SceneObject
-from simx_server.scene.placing import body_pose, free_joint, is_linking_sensor
-from simx_server.scene.poses import Pose
-from simx_server.scene.recompile import edit
-from simx_server.scene.transplant import find_body, move_body, move_joint, move_leaf
 from simx_server.scene.tree import INTERNAL
-from simx_server.scene.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _STUMP = INTERNAL + "broken:"
 """Prefix of the name of the body that keeps a broken sensor in its place."""

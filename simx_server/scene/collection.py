@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError, UnknownHandle
-from simx_server.scene.annotations import Annotation
+from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import Scene
 from simx_server.scene.registered import Registry
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 FIRST_HANDLE = 2_000_000
 """Collections are numbered from here, as in V-REP."""

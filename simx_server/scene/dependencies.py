@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import mujoco
 
-from simx_server.scene.annotations import Annotation, Annotations, SceneError
+from simx_server.scene.formats.annotations import Annotation, Annotations, SceneError
 from simx_server.scene.tree import INTERNAL
 
 EQUALITY = INTERNAL + "dependency:"

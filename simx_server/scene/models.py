@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_client.protocol.files import MESH_SUFFIXES
-from simx_server.scene.annotations import MEASURED, SceneError
-from simx_server.scene.grafting import Graft, graft
-from simx_server.scene.loader import build, read_spec
-from simx_server.scene.loose_meshes import settle, settle_loose_meshes
+from simx_server.scene.editing.grafting import Graft, graft
+from simx_server.scene.editing.transplant import gather_geoms
+from simx_server.scene.formats.annotations import MEASURED, SceneError
+from simx_server.scene.formats.loader import build, read_spec
+from simx_server.scene.formats.loose_meshes import settle, settle_loose_meshes
+from simx_server.scene.formats.script_texts import SCRIPT_NOTES
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.objects import Scene
-from simx_server.scene.script_texts import SCRIPT_NOTES
-from simx_server.scene.sources import Sources
-from simx_server.scene.transplant import gather_geoms
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import UnknownHandle, WrongKind
-from simx_server.scene.annotations import Annotation, Annotations
+from simx_server.scene.editing.twins import Names
+from simx_server.scene.formats.annotations import Annotation, Annotations
 from simx_server.scene.names import resolve
-from simx_server.scene.twins import Names
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.scene.editing.welding import set_static
+from simx_server.scene.geometry.placing import free_joint
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObject
-from simx_server.scene.placing import free_joint
 from simx_server.scene.respondable import collect_masks
-from simx_server.scene.welding import set_static
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 SCRIPTS_INACTIVE = 0x200
 """`sim_modelproperty_scripts_inactive`, which the legacy constants lack."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scene.annotations import Annotation
+from simx_server.scene.formats.annotations import Annotation
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _T = TypeVar("_T")
 

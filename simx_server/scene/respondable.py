@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene.editing.recompile import edit
 from simx_server.scene.objects import ObjectKind
-from simx_server.scene.recompile import edit
 from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 ALL_MASKS = 0xFFFF
 """Meets every other mask that is not 0."""

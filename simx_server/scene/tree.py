@@ -15,7 +15,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from simx_server.scene.annotations import Annotation, Annotations, SceneError, check_objects
+from simx_server.scene.formats.annotations import Annotation, Annotations, SceneError, check_objects
 from simx_server.scene.names import alias_of
 from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simx_client.protocol import constants as c
+from simx_server.scene.geometry.placing import free_joint, object_pose, place
+from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.objects import SceneObject
-from simx_server.scene.placing import free_joint, object_pose, place
-from simx_server.scene.poses import Pose
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 _SIZES = (7, 4, 1, 1)
 """Position numbers of a free, ball, slide and hinge joint."""

@@ -7,16 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from simx_server.parts.status_bar import as_log_line
+
 from ..scene.properties import SCRIPTS_INACTIVE
-from ..status_bar import as_log_line
 from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Interpreter, ScriptError
-from .lua import LuaInterpreter
+from .lua.interpreter import LuaInterpreter
 from .namespaces import Namespaces
 from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, script_folder
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 
@@ -170,6 +171,6 @@ class Lives:
 
 def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:
     """Imported only when a scene has such a script."""
-    from .python_interpreter import PythonInterpreter
+    from .python.interpreter import PythonInterpreter
 
     return PythonInterpreter(name, side, time_limit=time_limit, folder=folder)

@@ -16,7 +16,8 @@ from .interpreter import Constant, Waiting
 from .signature import Signature
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
+
     from .script import Script
 
 

@@ -34,13 +34,14 @@ import logging
 from typing import TYPE_CHECKING, Any
 
 from ..joints.scripted import Ask
+from .callbacks.physics import PhysicsCallBacks
+from .callbacks.vision import VisionCallBacks
 from .lives import Lives
-from .physics_call_backs import PhysicsCallBacks
 from .script import Script, ScriptKind
-from .vision_call_backs import VisionCallBacks
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
+
     from .scripts import Scripts
 
 logger = logging.getLogger(__name__)

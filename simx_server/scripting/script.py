@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol import constants
+from simx_server.files.library import MODELS
 
 from ..errors import CommandError
-from ..library import MODELS
 from .interpreter import Constant, Interpreter, ScriptError, Switching, Waiting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
+
     from .namespaces import Namespaces
 
 PYTHON = "python"

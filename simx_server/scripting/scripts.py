@@ -6,8 +6,9 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..add_ons import AddOn
-from ..scene.script_texts import SCRIPT_NOTES
+from simx_server.parts.add_ons import AddOn
+from simx_server.scene.formats.script_texts import SCRIPT_NOTES
+
 from .exchange import check_results
 from .lives import Lives
 from .phases import Phases
@@ -15,8 +16,8 @@ from .script import LUA, PYTHON, Script, ScriptKind
 from .targets import find_target, split_target
 
 if TYPE_CHECKING:
-    from ..scene.annotations import Annotation
-    from ..simulation import Simulation
+    from simx_server.scene.formats.annotations import Annotation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..add_ons import ADD_ON_TYPE, AddOn
+from simx_server.parts.add_ons import ADD_ON_TYPE, AddOn
+
 from ..errors import CommandError, UnknownName
 from .interpreter import ScriptError
 from .script import Script, ScriptKind

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.geometry.poses import Vector
+
 from ..errors import CommandError
-from ..scene.annotations import Annotation
 from ..scene.breaking import break_sensor
 from ..scene.objects import ObjectKind, SceneObject
-from ..scene.poses import Vector
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

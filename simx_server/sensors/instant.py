@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from simx_client.protocol import constants as c
 
 from ..scene.objects import Scene
-from .bundles import Bundles
+from .proximity.bundles import Bundles
 from .triangles import GeomTriangles
-from .visibility import VISIBLE_GROUPS
+from .vision.visibility import VISIBLE_GROUPS
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 
 class Surroundings:

@@ -29,14 +29,12 @@ import numpy as np
 
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
-from simx_server import report
-from simx_server.add_ons import Functions, Results
 from simx_server.errors import CommandError
 from simx_server.joints.parameters import CONTROL_MODE
-from simx_server.object_listing import list_objects
+from simx_server.parts.add_ons import Functions, Results
+from simx_server.runtime.monitoring import report
+from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
-from simx_server.simulation import SimulationState
-from simx_server.snapshot import editable_arrays, get_state
 from simx_server.viewer.messages import (
     ADD_ON,
     LOOK,
@@ -51,10 +49,12 @@ from simx_server.viewer.messages import (
     StreamView,
     Survey,
 )
+from simx_server.world.saved_state import editable_arrays, get_state
+from simx_server.world.simulation import SimulationState
 
 if TYPE_CHECKING:
-    from simx_server.engine import Engine
-    from simx_server.simulation import Simulation
+    from simx_server.runtime.server_loop import Engine
+    from simx_server.world.simulation import Simulation
 
 _MOST_TEXT = 200
 """Bytes of a string signal that are shown."""

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from simx_client.protocol.installing import extra_line
+from simx_client.protocol.cli.installing import extra_line
 
 logger = logging.getLogger(__name__)
 

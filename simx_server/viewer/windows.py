@@ -15,8 +15,8 @@ from typing import Any
 import msgpack
 
 from simx_client.protocol import windows as w
-from simx_server.add_ons import Functions, Results
 from simx_server.errors import CommandError
+from simx_server.parts.add_ons import Functions, Results
 
 KEPT = 5.0
 """Seconds without a word after which a script, or a viewer, has gone."""

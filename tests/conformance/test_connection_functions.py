@@ -14,8 +14,8 @@ from conforming import BLOCKING, BUFFER, NOVALUE, OK, ONESHOT, REMOTE_ERROR, STR
 from real_world import start_stepped
 
 import simx_client as v
-from simx_client.clients import CLIENTS, Clients
-from simx_client.connection import Connection
+from simx_client.connection.clients import CLIENTS, Clients
+from simx_client.connection.connection import Connection
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.kinds import MAX_ITEMS, MAX_TEXT
 from simx_server.limits import Limits

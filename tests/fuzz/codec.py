@@ -19,8 +19,8 @@ import msgpack
 from simx_client.protocol import codec, keys
 from simx_client.protocol.kinds import KINDS
 from simx_client.protocol.messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome
-from simx_server import workspace
 from simx_server.errors import CommandError
+from simx_server.files import workspace
 from simx_server.limits import LimitError, Limits, limit_text
 
 DECODERS: tuple[tuple[Callable[[bytes], Any], type[Any]], ...] = (

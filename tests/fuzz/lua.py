@@ -13,7 +13,7 @@ from typing import Any
 
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Constant, ScriptError, Switching
-from simx_server.scripting.lua import LuaInterpreter
+from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 BOUND = 1.0
 """Processor seconds without a turn of others; the promise is 0.25 s, on a machine that does nothing else."""
@@ -115,7 +115,7 @@ class Library:
         self._left = 0
         self.longest = 0.0
         self.cases = 0
-        logging.getLogger("simx_server.scripting.lua").setLevel(logging.CRITICAL)
+        logging.getLogger("simx_server.scripting.lua.interpreter").setLevel(logging.CRITICAL)
         self._begin()
 
     def _begin(self) -> None:

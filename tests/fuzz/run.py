@@ -73,7 +73,12 @@ def _guided(target: str, cases: int, seed: int, folder: Path) -> None:
     import atheris
 
     with atheris.instrument_imports(
-        include=["simx_client.protocol", "simx_server.scene", "simx_server.workspace", "simx_server.limits"]
+        include=[
+            "simx_client.protocol",
+            "simx_server.scene",
+            "simx_server.files.workspace",
+            "simx_server.limits",
+        ]
     ):
         one, seeds = _prepare(target, folder)
     corpus = folder / "corpus"

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.parts import attach_parts
-from simx_server.scene.annotations import GRAMMAR
-from simx_server.scene.loader import load_scene
-from simx_server.simulation import Simulation
+from simx_server.scene.formats.annotations import GRAMMAR
+from simx_server.scene.formats.loader import load_scene
+from simx_server.world.building import attach_parts
+from simx_server.world.simulation import Simulation
 
 from .codec import Bytes
 from .scene import SCENE

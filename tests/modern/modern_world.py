@@ -7,8 +7,8 @@ from typing import Any
 
 from real_world import RealWorld
 
-from simx_client.clients import CLIENTS
-from simx_client.modern import Client
+from simx_client.client import Client
+from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_batch
 
 SCENE = """

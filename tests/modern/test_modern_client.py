@@ -17,8 +17,8 @@ from real_world import RealWorld
 
 import simx_client as v
 from simx_client import Client, errors
-from simx_client.clients import CLIENTS
-from simx_client.redirect import VARIABLE, format_redirects
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.redirect import VARIABLE, format_redirects
 
 # --- what goes wrong -----------------------------------------------------------------------------
 
@@ -117,7 +117,7 @@ def test_a_closed_client_says_so(client: Client) -> None:
     ],
 )
 def test_the_port_may_stand_in_the_address(address: str, port: int | None, where: tuple[str, int]) -> None:
-    from simx_client.modern.opening import split_port
+    from simx_client.client.opening import split_port
 
     assert split_port(address, port) == where
 
@@ -137,15 +137,15 @@ def test_the_client_is_no_part_of_the_drop_in_surface_and_loaded_only_when_asked
     program = """
         import sys, simx_client
         assert "Client" not in dir(simx_client)
-        print([m for m in sys.modules if m.startswith(("simx_client.modern", "numpy"))])
+        print([m for m in sys.modules if m.startswith(("simx_client.client", "numpy"))])
         from simx_client import Client
-        print([m for m in sys.modules if m in ("simx_client.modern.client", "numpy", "zenoh")])
+        print([m for m in sys.modules if m in ("simx_client.client.client", "numpy", "zenoh")])
     """
     program = "\n".join(line.strip() for line in program.splitlines())
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=True
     )
-    assert done.stdout.splitlines() == ["[]", "['simx_client.modern.client']"]
+    assert done.stdout.splitlines() == ["[]", "['simx_client.client.client']"]
     with pytest.raises(AttributeError, match="no attribute 'Clint'"):
         v.Clint  # type: ignore[attr-defined]  # noqa: B018
 

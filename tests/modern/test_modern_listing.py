@@ -8,7 +8,7 @@ from real_world import RealWorld
 
 import simx_client as v
 from simx_client import Client, errors
-from simx_client.modern import Camera, Dummy, ForceSensor, Joint, Object, ProximitySensor, SceneObject, Shape
+from simx_client.client import Camera, Dummy, ForceSensor, Joint, Object, ProximitySensor, SceneObject, Shape
 
 
 def test_all_objects_are_listed_as_what_they_are_with_one_message(client: Client) -> None:
@@ -30,7 +30,7 @@ def test_objects_of_one_class_are_listed_alone(client: Client) -> None:
     assert client.objects(Joint).names == ["shoulder", "wrist", "axle"]
     assert {each.kind for each in client.objects(Object)} >= {"camera", "shape", "dummy"}
     assert not any(isinstance(each, Joint) for each in client.objects(Object))
-    with pytest.raises(TypeError, match=r"modern\.Joint, not 'joint'"):
+    with pytest.raises(TypeError, match=r"client\.Joint, not 'joint'"):
         client.objects("joint")  # type: ignore[call-overload]
 
 

@@ -8,8 +8,8 @@ from real_world import RealWorld
 
 import simx_client as v
 from simx_client import Client, batch
-from simx_client.clients import CLIENTS
-from simx_client.modern import Joint
+from simx_client.client import Joint
+from simx_client.connection.clients import CLIENTS
 
 
 def things(client: Client) -> list[object]:

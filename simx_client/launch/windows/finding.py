@@ -7,7 +7,8 @@ import logging
 import os
 from typing import Any, Protocol
 
-from ...clients import CLIENTS
+from simx_client.connection.clients import CLIENTS
+
 from . import display
 from .screen import Lost, NoScreen, Report, Screen
 from .viewer import Viewer

@@ -13,12 +13,13 @@ from typing import Any
 
 import msgpack
 
-from ...connection import Connection
+from simx_client.client.channel import Channel
+from simx_client.connection.connection import Connection
+from simx_client.connection.endpoints import find_place
+from simx_client.transport.zenoh import ZenohTransport
+
 from ...errors import SimxError
-from ...modern.channel import Channel
-from ...places import find_place
 from ...protocol import windows as w
-from ...transport import ZenohTransport
 from . import screen as s
 from .outbox import Outbox
 

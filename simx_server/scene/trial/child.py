@@ -23,19 +23,19 @@ from typing import Any
 import mujoco
 
 from simx_server.errors import CommandError
+from simx_server.files.references import check_references
 from simx_server.limits import Limits
-from simx_server.references import check_references
-from simx_server.scene.annotations import SceneError
-from simx_server.scene.contents import digests
-from simx_server.scene.loader import load_scene
-from simx_server.scene.loose_meshes import settle_loose_meshes
+from simx_server.parts.user_interface.custom_ui_files import read_ui_file
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.contents import digests
+from simx_server.scene.formats.loader import load_scene
+from simx_server.scene.formats.loose_meshes import settle_loose_meshes
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.urdf import count_links
+from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.models import read_model
-from simx_server.scene.overlaps import log_overlaps
-from simx_server.scene.sources import Sources
 from simx_server.scene.trial.gathering import gather
 from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
-from simx_server.scene.urdf import count_links
-from simx_server.user_interface.custom_ui_files import read_ui_file
 
 try:
     import resource

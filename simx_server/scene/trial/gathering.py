@@ -13,11 +13,11 @@ from xml.etree import ElementTree
 
 from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES, UI_SUFFIXES
 from simx_server.errors import CommandError
-from simx_server.regular_files import no_regular_file, read_regular
-from simx_server.scene.contents import Contents
-from simx_server.scene.sources import Sources
-from simx_server.scene.surroundings import PARTS
-from simx_server.scene.urdf import is_urdf, urdf_files
+from simx_server.files.regular_files import no_regular_file, read_regular
+from simx_server.scene.formats.contents import Contents
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.surroundings import PARTS
+from simx_server.scene.formats.urdf import is_urdf, urdf_files
 
 _TEXTS = (".xml", ".mjcf", ".urdf")
 _PARTS = ("include", "model")

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.scene.annotations import SceneError
-from simx_server.scene.contents import contents_of
-from simx_server.scene.sources import Sources
+from simx_server.runtime.background import Steps, all_steps, beside
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.contents import contents_of
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.scene.trial.kinds import SCENE
 from simx_server.scene.trial.pool import Pool
-from simx_server.steps import Steps, all_steps, beside
 
 if TYPE_CHECKING:
-    from simx_server.simulation import Simulation
+    from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
 

@@ -13,7 +13,8 @@ from simx_client.protocol import constants
 from ..interpreter import Constant, Function, ScriptError
 
 if TYPE_CHECKING:
-    from ...simulation import Simulation
+    from simx_server.world.simulation import Simulation
+
     from ..script import Script
 
 HANDLE_SELF = constants.sim_handle_self

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...handlers import custom_uis
+from simx_server.handlers.user_interface import custom_uis
+
 from .base import ApiPart
 
 

@@ -1,11 +1,12 @@
-"""Parameters of the physics engine, see `engine_parameters.py` of the server."""
+"""Parameters of the physics engine, see `physics_engine_parameters.py` of the server."""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 from typing import NoReturn
 
-from ... import engine_parameters
+from simx_server.parts import physics_engine_parameters
+
 from ...errors import CommandError
 from .base import ApiPart
 
@@ -14,12 +15,12 @@ class EngineFunctions(ApiPart):
     """Of a shape, or with -1 for the handle of the engine: sim.mujoco_, and the friction of other engines."""
 
     CONSTANTS = MappingProxyType(
-        {entry.name: number for number, entry in engine_parameters.PARAMETERS.items()}
+        {entry.name: number for number, entry in physics_engine_parameters.PARAMETERS.items()}
     )
 
     def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
         """Partly: of the other engines there are friction and step size."""
-        entry = engine_parameters.find(number, is_integer=False)
+        entry = physics_engine_parameters.find(number, is_integer=False)
         return entry.get(self._sim, self._self(handle))
 
     def setEngineFloatParam(self, number: int, handle: int, value: float) -> int:
@@ -27,12 +28,12 @@ class EngineFunctions(ApiPart):
 
         Partly: of the other engines there is friction.
         """
-        self._set(engine_parameters.find(number, is_integer=False), handle, value)
+        self._set(physics_engine_parameters.find(number, is_integer=False), handle, value)
         return 1
 
     def getEngineInt32Param(self, number: int, handle: int = -1) -> int:
         """Partly: those of the other engines are not there."""
-        entry = engine_parameters.find(number, is_integer=True)
+        entry = physics_engine_parameters.find(number, is_integer=True)
         return int(entry.get(self._sim, self._self(handle)))
 
     def setEngineInt32Param(self, number: int, handle: int, value: int) -> int:
@@ -40,7 +41,7 @@ class EngineFunctions(ApiPart):
 
         Partly: those of the other engines are not there.
         """
-        self._set(engine_parameters.find(number, is_integer=True), handle, value)
+        self._set(physics_engine_parameters.find(number, is_integer=True), handle, value)
         return 1
 
     def getEngineBoolParam(self, number: int, _handle: int = -1) -> NoReturn:
@@ -77,7 +78,7 @@ class EngineFunctions(ApiPart):
         """Not here: MuJoCo has none of these switches."""
         raise _no_switch(number)
 
-    def _set(self, entry: engine_parameters.EngineParameter, handle: int, value: float) -> None:
+    def _set(self, entry: physics_engine_parameters.EngineParameter, handle: int, value: float) -> None:
         if entry.set is None:
             raise CommandError(
                 f"{entry.name} can only be read; it follows from the scene's timestep and pass"

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from simx_client.protocol import constants as c
+from simx_server.parts.graphs import CUMULATIVE, Color, Curve, Graph, Stream, span
 
 from ...errors import CommandError
-from ...graphs import CUMULATIVE, Color, Curve, Graph, Stream, span
 from .base import ApiPart
 
 _TIME_CURVE, _XYZ_CURVE = 0, 2

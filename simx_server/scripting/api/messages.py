@@ -6,9 +6,9 @@ import logging
 from types import MappingProxyType
 
 from simx_client.protocol import constants as c
+from simx_server.handlers.user_interface import consoles, dialogs
 
 from ...errors import CommandError
-from ...handlers import consoles, dialogs
 from .base import ApiPart
 
 logger = logging.getLogger(__name__)

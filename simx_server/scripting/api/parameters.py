@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ...custom_data import APPLICATION, HIDDEN
+from simx_server.parts.custom_data import APPLICATION, HIDDEN
+
 from ...errors import CommandError
 from ...handlers import parameters
 from .base import ApiPart

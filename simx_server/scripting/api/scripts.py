@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from simx_client.protocol import constants as c
+from simx_server.parts.add_ons import AddOn
 
-from ...add_ons import AddOn
 from ...errors import CommandError
 from ..exchange import check_results
 from ..interpreter import ScriptError

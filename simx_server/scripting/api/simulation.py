@@ -7,10 +7,10 @@ import time
 from typing import NoReturn
 
 from simx_client.protocol import constants as c
+from simx_server.world.simulation import SimulationState
 
 from ...errors import CommandError
 from ...handlers import files
-from ...simulation import SimulationState
 from .base import ApiPart
 
 _MILLISECONDS = 1 << 31

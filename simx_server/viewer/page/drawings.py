@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from simx_server.drawing import CYCLIC, LINES, STRIP, TRIANGLES
+from simx_server.parts.drawing import CYCLIC, LINES, STRIP, TRIANGLES
 from simx_server.viewer.messages import Drawing
 
 _KIND = 0x1F

@@ -9,8 +9,8 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
+from .images import Optics
 from .mirror import Copy
-from .pictures import Optics
 
 _PATH = "/cameras"
 _COLOUR = (31, 111, 139)

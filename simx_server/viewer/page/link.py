@@ -17,7 +17,7 @@ from simx_client import Client
 from simx_client.batch import Batch, Calls
 from simx_client.errors import CallsFailed, ConnectionFailed, NotConnected, RemoteError, SimxError, TimedOut
 from simx_client.protocol.constants import simx_return_remote_error_flag
-from simx_server.add_ons import ADD_ON_TYPE
+from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, LOOK, SURVEY, Look, Survey
 
 logger = logging.getLogger(__name__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from simx_client import Client
-from simx_client.calls import Calls
+from simx_client.connection.calls import Calls
 from simx_server.joints.servo import Rule
 from simx_server.joints.state import JointMode
 from simx_server.viewer.messages import JointView, SceneItem

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from simx_client.protocol.installing import package_line
+from simx_client.protocol.cli.installing import package_line
 
 from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener, NoBackend
 

@@ -21,9 +21,7 @@ from simx_client import Client
 from simx_client.errors import SimxError
 from simx_server.viewer.messages import Look, SceneItem, Survey
 from simx_server.viewer.page.frustums import Frustums
-from simx_server.viewer.page.link import Away, Hands, Link
-from simx_server.viewer.page.mirror import Mirror
-from simx_server.viewer.page.pictures import (
+from simx_server.viewer.page.images import (
     Optics,
     Sight,
     advice,
@@ -32,6 +30,8 @@ from simx_server.viewer.page.pictures import (
     depth_colours,
     enlarged,
 )
+from simx_server.viewer.page.link import Away, Hands, Link
+from simx_server.viewer.page.mirror import Mirror
 
 logger = logging.getLogger(__name__)
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import viser
 
-from simx_client.listing import age
+from simx_client.cli.listing import age
+from simx_client.cli.status.text import duration
 from simx_client.protocol.reports import Client, DepartedClient, Metrics, Timing
-from simx_client.status_text import duration
 from simx_server.viewer.messages import OWN_NAME, Look, StreamView, Survey
 
 from .elements import harmless, put

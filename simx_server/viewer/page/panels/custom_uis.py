@@ -12,8 +12,8 @@ from typing import Any
 import viser
 
 from simx_client import Client
-from simx_server.add_ons import ADD_ON_TYPE
-from simx_server.user_interface import ADD_ON_NAME
+from simx_server.parts.add_ons import ADD_ON_TYPE
+from simx_server.parts.user_interface import ADD_ON_NAME
 from simx_server.viewer.page.link import Hands
 
 from .elements import Latest, put

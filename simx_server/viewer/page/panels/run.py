@@ -11,7 +11,7 @@ from types import MappingProxyType
 import viser
 
 from simx_client import Client
-from simx_server.add_ons import ADD_ON_TYPE
+from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, ONE_PASS, OWN_NAME, SPEED, Look, State, Survey
 from simx_server.viewer.page.link import Hands
 

@@ -1,0 +1,108 @@
+"""Which simulator a command line means, and a connection to it for as long as the command runs."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import logging
+import sys
+from collections.abc import Generator
+
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.connection.discovery import find_servers, silent_servers
+from simx_client.connection.endpoints import CONNECT_VARIABLE, connect_endpoints
+from simx_client.connection.timeouts import DEFAULT_TIMEOUT
+from simx_client.errors import ConnectionFailed, SimxError
+from simx_client.legacy.local import simxFinish, simxStart
+from simx_client.protocol import roster
+from simx_client.transport.zenoh_session import host_and_port
+
+from .command_parser import program
+from .discovery_flags import add_waiting
+
+USUAL_PORT = 19997
+"""Where old scripts look for a simulator that runs all the time."""
+
+VALID = "PORT, HOST:PORT, REALM or REALM@HOST:PORT"
+
+
+class Unclear(SimxError):
+    """It does not follow from what was said which simulator is meant."""
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add ``--at``, ``--timeout`` and ``--json``."""
+    parser.add_argument(
+        "--at", metavar="PLACE", help=f"{VALID}; else the one at port {USUAL_PORT}, or the only one here"
+    )
+    add_waiting(parser, "an answer", DEFAULT_TIMEOUT)
+
+
+@contextlib.contextmanager
+def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connection]]:
+    """A client id and its connection; the log on stderr tells what went wrong in sentences.
+
+    Raises:
+        Unclear: no single simulator is meant.
+        ConnectionFailed: it could not be reached; the log has said why.
+    """
+    logging.basicConfig(stream=sys.stderr, format="%(message)s")
+    host, port = address(place, timeout)
+    client = simxStart(host, port, True, True, max(1, int(timeout * 1000)), 5)
+    connection = CLIENTS.get(client)
+    if connection is None:
+        raise ConnectionFailed(
+            f"start one with simx-server, or name another with --at; {program()} list shows which are there"
+        )
+    connection.timeout = timeout
+    try:
+        yield client, connection
+    finally:
+        simxFinish(client)
+
+
+def address(place: str | None, timeout: float) -> tuple[str, int]:
+    """Address and port as simxStart takes them. Raises Unclear."""
+    if place is None:
+        return _usual()
+    realm, at, rest = place.rpartition("@")
+    if rest.isdecimal() and int(rest) <= 65535:
+        return f"{realm}{at}127.0.0.1", int(rest)
+    host, colon, port = rest.rpartition(":")
+    if colon and port.isdecimal() and int(port) <= 65535:
+        return f"{realm}{at}{host or '127.0.0.1'}", int(port)
+    if colon or at:
+        raise Unclear(f"--at: {place!r} names no place; valid: {VALID}")
+    return _called(place, timeout)
+
+
+def _usual() -> tuple[str, int]:
+    if connect_endpoints():
+        return "", USUAL_PORT
+    local = [found for each in roster.endpoints() if (found := host_and_port(each)) is not None]
+    ports = [port for _, port in local]
+    if USUAL_PORT in ports or not local:
+        return "127.0.0.1", USUAL_PORT
+    if len(local) == 1:
+        return local[0]
+    raise Unclear(
+        f"there are {len(local)} simulators here, at the ports {', '.join(map(str, sorted(ports)))}; "
+        "--at PORT says which one is meant"
+    )
+
+
+def _called(realm: str, timeout: float) -> tuple[str, int]:
+    if connect_endpoints():
+        return f"{realm}@", USUAL_PORT
+    found, unreachable = find_servers(roster.endpoints(), timeout)
+    for server in found:
+        place = host_and_port(server.endpoint)
+        if server.realm == realm and place is not None:
+            return place
+    there = ", ".join(server.realm for server in found) or "none"
+    silent = "".join(f"; {sentence}" for sentence in silent_servers(unreachable))
+    raise Unclear(
+        f"--at: no simulator of this host is called {realm!r}; there are: {there}{silent}; "
+        f"others are found by REALM@HOST:PORT, or through the routers of {CONNECT_VARIABLE}"
+    )

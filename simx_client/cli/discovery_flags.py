@@ -1,0 +1,50 @@
+"""The flags of the commands that ask live servers: where they are looked for, and how long."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from simx_client.connection.discovery import TIMEOUT
+from simx_client.connection.endpoints import CONNECT_VARIABLE, check_endpoint, connect_endpoints
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Add ``--connect``, ``--timeout`` and ``--json``."""
+    parser.add_argument(
+        "--connect",
+        action="append",
+        metavar="ENDPOINT",
+        help=f"Zenoh router or server to ask, such as tcp/router:7447; repeatable ({CONNECT_VARIABLE})",
+    )
+    add_waiting(parser, "answers", TIMEOUT)
+
+
+def add_waiting(parser: argparse.ArgumentParser, awaited: str, usual: float) -> None:
+    """Add ``--timeout`` and ``--json``, which every command has that asks a server."""
+    parser.add_argument(
+        "--timeout",
+        type=seconds,
+        default=usual,
+        metavar="SECONDS",
+        help=f"how long to wait for {awaited} ({usual:g})",
+    )
+    parser.add_argument("--json", action="store_true", help="as JSON, for programs")
+
+
+def endpoints(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[str]:
+    """The Zenoh endpoints that were named, by flag or variable; none for this host. Wrong ones end the program."""
+    try:
+        return [check_endpoint(text, "--connect") for text in options.connect or ()] or list(
+            connect_endpoints()
+        )
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def seconds(text: str) -> float:
+    """A type for argparse."""
+    number = float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")
+    return number

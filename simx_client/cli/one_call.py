@@ -1,0 +1,94 @@
+"""One question to one simulator: a function of the table is called, and its answer comes, or a sentence why not."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from typing import Any, cast
+
+import simx_client
+from simx_client.connection.answers import Answer
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.connection.exchange import Exchange
+from simx_client.errors import SimxError
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol import constants as c
+from simx_client.protocol.commands import BY_NAME, Command, Place
+
+from .arguments import bare, shielded, wanted
+
+
+class Refused(SimxError):
+    """The simulator said no; the text is its own."""
+
+    def __init__(self, text: str, code: int) -> None:
+        super().__init__(text)
+        self.code = code
+        """A simx_return_ code."""
+
+
+def parse_words(parser: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
+    """Parse a command line with flags anywhere, in which words such as ``-0.5`` are no flags."""
+    options = parser.parse_intermixed_args(shielded(argv))
+    options.arguments = bare(options.arguments)
+    return options
+
+
+def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
+    """Call a function and wait: its results without the return code.
+
+    Raises:
+        Refused: there are none.
+    """
+    connection = CLIENTS.get(client)
+    assert connection is not None
+    if command.place is Place.LOCAL or command.may_be_here:
+        return _call(client, command, arguments)
+    answer: Answer[Any] = Answer(Shape(command), Shape(command).coerce(tuple(arguments)), 0, connection.where)
+    exchange = Exchange(connection, [answer])
+    exchange.send()
+    exchange.finish(time.monotonic() + connection.timeout, connection.timeout)
+    if answer.code:
+        raise Refused(f"{command.name}: {answer.failure.reason}", answer.code)
+    assert answer.reply is not None
+    result = answer.shape.success(answer.reply.values)
+    return [] if result == 0 else list(result[1:])
+
+
+def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
+    """What takes a file along, or is put together in the client. The connection's log says what was refused."""
+    named = dict(zip((each.name for each in wanted(command)), arguments, strict=True))
+    filled = {
+        name: value for name, value in {**_FILLED, "clientID": client}.items() if name in command.parameters
+    }
+    result: Any = getattr(simx_client, command.name)(**named, **filled)
+    code, *values = cast("tuple[Any, ...]", result) if isinstance(result, tuple) else (result,)
+    if code:
+        raise Refused(f"{command.name}: {meaning(code)}", code)
+    return values
+
+
+_FILLED = {"operationMode": c.simx_opmode_blocking, "timeOut": 0}
+
+
+def meaning(code: int) -> str:
+    """A simx_return_ code in words."""
+    if code & c.simx_return_remote_error_flag:
+        return f"the simulator refused it (code {code}); its reason is above"
+    if code & c.simx_return_timeout_flag:
+        return f"no answer came in time (code {code}); see --timeout"
+    if code & c.simx_return_novalue_flag:
+        return f"there is no value (code {code})"
+    return f"it was not done (code {code})"
+
+
+def handle_of(client: int, finder: str, name: str) -> int:
+    """Look up a name. Raises Refused, whose text has the nearest names."""
+    return int(ask(client, BY_NAME[finder], [name])[0])
+
+
+def alive(connection: Connection) -> bool:
+    """Whether the simulator is still there."""
+    return connection.connection_id != -1

@@ -1,0 +1,269 @@
+"""``Client``: a connection, and the way to everything in the scene."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, overload
+
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.connection.exchange import connection_of
+from simx_client.connection.strict import Strict, misspelt
+from simx_client.connection.timeouts import DEFAULT_TIMEOUT
+from simx_client.protocol import constants as c
+
+from .camera import Camera
+from .channel import Channel
+from .joints import Joint, Joints
+from .listing import Objects
+from .objects import Dummy, Object, SceneObject, Shape
+from .opening import open_connection, split_port
+from .scene import Scene
+from .sensors import ForceSensor, ProximitySensor
+from .signals import Signals
+from .simulation import Simulation
+from .stepping import Stepping
+from .watching import Watch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+S = TypeVar("S", bound=SceneObject)
+T = TypeVar("T")
+
+
+class Results(NamedTuple):
+    """What a function of a script returned."""
+
+    ints: list[int]
+    floats: list[float]
+    strings: list[str]
+    buffer: bytes
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            raise misspelt(self, name)
+
+
+class Client(Strict):
+    """One client of one server; a context manager that closes the connection.
+
+        with Client("127.0.0.1", 19997) as client:
+            client.joint("UR5_joint1").target_position = 0.5
+
+    Not for several threads at a time: each makes a client of its own. Legacy functions and ``batch`` take its ``id``.
+    """
+
+    __slots__ = ("__weakref__", "_channel", "_close", "_connection", "_scene", "signals", "simulation")
+
+    def __init__(
+        self, address: str = "127.0.0.1", port: int | None = None, *, timeout: float = DEFAULT_TIMEOUT
+    ) -> None:
+        """Connect.
+
+        Args:
+            address: host, ``HOST:PORT``, or ``REALM@ROUTER:PORT`` for a simulator by its name behind a router.
+            port: 19997 unless it is given here or in the address.
+            timeout: seconds to connect, and for each answer.
+
+        Raises:
+            ConnectionFailed: with what was tried, what was found and what to do.
+            ValueError: the address cannot be read.
+        """
+        connection = open_connection(*split_port(address, port), timeout)
+        self._take(connection, timeout)
+        # When nobody holds this client any more, and at the program's end.
+        self._close = weakref.finalize(self, CLIENTS.discard, connection)
+
+    @classmethod
+    def of(cls, client_id: int) -> Client:
+        """The client of a connection that simxStart made; closing that stays with simxFinish.
+
+        Raises:
+            ValueError: there is no such client.
+        """
+        self = cls.__new__(cls)
+        connection = connection_of(client_id)
+        self._take(connection, connection.timeout)
+        self._close = None
+        return self
+
+    def _take(self, connection: Connection, timeout: float) -> None:
+        self._connection = connection
+        self._channel = Channel(connection, timeout)
+        self._scene = Scene(self._channel)
+        self.signals = Signals(self._channel)
+        self.simulation = Simulation(self._channel, connection)
+
+    _close: weakref.finalize[..., Client] | None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the server; the simulation stays as it is. Idempotent."""
+        self._channel.is_closed = True
+        if self._close is not None:
+            self._close()
+
+    def __repr__(self) -> str:
+        """What is known of it; nothing is asked for."""
+        if not hasattr(self, "_channel"):
+            return "<Client, never connected>"
+        return f"<Client {self._channel.state}, id {self.id}>"
+
+    @property
+    def id(self) -> int:
+        """What legacy functions and ``batch.Batch`` know this connection by; -1 when closed."""
+        return CLIENTS.id_of(self._connection)
+
+    @property
+    def timeout(self) -> float:
+        """Seconds to wait for each answer."""
+        return self._channel.timeout
+
+    @timeout.setter
+    def timeout(self, seconds: float) -> None:
+        self._channel.timeout = seconds
+
+    # --- objects: each raises NoSuchObject, with the nearest names, or WrongKind ---------------------
+
+    def object(self, name: str) -> Object:
+        """An object of any kind, by its name or path."""
+        return self._scene.find(Object, name)
+
+    def joint(self, name: str) -> Joint:
+        """A joint."""
+        return self._scene.find(Joint, name)
+
+    def joints(self, *names: str) -> Joints:
+        """Several joints, read and set together."""
+        return Joints(self._channel, [self.joint(name) for name in names])
+
+    def camera(self, name: str) -> Camera:
+        """What V-REP calls a vision sensor."""
+        return self._scene.find(Camera, name)
+
+    def shape(self, name: str) -> Shape:
+        """A shape."""
+        return self._scene.find(Shape, name)
+
+    def dummy(self, name: str) -> Dummy:
+        """A dummy."""
+        return self._scene.find(Dummy, name)
+
+    def proximity_sensor(self, name: str) -> ProximitySensor:
+        """A proximity sensor."""
+        return self._scene.find(ProximitySensor, name)
+
+    def force_sensor(self, name: str) -> ForceSensor:
+        """A force sensor."""
+        return self._scene.find(ForceSensor, name)
+
+    @overload
+    def objects(self) -> Objects[SceneObject]: ...
+    @overload
+    def objects(self, kind: type[S]) -> Objects[S]: ...
+    def objects(self, kind: type[SceneObject] = SceneObject) -> Objects[Any]:
+        """All objects of the scene, each as what it is: joints, cameras, shapes, …; one message.
+
+            for joint in client.objects(Joint):
+                print(joint.name, joint.position)
+
+        Args:
+            kind: a class of ``simx_client.client``; only these.
+
+        Returns:
+            A sequence in the scene's order, which also takes a name: ``client.objects()["UR5_joint1"]``.
+
+        Raises:
+            TypeError: that is not a class of objects.
+        """
+        if not (isinstance(kind, type) and issubclass(kind, SceneObject)):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"objects() takes a class such as simx_client.client.Joint, not {kind!r}")
+        return self._scene.every(kind)
+
+    # --- everything else -------------------------------------------------------------------------
+
+    def call(
+        self,
+        function: str,
+        script: str | SceneObject = "",
+        ints: Sequence[int] = (),
+        floats: Sequence[float] = (),
+        strings: Sequence[str] = (),
+        buffer: bytes = b"",
+        *,
+        script_type: int = c.sim_scripttype_childscript,
+    ) -> Results:
+        """Call a function of a script of the scene.
+
+        Args:
+            script: the object that carries it.
+            script_type: a sim_scripttype_ constant.
+
+        Raises:
+            RemoteError: there is no such script or function, or it failed; with the script's error.
+        """
+        name = script.name if isinstance(script, SceneObject) else script
+        results = self._channel.ask(
+            lambda calls: calls.simxCallScriptFunction(
+                name, script_type, function, ints, floats, strings, buffer
+            )
+        )
+        return Results(results[0], results[1], results[2], bytes(results[3]))
+
+    def together(self) -> AbstractContextManager[None]:
+        """What is set within the ``with`` block goes out as one message, with no pass in between.
+
+        That happens at the end of the block, or with the first thing that is read in it. After an exception what has
+        not gone out by then is dropped.
+        """
+        return self._channel.holding()
+
+    def watching(self, read: Callable[[], T]) -> Watch[T]:
+        """Read much of one instant with one message.
+
+            look = client.watching(lambda: (arm.positions, ball.position))
+            angles, place = look()
+
+        Args:
+            read: reads what ``look()`` is to return. All that it read the last time is fetched together.
+        """
+        return Watch(self._channel, read)
+
+    @overload
+    def stepping(self) -> Stepping[None]: ...
+    @overload
+    def stepping(self, watch: Callable[[], T]) -> Stepping[T]: ...
+    def stepping(self, watch: Callable[[], Any] = lambda: None) -> Stepping[Any]:
+        """Stepped mode for a ``with`` block: time stands still but for ``step()``.
+
+            with client.stepping(lambda: (arm.positions, ball.position)) as step:
+                angles, goal = step.latest
+                arm.target_positions = angles + 0.01
+                angles, goal = step()
+
+        The simulation is started if it does not run, and afterwards is stopped, paused or runs on as before. What is
+        set waits for the step. So a pass costs one message, however much is set and watched.
+
+        Args:
+            watch: reads what ``step()`` is to return. All that it read the last time comes with the step.
+
+        Raises:
+            RuntimeError: entered while another such block of this client is open.
+        """
+        return Stepping(self._channel, self.simulation, watch)
+
+    def message(self, text: str) -> None:
+        """Add a line to the server's status bar."""
+        self._channel.tell(lambda calls: calls.simxAddStatusbarMessage(text))

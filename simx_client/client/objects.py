@@ -1,0 +1,209 @@
+"""Objects of the scene: where they are, how they move, whose children they are. SI units, radians, xyzw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, TypeVar
+
+from simx_client.connection.answers import Answer
+from simx_client.connection.calls import Calls
+from simx_client.connection.strict import Strict
+from simx_client.protocol import constants as c
+
+from .poses import Place, Pose, as_array, handle_of
+
+if TYPE_CHECKING:
+    from .poses import Array, Numbers
+    from .scene import Scene
+
+T = TypeVar("T")
+
+KINDS: Mapping[int, str] = MappingProxyType(
+    {
+        c.sim_object_shape_type: "shape",
+        c.sim_object_joint_type: "joint",
+        c.sim_object_camera_type: "view of the user interface",
+        c.sim_object_dummy_type: "dummy",
+        c.sim_object_proximitysensor_type: "proximity sensor",
+        c.sim_object_visionsensor_type: "camera",
+        c.sim_object_forcesensor_type: "force sensor",
+        c.sim_object_light_type: "light",
+    }
+)
+"""Kinds of objects in the words of this face: what V-REP calls a vision sensor is a camera."""
+
+_PHYSICAL = 0x400000
+"""Added to a handle: the physical angular velocity instead of Euler rates."""
+
+
+class SceneObject(Strict):
+    """What all kinds of objects have. Made by ``Client``, looked up once; equal names give the same one."""
+
+    __slots__ = ("__weakref__", "_name", "_scene", "_type", "generation", "handle")
+
+    object_type: ClassVar[int | None] = None
+    """The sim_object_..._type of this class; None: any."""
+
+    def __init__(
+        self, scene: Scene, handle: int, name: str | None = None, object_type: int | None = None
+    ) -> None:
+        self._scene = scene
+        self._name = name
+        self._type = self.object_type if object_type is None else object_type
+        self.handle = handle
+        """What the legacy functions know it by."""
+
+        self.generation = scene.channel.generation
+
+    def __repr__(self) -> str:
+        """What is known of it; nothing is asked for."""
+        own = self._type == self.object_type
+        replaced = (
+            "" if self.generation == self._scene.channel.generation else ", of a scene that was replaced"
+        )
+        return (
+            f"<{type(self).__name__} {self.label}{'' if own else f' ({self.kind})'}, handle {self.handle}, "
+            f"{self._scene.channel.state}{replaced}>"
+        )
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.label}"
+
+    def _hint(self, name: str) -> str:
+        """Where another class has an attribute of this name: the one for this kind of object, or another kind."""
+        others = [each for each in kinds_of(SceneObject) if hasattr(each, name) and not name.startswith("_")]
+        if any(each.object_type == self._type for each in others):
+            return f"client.{self.kind.replace(' ', '_')}({self.label}) has it"
+        if Object in others:
+            return f"client.object({self.label}) has it"
+        kinds = [KINDS[each.object_type] for each in others if each.object_type is not None]
+        return f"{' and '.join(f'a {kind}' for kind in kinds)} has it; {self} is not one" if kinds else ""
+
+    @property
+    def kind(self) -> str:
+        """What it is: "joint", "shape", "camera", …; "object" where only its handle is known."""
+        return "object" if self._type is None else KINDS.get(self._type, "object")
+
+    @property
+    def label(self) -> str:
+        """Its name in quotes as far as it is known without asking, else its handle."""
+        return repr(self._name) if self._name else str(self.handle)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SceneObject) and self._identity == other._identity
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[object, ...]:
+        return id(self._scene), self.generation, self.handle
+
+    def _gather(self, note: Callable[[Calls], T]) -> T:
+        return self._scene.channel.gather(note, self)
+
+    def _ask(self, note: Callable[[Calls], Answer[T]]) -> T:
+        return self._scene.channel.ask(note, self)
+
+    def _tell(self, note: Callable[[Calls], object]) -> None:
+        self._scene.channel.tell(note, self)
+
+    def forget(self) -> None:
+        """Look its name up anew the next time."""
+        self._scene.forget(self)
+
+    @property
+    def name(self) -> str:
+        """As it was looked up, or as the scene has it."""
+        if self._name is None:
+            self._name = self._scene.names().get(self.handle, "")
+        return self._name
+
+    @property
+    def parent(self) -> Object | None:
+        """What it is attached to; None for the world. Set it to attach it where it is, keeping its place."""
+        parent, _ = self._gather(
+            lambda calls: (
+                calls.simxGetObjectParent(self.handle),
+                calls.simxGetObjectPosition(
+                    self.handle, -1
+                ),  # to the other an object that has gone has no parent
+            )
+        )
+        return None if parent.value == -1 else Object(self._scene, parent.value)
+
+    @parent.setter
+    def parent(self, parent: SceneObject | None) -> None:
+        self._tell(lambda calls: calls.simxSetObjectParent(self.handle, handle_of(parent), True))
+
+    def relative_to(self, other: SceneObject | None) -> Place:
+        """Where it is as seen from another object's frame, or from the world (None); can be set, too."""
+        return Place(self._scene.channel, self, other)
+
+    @property
+    def pose(self) -> Pose:
+        """Position and quaternion in the world, of one instant. Setting it places the object."""
+        return self.relative_to(None).pose
+
+    @pose.setter
+    def pose(self, pose: tuple[Numbers, Numbers]) -> None:
+        self.relative_to(None).pose = pose
+
+    def remove(self) -> None:
+        """Take it out of the scene; its children move up to its parent. What a run removed is back after the stop."""
+        self._tell(lambda calls: calls.simxRemoveObject(self.handle))
+        self.forget()
+
+
+class Object(SceneObject):
+    """An object of any kind, as a thing that has a place in the world and a velocity."""
+
+    __slots__ = ()
+
+    @property
+    def position(self) -> Array:
+        """x, y, z in the world, metres."""
+        return self.relative_to(None).position
+
+    @position.setter
+    def position(self, position: Numbers) -> None:
+        self.relative_to(None).position = position
+
+    @property
+    def quaternion(self) -> Array:
+        """x, y, z, w in the world."""
+        return self.relative_to(None).quaternion
+
+    @quaternion.setter
+    def quaternion(self, quaternion: Numbers) -> None:
+        self.relative_to(None).quaternion = quaternion
+
+    @property
+    def velocity(self) -> Array:
+        """Linear velocity in world axes, m/s, measured over the last pass."""
+        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle))[0])
+
+    @property
+    def angular_velocity(self) -> Array:
+        """In world axes, rad/s, measured over the last pass."""
+        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
+
+
+class Shape(Object):
+    """A body: what has a surface, and perhaps a mass."""
+
+    __slots__ = ()
+    object_type = c.sim_object_shape_type
+
+
+class Dummy(Object):
+    """A point with a frame."""
+
+    __slots__ = ()
+    object_type = c.sim_object_dummy_type
+
+
+def kinds_of(base: type[SceneObject]) -> list[type[SceneObject]]:
+    """All classes of objects."""
+    return [each for direct in base.__subclasses__() for each in (direct, *kinds_of(direct))]

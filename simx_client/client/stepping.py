@@ -1,0 +1,114 @@
+"""Stepped mode: nothing moves but by ``step()``, and one message takes everything there and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from types import TracebackType
+from typing import Generic, TypeVar
+
+from simx_client.connection.calls import Calls
+from simx_client.connection.strict import Strict
+from simx_client.errors import RemoteError
+
+from .channel import Channel
+from .simulation import Simulation, State
+from .watching import Watch
+
+T = TypeVar("T")
+
+
+class Stepping(Strict, Generic[T]):
+    """The ``with`` block of ``Client.stepping``, and what it gives: call it to make a pass."""
+
+    __slots__ = ("_before", "_channel", "_hold", "_simulation", "_watch", "latest")
+
+    def __init__(self, channel: Channel, simulation: Simulation, watch: Callable[[], T]) -> None:
+        self._channel, self._simulation = channel, simulation
+        self._watch = Watch(channel, watch)
+        self._before = State.STOPPED
+        self._hold: AbstractContextManager[None] = nullcontext()
+
+    def __repr__(self) -> str:
+        held = f", {self._channel.held_back} calls set for the next step" if self._channel.held_back else ""
+        mode = "in stepped mode" if self._channel.is_stepping else "not in stepped mode"
+        return f"<Stepping {self._channel.state}, {mode}{held}>"
+
+    def __enter__(self) -> Stepping[T]:
+        """Stepped mode begins, and with it the simulation, if it does not run yet."""
+        if self._channel.is_stepping:
+            raise RuntimeError("this client is stepping already; leave that block before entering another")
+        self._before = self._simulation.state
+        self._channel.is_stepping = True
+        try:
+            self._channel.gather(_begin)
+            self.latest = self._watch.look()
+        except BaseException:
+            self._end()
+            raise
+        self._hold = self._channel.holding()
+        self._hold.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """What was set since the last step is sent; then the simulation stops, pauses or runs on, as it did before."""
+        try:
+            self._hold.__exit__(kind, error, trace)
+        finally:
+            self._end()
+
+    def __call__(self) -> T:
+        """Make one pass with everything that was set before it.
+
+        Returns:
+            What is watched, as after this pass.
+
+        Raises:
+            RemoteError: something that was set was refused, or the simulation does not run; the pass was made if it
+                could be.
+        """
+        return self._make(lambda calls: calls.simxSynchronousTrigger())
+
+    def restart(self) -> T:
+        """Stop, so that everything is as it was at the start, and begin again; one message.
+
+        Returns:
+            What is watched, as before the first pass.
+        """
+
+        def note(calls: Calls) -> None:
+            calls.simxStopSimulation()
+            _begin(calls)
+
+        return self._make(note)
+
+    latest: T
+    """What is watched, as after the newest pass, or as before the first one."""
+
+    def _make(self, note: Callable[[Calls], object]) -> T:
+        calls = Calls(0, self._channel.where)
+        note(calls)
+        self._watch.fetch(calls.noted)
+        if refused := [answer.failure for answer in calls.noted if answer.code]:
+            raise RemoteError(refused)
+        self.latest = self._watch.look()
+        return self.latest
+
+    def _end(self) -> None:
+        self._channel.is_stepping = False
+
+        def note(calls: Calls) -> None:
+            if self._before is State.STOPPED:
+                calls.simxStopSimulation()
+            elif self._before is State.PAUSED:
+                calls.simxPauseSimulation()
+            calls.simxSynchronous(False)
+
+        self._channel.gather(note)
+
+
+def _begin(calls: Calls) -> None:
+    calls.simxSynchronous(True)
+    calls.simxStartSimulation()

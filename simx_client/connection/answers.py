@@ -1,0 +1,77 @@
+"""The answer to one call of a batch: nothing before the batch was sent, then a value, or the reason for none."""
+
+from __future__ import annotations
+
+import reprlib
+from typing import Any, Generic, TypeVar, cast
+
+from simx_client.errors import CallsFailed, Failure
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol import constants as c
+from simx_client.protocol.messages import Reply
+
+from .strict import Explained
+
+T = TypeVar("T")
+
+
+class Answer(Explained, Generic[T]):
+    """What one call of a batch brings.
+
+    ``simxGetObjectPosition`` gives a list of three floats,
+    a function without results ``None``, one with several a tuple of them.
+    """
+
+    __slots__ = ("_reason", "arguments", "reply", "server", "shape", "where")
+
+    def __init__(self, shape: Shape, arguments: list[Any], server: int, where: str) -> None:
+        self.shape = shape
+        self.arguments = arguments
+        self.server = server
+        self.where = where
+        self.reply: Reply | None = None
+        self._reason = "the batch has not been sent yet"
+
+    def __repr__(self) -> str:
+        call = self.failure.call
+        if self.reply is not None and not self.reply.status:
+            return f"<Answer of {call}: {reprlib.repr(self.value)}>"
+        return f"<Answer of {call}: none, {self.failure.reason}>"
+
+    def take(self, reply: Reply) -> None:
+        """The server has answered."""
+        self.reply = reply
+
+    def give_up(self, reason: str) -> None:
+        """No answer will come, or none came in time."""
+        self.reply, self._reason = None, reason
+
+    @property
+    def code(self) -> int:
+        """0, or the code that the legacy function would have returned: 8 refused, 2 no answer."""
+        return c.simx_return_timeout_flag if self.reply is None else self.reply.status
+
+    @property
+    def value(self) -> T:
+        """The result.
+
+        Raises:
+            CallsFailed: there is none; it says which server, which call and why.
+        """
+        reply = self.reply
+        if reply is None or reply.status:
+            raise CallsFailed([self.failure])
+        result = self.shape.success(reply.values)
+        if result == 0:
+            return cast(T, None)
+        return cast(T, result[1] if len(result) == 2 else result[1:])
+
+    @property
+    def failure(self) -> Failure:
+        """Why there is no value."""
+        reply, name = self.reply, self.shape.command.name
+        # The server's text begins with the function's name, as simxGetLastErrors gives it.
+        told = reply is not None and [str(value) for value in reply.values[:1]]
+        reason = told[0].removeprefix(f"{name}: ") if told else self._reason
+        call = f"{name}({', '.join(map(reprlib.repr, self.arguments))})"
+        return Failure(self.server, self.where, call, self.code, reason)

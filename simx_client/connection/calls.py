@@ -1,0 +1,77 @@
+"""Every remote function of the table as a method that notes the call instead of making it.
+
+Client id and operation mode are left out: the one is the batch's, the other has no meaning in it. The types
+are in ``calls.pyi``, made from the table by ``python -m simx_client.legacy.stubs``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol.commands import TABLE, Command, Place
+
+from .answers import Answer
+from .strict import Explained
+
+
+def is_batched(command: Command) -> bool:
+    """Whether a function can be part of a batch: it is remote, and no file of the client's goes with it."""
+    return command.place in (Place.REMOTE, Place.WAITING) and not command.may_be_here
+
+
+class Calls(Explained):
+    """Calls to one server, in order; each method returns the ``Answer`` that will come."""
+
+    __slots__ = ("__weakref__", "_server", "_where", "noted")
+
+    def __init__(self, server: int, where: str) -> None:
+        """Note calls for one of several servers.
+
+        Args:
+            server: its place among them, for messages.
+            where: its address, for messages.
+        """
+        self._server, self._where = server, where
+        self.noted: list[Answer[Any]] = []
+
+    def __repr__(self) -> str:
+        return f"<Calls to {self._where}: {len(self.noted)} noted>"
+
+    def note(self, shape: Shape, arguments: tuple[Any, ...]) -> Answer[Any]:
+        """Add one call.
+
+        Raises:
+            TypeError, IndexError: an argument is none; the text names function and argument.
+        """
+        answer: Answer[Any] = Answer(shape, shape.coerce(arguments), self._server, self._where)
+        self.noted.append(answer)
+        return answer
+
+
+_TEMPLATE = "def {name}(self{parameters}):\n    return self.note(_shape, ({arguments}))\n"
+
+
+def _compile(name: str, shape: Shape) -> Callable[..., Answer[Any]]:
+    names = [argument.name for argument in shape.command.arguments]
+    source = _TEMPLATE.format(
+        name=name,
+        parameters="".join(f", {each}" for each in names),
+        arguments="".join(f"{each}, " for each in names),
+    )
+    namespace: dict[str, Any] = {"_shape": shape}
+    exec(
+        compile(source, f"<simx_client.connection.calls {name}>", "exec"), namespace
+    )  # the table is ours, no input
+    function = namespace[name]
+    function.__doc__ = shape.command.doc
+    function.__module__, function.__qualname__ = __name__, f"Calls.{name}"
+    return function
+
+
+for _command in TABLE:
+    if is_batched(_command):
+        _shape = Shape(_command)
+        for _name in _command.names:
+            setattr(Calls, _name, _compile(_name, _shape))

@@ -1,0 +1,128 @@
+"""The connections of this process by client id: the one piece of global state the legacy API has."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from typing import Any
+
+from simx_client.errors import ConnectionFailed
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol import constants as c
+from simx_client.protocol.kinds import to_int32
+
+from .connection import Connection
+from .timeouts import FLUSH_TIMEOUT
+
+logger = logging.getLogger(__name__)
+
+
+class Clients:
+    """The connections of this process by client id."""
+
+    MAX_CLIENTS = 255
+    """As many as the shipped builds of the original library could hold."""
+
+    def __init__(self) -> None:
+        self._connections: dict[int, Connection] = {}
+        self._lock = threading.RLock()  # garbage collection may finish a script's robot at any moment
+        self._process: int | None = None
+        """The one that connects: Zenoh's threads live there, and do not follow into a forked child."""
+
+        self._of_parent: dict[int, Connection] = {}
+
+    def get(self, client_id: Any) -> Connection | None:
+        """The connection with this id; ids may come as numpy integers or bools."""
+        try:
+            return self._connections.get(client_id)
+        except TypeError:  # an array cannot be a dictionary key
+            return self._connections.get(to_int32(client_id))
+
+    def add(self, connection: Connection) -> int:
+        """Give a connection the lowest free id; -1 when there is none or this place has one already."""
+        try:
+            with self._lock:
+                self._refuse_second(connection)
+                return self.admit(connection)
+        except ConnectionFailed as error:
+            logger.warning("%s", error)
+            return -1
+
+    def admit(self, connection: Connection) -> int:
+        """Give a connection the lowest free id, be there another to the same place or not.
+
+        Raises:
+            ConnectionFailed: no id is free, or this process is a fork of one that has connected.
+        """
+        with self._lock:
+            if self._process not in (None, os.getpid()):
+                raise ConnectionFailed(
+                    f"no connection to {connection.where}: this process was forked from one that had connected "
+                    "before, and Zenoh does not work after that; use multiprocessing's 'spawn' or 'forkserver', or "
+                    "fork before the first connection"
+                )
+            self._process = os.getpid()
+            for client_id in range(self.MAX_CLIENTS):
+                if client_id not in self._connections:
+                    self._connections[client_id] = connection
+                    return client_id
+        raise ConnectionFailed(f"all {self.MAX_CLIENTS} client ids are in use; call simxFinish(-1) first")
+
+    def _refuse_second(self, connection: Connection) -> None:
+        for client_id, other in self._connections.items():
+            if other.where == connection.where:
+                raise ConnectionFailed(
+                    f"client {client_id} is connected to {connection.where} already; "
+                    f"call simxFinish({client_id}) or simxFinish(-1) first"
+                )
+
+    def id_of(self, connection: Connection) -> int:
+        """The id that a connection has; -1 when it has none any more."""
+        with self._lock:
+            return next((each for each, other in self._connections.items() if other is connection), -1)
+
+    def all(self) -> list[Connection]:
+        """Return the connections that have an id, in the order of their ids."""
+        with self._lock:
+            return [each for _, each in sorted(self._connections.items())]
+
+    def remove(self, client_id: int) -> None:
+        """Close one connection, or all with -1. Unknown ids are ignored."""
+        with self._lock:
+            ids = list(self._connections) if client_id == -1 else [client_id]
+            connections = [self._connections.pop(i) for i in ids if i in self._connections]
+        # However many there are: servers that do not answer share one time-out.
+        deadline = time.monotonic() + FLUSH_TIMEOUT
+        for connection in connections:
+            connection.close(max(FLUSH_TIMEOUT / 10, deadline - time.monotonic()))
+
+    def discard(self, connection: Connection) -> None:
+        """Close a connection and free its id, unless simxFinish has and it is another's by now."""
+        with self._lock:
+            for client_id, other in list(self._connections.items()):
+                if other is connection:
+                    del self._connections[client_id]
+        connection.close()
+
+    def forget_parent(self) -> None:
+        """In a forked child: the parent's connections are none here. They are kept, for closing one would wait
+        for threads that did not come along."""
+        self._lock = threading.RLock()
+        self._of_parent, self._connections = self._connections, {}
+
+
+CLIENTS = Clients()
+"""The legacy API has one table of clients per process."""
+
+if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+    os.register_at_fork(after_in_child=CLIENTS.forget_parent)
+
+
+def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
+    """What every generated function does."""
+    connection = CLIENTS.get(client_id)
+    if connection is None:
+        return shape.failure(c.simx_return_initialize_error_flag)
+    return connection.invoke(shape, arguments, mode)

@@ -1,0 +1,228 @@
+"""Many servers driven from one process in lock-step, with what they observe gathered as arrays.
+
+To all of them something is sent before any answer is awaited, so they compute at the same time. One message per
+server and pass carries what is written, the trigger and what is read after it; one brings the answers.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from simx_client.errors import CallsFailed, ConnectionFailed, Failure
+from simx_client.legacy.local import simxFinish, simxStart
+
+from .answers import Answer
+from .calls import Calls
+from .exchange import Exchange, connection_of
+from .strict import Strict
+from .timeouts import DEFAULT_TIMEOUT
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+T = TypeVar("T")
+Record = Callable[[Calls, int], T]
+"""Notes the calls for one server: gets the recorder and the server's place, from 0."""
+
+
+class Servers(Strict):
+    """Servers that take their steps together. A context manager: leaving it closes the connections.
+
+    Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
+    not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows
+    are NaN. So is the row of a server where a call failed.
+    """
+
+    __slots__ = ("__weakref__", "_connections", "_observations", "_watched", "clients", "lost", "timeout")
+
+    def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
+        """Servers that simxStart has connected.
+
+        Args:
+            clients: what simxStart returned for each.
+            timeout: seconds that all of them together may take for their answers.
+
+        Raises:
+            ValueError: one is no client.
+        """
+        self.clients = tuple(clients)
+        self.timeout = timeout
+        self._connections = [connection_of(client) for client in self.clients]
+        self.lost: dict[int, Failure] = {}
+        """Servers that are left out, by place, and why."""
+
+        self._watched: list[list[Answer[Any]]] = [[] for _ in self.clients]
+        self._observations: NDArray[np.float64] | None = None
+
+    @classmethod
+    def connect(
+        cls, addresses: Iterable[int | tuple[str, int]], *, timeout: float = DEFAULT_TIMEOUT
+    ) -> Servers:
+        """Connect to servers by port on this host, or by (host, port).
+
+        Raises:
+            ConnectionFailed: one of them cannot be reached; none stays connected.
+        """
+        clients: list[int] = []
+        for address in addresses:
+            host, port = ("127.0.0.1", address) if isinstance(address, int) else address
+            client = simxStart(host, port, True, True, int(timeout * 1000), 5)
+            if client == -1:
+                for connected in clients:
+                    simxFinish(connected)
+                raise ConnectionFailed(f"no connection to server {len(clients)} at {host}:{port}")
+            clients.append(client)
+        return cls(clients, timeout=timeout)
+
+    def __repr__(self) -> str:
+        places = ", ".join(each.where for each in self._connections[:4]) + ", …" * (len(self) > 4)
+        return f"<{len(self)} Servers: {places}{f'; {len(self.lost)} lost' if self.lost else ''}>"
+
+    def __enter__(self) -> Servers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the connections. Idempotent. The simulations stay as they are."""
+        for client in self.clients:
+            simxFinish(client)
+
+    def __len__(self) -> int:
+        return len(self.clients)
+
+    @property
+    def observations(self) -> NDArray[np.float64]:
+        """What is watched, as after the newest step: servers × values, NaN where there is none.
+
+        Raises:
+            RuntimeError: nothing is watched.
+        """
+        if self._observations is None:
+            raise RuntimeError("nothing is watched; say what with watch()")
+        return self._observations
+
+    def each(self, record: Record[T], *, check: bool = True) -> list[T]:
+        """Make calls on every server, one message each.
+
+        Args:
+            record: its results come back as they are; answers in them have their values by then.
+            check: raise when any call failed; otherwise ask each answer for its code.
+
+        Raises:
+            CallsFailed: servers have gone or refused calls; all the others have executed theirs.
+        """
+        recorders = self._recorders()
+        results = [record(calls, place) for place, calls in enumerate(recorders)]
+        failures = self._exchange([calls.noted for calls in recorders])
+        if check and failures:
+            raise CallsFailed(failures)
+        return results
+
+    def watch(self, record: Record[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
+        """Say what ``step`` is to return: it makes these calls after every pass.
+
+        Args:
+            record: the calls whose numbers make a server's row, in this order; a list of three makes three.
+                It replaces what was watched before.
+
+        Returns:
+            servers × values, as they are now.
+
+        Raises:
+            CallsFailed: as ``each``.
+            ValueError: the servers' rows differ in length, or hold something else than numbers.
+        """
+        recorders = self._recorders()
+        self._watched = [list(record(calls, place)) for place, calls in enumerate(recorders)]
+        return self._look([calls.noted for calls in recorders])
+
+    def step(self, record: Record[object] | None = None) -> NDArray[np.float64]:
+        """One pass of every server: all are sent their calls before any answer is awaited.
+
+        Needs stepped mode and a running simulation.
+
+        Args:
+            record: notes what to write before the pass; reads belong into ``watch``.
+
+        Returns:
+            servers × values, new: what is watched, as after this pass. Without ``watch``: servers × 0.
+
+        Raises:
+            CallsFailed: as ``each``; ``observations`` has the rows of the others.
+        """
+        recorders = self._recorders()
+        for place, calls in enumerate(recorders):
+            if record is not None and place not in self.lost:
+                record(calls, place)
+            calls.simxSynchronousTrigger()
+        return self._look(
+            [[*calls.noted, *watched] for calls, watched in zip(recorders, self._watched, strict=True)]
+        )
+
+    def _look(self, noted: Sequence[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
+        """Make calls, among them those that are watched; gather what these bring."""
+        failures = self._exchange(noted)
+        self._observations = self._gather({failure.server for failure in failures}.union(self.lost))
+        if failures:
+            raise CallsFailed(failures)
+        return self._observations
+
+    def _gather(self, failed: Set[int]) -> NDArray[np.float64]:
+        """The rows of the servers where nothing failed; the others are NaN."""
+        import numpy as np
+
+        rows = [
+            [] if place in failed else [number for answer in watched for number in _numbers(answer)]
+            for place, watched in enumerate(self._watched)
+        ]
+        lengths = {len(row) for row in rows if row}
+        if len(lengths) > 1:
+            raise ValueError(
+                f"rows must be equally long to make an array; they have {sorted(lengths)} numbers"
+            )
+        width = lengths.pop() if lengths else 0 if self._observations is None else self._observations.shape[1]
+        observations = np.full((len(rows), width), np.nan)
+        for place, row in enumerate(rows):
+            if row:
+                observations[place] = row
+        return observations
+
+    def _recorders(self) -> list[Calls]:
+        return [Calls(place, connection.where) for place, connection in enumerate(self._connections)]
+
+    def _exchange(self, noted: Sequence[Sequence[Answer[Any]]]) -> list[Failure]:
+        """Send to all, then wait for all. Returns what failed; who did not answer is lost from now on."""
+        exchanges: dict[int, Exchange] = {}
+        for place, answers in enumerate(noted):
+            if place in self.lost:
+                for answer in answers:
+                    answer.give_up(f"left out, since {self.lost[place].reason}")
+            elif answers:
+                exchanges[place] = Exchange(self._connections[place], answers)
+                exchanges[place].send()
+        failures: list[Failure] = []
+        deadline = time.monotonic() + self.timeout
+        for place, exchange in exchanges.items():
+            exchange.finish(deadline, self.timeout)
+            failures += exchange.failures
+            if exchange.is_lost:
+                self.lost[place] = exchange.failures[0]
+        return failures
+
+
+def _numbers(answer: Answer[Any]) -> Iterator[float]:
+    """What a watched call brought, one number after the other.
+
+    Raises:
+        ValueError: it brings something else, a text or a picture.
+    """
+    for value in answer.reply.values if answer.reply is not None else ():
+        for number in cast(list[Any], value) if isinstance(value, list) else (value,):
+            if not isinstance(number, (int, float)):
+                raise ValueError(f"{answer.shape.command.name} brings a {type(number).__name__}, not numbers")
+            yield number

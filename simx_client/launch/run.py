@@ -1,0 +1,215 @@
+"""``simx-run SCRIPT``: runs an unmodified legacy script and provides what it expects of V-REP's Python.
+
+The provisions are in ``launch``, one file each. This file reads the flags, puts the provisions in place in
+the one order that works (patches before the script, the server before its first line) and turns the end into
+an exit code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import atexit
+import logging
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+
+from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
+from simx_client.launch import script
+from simx_client.launch.after_import import AfterImport, Patch, in_turn
+from simx_client.launch.bindings import BindingFinder
+from simx_client.launch.hints import hint
+from simx_client.launch.libraries import LIBRARIES
+from simx_client.launch.matplotlib_aliases import MATPLOTLIB
+from simx_client.launch.numpy_arrays import NUMPY
+from simx_client.launch.paths import BackslashPaths
+from simx_client.launch.python2.convert import Converted, decode
+from simx_client.launch.python2.loading import IsPython2, Python2Finder, convert_if_python2
+from simx_client.launch.python_aliases import ALIASES
+from simx_client.launch.server import OwnServer, ServerNotReady
+from simx_client.launch.windows.patch import patch_cv2
+from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.nearest import file_like
+
+PROGRAM = "simx-run"
+
+EXAMPLES = """\
+what a script gets, in this process only:
+  its vrep.py, sim.py, vrepConst.py, simConst.py replaced at import; its own other modules left alone
+  Python 2 converted, in memory: the script, and its own modules where it imports them
+  np.int, float(array of one), fig.gca(projection='3d'), time.clock and what else NumPy, matplotlib,
+    SciPy, Pillow and Python dropped
+  cv2.imshow, waitKey and the like, where OpenCV was installed without windows (opencv-python-headless)
+  "folder\\\\file.jpg" read and written as folder/file.jpg, on systems where \\ is no separator
+
+examples:
+  simx-run robotControl.py                      a simx-server is running already
+  simx-run --server scene.xml robotControl.py   with a server of its own
+  simx-run --plain script.py --episodes 10      what follows SCRIPT is the script's
+"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The flags come before SCRIPT; all that follows it belongs to the script."""
+    parser = Parser(
+        PROGRAM,
+        usage=f"{PROGRAM} [options] SCRIPT [ARGS...]",
+        description="Run a Python script written for V-REP's or CoppeliaSim's legacy remote API, unmodified.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument("script", metavar="SCRIPT", help="the Python file")
+    parser.add_argument("arguments", metavar="ARGS", nargs=argparse.REMAINDER, help="its own arguments")
+    parser.add_argument(
+        "--server", metavar="SCENE", help="start a simx-server for the script, and stop it after"
+    )
+    parser.add_argument("--server-args", metavar="ARGS", default="", help='more for it: "--speed max"')
+    parser.add_argument(
+        "--server-timeout", metavar="S", type=float, default=60.0, help="wait so long until it is ready (60)"
+    )
+    parser.add_argument(
+        "--pace",
+        choices=tuple(PACES),
+        help="blocking calls while the simulation runs; free: executed at once; repeat: a call that repeats one of the "
+        f"same simulation step waits for the next step; every: each waits, as in V-REP ({OLD_SCRIPTS})",
+    )
+    parser.add_argument("--no-path-translation", action="store_true", help="leave backslashes in paths")
+    parser.add_argument(
+        "--no-numpy-aliases", action="store_true", help="leave NumPy, matplotlib, SciPy, Pillow as they are"
+    )
+    parser.add_argument(
+        "--no-windows", action="store_true", help="leave cv2 without windows where it has none"
+    )
+    parser.add_argument(
+        "--plain", action="store_true", help="all three, and leave Python's modules as they are"
+    )
+    parser.add_argument(
+        "--print-converted",
+        action="store_true",
+        help="print a Python 2 script as Python 3, and do not run it",
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="say what is replaced")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code, or lets the script's own SystemExit pass.
+
+    As `python SCRIPT` would: 1 after an uncaught exception. 2 for a script that cannot be opened or is
+    Python 2 beyond conversion, 130 after Ctrl-C.
+    """
+    options = make_parser().parse_args(argv)
+    if options.verbose:
+        _log_to_stderr()
+    path = os.path.abspath(options.script)
+    try:
+        source = Path(path).read_bytes()
+    except OSError as error:
+        meant = file_like(options.script, (".py",)) or ";"
+        return _refuse(
+            f"cannot open {options.script}: {error.strerror}{meant} name the script's .py file", USAGE
+        )
+    try:
+        converted = convert_if_python2(source, path)
+        if options.print_converted:
+            return _print(source, converted)
+        code = converted.code if converted else compile(source, path, "exec", dont_inherit=True)
+    except IsPython2 as refusal:
+        return _refuse(str(refusal), USAGE)
+    except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
+        script.show(error.with_traceback(None))
+        return FAILURE
+    if converted:
+        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
+    if options.pace:
+        os.environ[VARIABLE] = options.pace
+    if not os.environ.get(VARIABLE, "").strip():
+        os.environ[VARIABLE] = OLD_SCRIPTS
+    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
+    if options.server:
+        try:
+            _start_server(options)
+        except ServerNotReady as error:
+            return _refuse(str(error), FAILURE)
+    try:
+        script.run_as_main(code, options.script, options.arguments)
+    except SystemExit:
+        raise
+    except KeyboardInterrupt as error:
+        script.show(error)
+        return INTERRUPTED
+    except BaseException as error:
+        if isinstance(error, IsPython2):
+            return _refuse(str(error), USAGE)
+        script.show(error)
+        if sentence := hint(error):
+            _say(sentence)
+        return FAILURE
+    return DONE
+
+
+def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: bool) -> None:
+    patches: dict[str, Patch] = {} if options.plain else dict(ALIASES)
+    if not (options.plain or options.no_numpy_aliases):
+        patches |= {**NUMPY, **MATPLOTLIB, **LIBRARIES}
+    if os.name == "posix" and not (options.plain or options.no_path_translation):
+        paths = BackslashPaths(script_folder)
+        paths.install()
+        patches |= {"cv2": paths.patch_cv2, "pygame.image": paths.patch_pygame_image}
+    if not (options.plain or options.no_windows):
+        patches["cv2"] = in_turn(*filter(None, (patches.get("cv2"), patch_cv2)))
+    # Bindings first, that a carried one is never looked at; conversion last, that the other two find what it gives.
+    sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
+    AfterImport(patches).install()
+    sys.meta_path.insert(0, BindingFinder())
+
+
+def _start_server(options: argparse.Namespace) -> None:
+    server = OwnServer(options.server, shlex.split(options.server_args))
+    # Registered before the script registers anything, so it runs last: after the script's threads and its own
+    # exit functions, which may still want to talk to the server.
+    atexit.register(server.stop)
+
+    def stop_too(number: int, frame: FrameType | None) -> None:
+        server.stop()
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
+    # With SIGHUP ignored, as nohup does, the run goes on without its terminal.
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, stop_too)
+    server.start(options.server_timeout)
+
+
+def _print(source: bytes, converted: Converted | None) -> int:
+    if converted is None:
+        _say("this is no Python 2; the text is printed as it is")
+    sys.stdout.write(converted.text if converted else decode(source))
+    return DONE
+
+
+def _refuse(sentence: str, code: int) -> int:
+    _say(sentence)
+    return code
+
+
+def _say(sentence: str) -> None:
+    sys.stderr.write(f"{PROGRAM}: {sentence}\n")
+
+
+def _log_to_stderr() -> None:
+    """Our own log only: the root logger is the script's to configure."""
+    log = logging.getLogger("simx_client")
+    log.addHandler(logging.StreamHandler())
+    log.setLevel(logging.INFO)
+    log.propagate = False
+
+
+if __name__ == "__main__":
+    sys.exit(main())

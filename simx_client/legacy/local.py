@@ -1,0 +1,234 @@
+"""The functions that do their work in the client: connection, pause, header fields, packing.
+
+Their names, parameters and sentences are in the table; a test holds both together. They keep the
+legacy spelling and, like all legacy functions, never raise for remote trouble.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import logging
+import struct
+import time
+from typing import Any
+
+from simx_client.connection.clients import CLIENTS
+from simx_client.connection.connection import Connection
+from simx_client.connection.endpoints import find_place
+from simx_client.connection.message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
+from simx_client.connection.pace import chosen_pace
+from simx_client.connection.timeouts import DEFAULT_TIMEOUT
+from simx_client.errors import ConnectionFailed
+from simx_client.protocol import constants as c
+from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.kinds import to_bytes, to_floats, to_int32, to_ints
+from simx_client.transport.zenoh import ZenohTransport
+
+from .files import simxTransferFile as simxTransferFile
+from .marshalling import Shape
+
+logger = logging.getLogger(__name__)
+
+
+def simxStart(
+    connectionAddress: str,
+    connectionPort: int,
+    waitUntilConnected: bool,
+    doNotReconnectOnceDisconnected: bool,
+    timeOutInMs: int,
+    commThreadCycleInMs: int,
+) -> int:
+    """Connect to the server at an address (host names too) and port, or to ``REALM@ROUTER`` and the router's port.
+
+    Args:
+        connectionPort: a negative one, which selected shared memory in V-REP, means its absolute value.
+        waitUntilConnected: False returns an id at once and connects in the background.
+        doNotReconnectOnceDisconnected: one attempt only, and no new one after a loss.
+        timeOutInMs: how long to keep trying. Negative: the time-out of this client's blocking calls
+            instead, and 5000 ms to connect.
+        commThreadCycleInMs: accepted; calls are sent at once here, so there is no cycle to set.
+
+    Returns:
+        The lowest free client id, from 0; -1 with one line in the log that says why.
+    """
+    address, port, waits, once, milliseconds, _ = _START.coerce(
+        (
+            connectionAddress,
+            connectionPort,
+            waitUntilConnected,
+            doNotReconnectOnceDisconnected,
+            timeOutInMs,
+            commThreadCycleInMs,
+        )
+    )
+    port = abs(port)  # negative: V-REP's shared memory at the port of that number
+    if not 0 < port < 65536:
+        logger.warning("no connection to %s:%d: the port must be 1..65535, or negative", address, port)
+        return -1
+    try:
+        place, pace = find_place(address, port), chosen_pace()
+    except ValueError as error:
+        logger.warning("no connection to %s:%d: %s", address, port, error)
+        return -1
+    patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    attempt = patience if waits else 0.0  # in the background there is always a next one
+    connection = Connection(
+        lambda: ZenohTransport(place, connect_timeout=attempt, retry=not once, asked_port=port),
+        where=f"{address}:{port}",
+        timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
+        may_reconnect=not once,
+        pace=pace,
+    )
+    client_id = CLIENTS.add(connection)
+    if client_id == -1:
+        return -1
+    if not waits:
+        connection.connect_in_background()
+        return client_id
+    try:
+        connection.connect(patience)
+    except ConnectionFailed as error:
+        logger.warning("no connection: tried %s over Zenoh; %s", place, error)
+        CLIENTS.discard(connection)
+        return -1
+    except BaseException:  # Ctrl-C: a script may go on and try again
+        CLIENTS.discard(connection)
+        raise
+    return client_id
+
+
+def simxFinish(clientID: int) -> None:
+    """Close one connection after everything sent has been executed, or all connections with -1."""
+    CLIENTS.remove(to_int32(clientID))
+
+
+atexit.register(simxFinish, -1)
+
+
+def simxGetConnectionId(clientID: int) -> int:
+    """1 after the first connection, one more after each reconnection; -1 while not connected."""
+    connection = CLIENTS.get(clientID)
+    return -1 if connection is None else connection.connection_id
+
+
+def simxGetPingTime(clientID: int) -> tuple[int, int]:
+    """(return code, milliseconds) of one blocking exchange; (0, 0) for an unknown client, as the original."""
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return 0, 0
+    began = time.perf_counter()
+    code = connection.paced_ping()
+    milliseconds = round((time.perf_counter() - began) * 1000)
+    return code & ~c.simx_return_remote_error_flag, milliseconds
+
+
+def simxGetLastCmdTime(clientID: int) -> int:
+    """Simulation time in ms stamped on the reply that was fetched last; 0 while stopped."""
+    connection = CLIENTS.get(clientID)
+    return 0 if connection is None else connection.last_command_time_ms
+
+
+def simxPauseCommunication(clientID: int, enable: bool) -> int:
+    """Hold calls back (True), then send them together (False). Pauses nest."""
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return c.simx_return_initialize_error_flag
+    connection.pause(bool(enable))
+    return c.simx_return_ok
+
+
+def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
+    """(1, value) of a header field of the newest reply, or (-1, 0). ``infoType`` is a simx_headeroffset_."""
+    connection = CLIENTS.get(clientID)
+    header = None if connection is None else connection.newest_header()
+    value = None if header is None else header_field(header, to_int32(infoType))
+    return (-1, 0) if value is None else (1, value)
+
+
+def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
+    """(1, value) of a header field of the next outgoing message, or (-1, 0)."""
+    connection = CLIENTS.get(clientID)
+    if infoType == c.simx_headeroffset_version:
+        return 1, PROTOCOL_HEADER_VERSION
+    if infoType == c.simx_headeroffset_client_time:
+        return 1, client_time()
+    if infoType == c.simx_headeroffset_message_id and connection is not None:
+        return 1, connection.message_id
+    return -1, 0
+
+
+def simxCreateBuffer(bufferSize: int) -> Any:
+    """A ctypes pointer to so many unsigned bytes, all 0; it keeps them alive."""
+    buffer = (ctypes.c_ubyte * max(0, to_int32(bufferSize)))()
+    return ctypes.cast(buffer, ctypes.POINTER(ctypes.c_ubyte))
+
+
+def simxReleaseBuffer(buffer: Any) -> None:
+    """Nothing to do: Python frees the bytes when nobody holds the pointer."""
+
+
+def simxPackInts(intList: Any) -> bytearray:
+    """Little-endian int32 each."""
+    values = to_ints(intList)
+    return bytearray(struct.pack(f"<{len(values)}i", *values))
+
+
+def simxUnpackInts(intsPackedInString: Any) -> list[int]:
+    """The inverse of simxPackInts; trailing bytes are ignored."""
+    data = _packed(intsPackedInString)
+    return list(struct.unpack_from(f"<{len(data) // 4}i", data))
+
+
+def simxPackFloats(floatList: Any) -> bytearray:
+    """Little-endian float32 each."""
+    values = to_floats(floatList)
+    return bytearray(struct.pack(f"<{len(values)}f", *values))
+
+
+def simxUnpackFloats(floatsPackedInString: Any) -> list[float]:
+    """The inverse of simxPackFloats; trailing bytes are ignored."""
+    data = _packed(floatsPackedInString)
+    return list(struct.unpack_from(f"<{len(data) // 4}f", data))
+
+
+def _packed(value: Any) -> bytes:
+    return value.encode("latin-1") if isinstance(value, str) else to_bytes(value)
+
+
+def simxQuery(
+    clientID: int, signalName: str, signalValue: Any, retSignalName: str, timeOutInMs: int
+) -> tuple[int, bytearray]:
+    """Set one string signal and wait for the answer in another.
+
+    Returns:
+        (0, answer); (2, empty) when no answer came within ``timeOutInMs``.
+    """
+    connection = CLIENTS.get(clientID)
+    if connection is None:
+        return c.simx_return_initialize_error_flag, bytearray()
+    patience = max(0, to_int32(timeOutInMs)) / 1000
+    deadline = time.monotonic() + patience
+    connection.invoke(_CLEAR_STRING, (retSignalName,), c.simx_opmode_oneshot)
+    connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_remove)
+    connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
+    code = connection.blocking(
+        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(patience, connection.timeout)
+    )
+    if code:
+        connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
+        return code, bytearray()
+    while True:
+        code, answer = connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_buffer)
+        if code == c.simx_return_ok:
+            return code, answer
+        if time.monotonic() >= deadline:
+            connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)
+            return c.simx_return_timeout_flag, bytearray()
+        time.sleep(0.001)
+
+
+_START = Shape(BY_NAME["simxStart"])
+_CLEAR_STRING = Shape(BY_NAME["simxClearStringSignal"])
+_TAKE_STRING = Shape(BY_NAME["simxGetAndClearStringSignal"])
+_SET_STRING = Shape(BY_NAME["simxSetStringSignal"])

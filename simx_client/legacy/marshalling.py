@@ -1,0 +1,118 @@
+"""How a reply becomes what a legacy function returns, and what it returns when there is none.
+
+One ``Shape`` per command, made from the table: argument coercion, the key, the tuple.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from operator import itemgetter
+from typing import Any, cast
+
+from simx_client.protocol.commands import Command
+from simx_client.protocol.kinds import DEPTHS, Kind, apply, to_int32
+from simx_client.protocol.messages import Operation
+
+from .images import DepthBuffer, VisionImage
+
+Key = tuple[Any, ...]
+
+
+class Shape:
+    """The client's view of one command."""
+
+    __slots__ = (
+        "_arguments",
+        "_coercions",
+        "_fresh",
+        "_identifying",
+        "_results",
+        "command",
+        "gives_nothing",
+        "is_set",
+        "only_newest",
+        "operation",
+    )
+
+    def __init__(self, command: Command, operation: Operation = Operation.EXECUTE) -> None:
+        self.command = command
+        self.operation = operation
+        """What the server is to do with it in blocking mode."""
+
+        self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
+        self._coercions = tuple(argument.kind.coerce for argument in command.arguments)
+        self._identifying = _picked(command.key_positions)
+        self._results = tuple(result.kind for result in command.results)
+        self._fresh = tuple(result.kind.fresh for result in command.results)
+        self.is_set = len(command.arguments) > len(command.key)
+        self.gives_nothing = not command.results
+        self.only_newest = not (command.takes_what_it_reads or command.stream_ends_with_hit)
+        """A reply takes the place of the one before, and nothing else follows from it."""
+
+    def coerce(self, arguments: tuple[Any, ...]) -> list[Any]:
+        """Arguments as they travel.
+
+        Raises:
+            TypeError, IndexError: naming the function and the argument.
+        """
+        try:
+            return list(map(apply, self._coercions, arguments))
+        except (TypeError, IndexError):
+            for (name, coerce), value in zip(self._arguments, arguments, strict=True):
+                try:
+                    coerce(value)
+                except (TypeError, IndexError) as error:
+                    raise type(error)(f"{self.command.name}: {name} {error}") from None
+            raise
+
+    def mode(self, value: Any) -> int:
+        """An operation mode that is no plain int: numpy's, a bool. Raises TypeError for anything else."""
+        try:
+            return to_int32(value)
+        except TypeError as error:
+            raise TypeError(f"{self.command.name}: operationMode {error}") from None
+
+    def key(self, arguments: list[Any]) -> Key:
+        """What makes two calls the same command: the function and its identifying arguments."""
+        return self.command.name, self._identifying(arguments)
+
+    def prepare(self) -> None:
+        """To be called while the answer is waited for: make what takes long and does not depend on it."""
+        if self.command.large:
+            (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
+
+    def failure(self, code: int) -> Any:
+        """The return value when there is no data: the code, and defaults."""
+        if not self._results:
+            return code
+        return (code, *[kind.default() for kind in self._results])
+
+    def success(self, values: list[Any]) -> Any:
+        """The return value made of a reply. Lists are new each time: scripts change them in place."""
+        if not self._results:
+            return 0
+        if self.command.large:
+            return _picture(self._results[1], values)
+        return (
+            0,
+            *[
+                value if fresh is None else fresh(value)
+                for value, fresh in zip(values, self._fresh, strict=True)
+            ],
+        )
+
+
+def _picked(positions: tuple[int, ...]) -> Callable[[list[Any]], Any]:
+    """Gives the items at these positions: none, one, or a tuple of several."""
+    return cast(Callable[[list[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
+
+
+def _picture(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
+    (width, height), data = values
+    if kind is DEPTHS:
+        return 0, [width, height], DepthBuffer.from_bytes(data, width, height)
+    return (
+        0,
+        [width, height],
+        VisionImage.from_bytes(data, width, height, len(data) // max(1, width * height)),
+    )

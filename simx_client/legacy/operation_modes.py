@@ -1,0 +1,291 @@
+"""What the operation modes mean: which calls are sent, and where a result is taken from.
+
+The original's rules, with its words:
+
+============  =====================================================================================
+oneshot       send; the result is that of an *earlier* execution, or novalue
+blocking      send and wait; the entry of the inbox is removed, a stream of this key ends
+streaming     arm a stream; the result is the newest value that has arrived, or novalue
+buffer        send nothing; the newest value
+discontinue   end the stream; the last value once more, then (after the echo) novalue
+remove        forget the value; 0 if there was one
+split         as oneshot and streaming: pieces were a matter of the original's transport
+============  =====================================================================================
+
+A key (function and identifying arguments) has at most one inbox entry and one stream. Streams outlive the loss of a
+connection that may be taken up again: the server that comes back is asked for them. In the original they did not.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from simx_client.protocol import constants as c
+from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Delivery, Operation, Pace, Reply, of_fields
+
+from .marshalling import Key, Shape
+
+MODE_MASK = ~0xFFFF
+_STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
+
+
+MAX_UNREAD_TEXTS = 50
+"""Error texts that a stream of them keeps for a client that does not read; the oldest go first, as in the server."""
+
+
+class Stream(NamedTuple):
+    """An armed stream: the id it goes by and what was asked."""
+
+    call_id: int
+    arguments: list[Any]
+    delay_ms: int
+
+
+class Modes:
+    """Inbox, streams and outbox of one client, without any transport or waiting.
+
+    ``outbox`` collects calls; whoever owns this object sends them. ``absorb`` takes what came back.
+    """
+
+    def __init__(self) -> None:
+        self.inbox: dict[Key, Reply] = {}
+        self.last_command_time_ms = 0
+        self._next_call_id = 1
+        self._streams: dict[Key, Stream] = {}
+        self._asked: dict[int, tuple[Key, Shape]] = {}
+        """Every call whose reply is not here yet, and every stream: id to key."""
+
+        self._cancels: dict[int, Key] = {}
+        self._ended: dict[int, int] = {}
+        """Cancelled streams whose data must not be lost: id of the cancelling call to id of the stream."""
+
+        self._outbox: dict[Any, Call] = {}
+        self._awaited: int | None = None
+        self._awaited_key: Key = ()
+        self._answer: Reply | None = None
+
+    # --- sending ---------------------------------------------------------------------------------
+
+    def take_outbox(self) -> list[Call]:
+        """The calls to send now, in order; the outbox is empty afterwards."""
+        calls = list(self._outbox.values())
+        self._outbox.clear()
+        return calls
+
+    @property
+    def unsent(self) -> int:
+        """How many calls are in the outbox."""
+        return len(self._outbox)
+
+    def _queue(
+        self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
+    ) -> int:
+        """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
+        behind the others if it carries a value, in its old place if it is a question."""
+        call_id, command, outbox = self.new_call_id(), shape.command, self._outbox
+        slot: Any = call_id if command.keeps_every_call else key
+        if slot in outbox:
+            unsent = outbox.pop(slot) if shape.is_set else outbox[slot]
+            self._asked.pop(unsent.call_id, None)
+            if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
+                outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
+        outbox[slot] = of_fields(Call, (call_id, operation, delay_ms, command.name, arguments))
+        self._asked[call_id] = (key, shape)
+        return call_id
+
+    def new_call_id(self) -> int:
+        """An id that no other call of this client has."""
+        call_id = self._next_call_id
+        self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
+        return call_id
+
+    def _end_stream(self, key: Key) -> None:
+        """Forget a stream and tell the server, ahead of whatever replaces it."""
+        stream = self._streams.pop(key, None)
+        if stream is not None:
+            cancel_id = 0  # without an answer
+            _, shape = self._asked[stream.call_id]
+            if shape.command.takes_what_it_reads:
+                cancel_id = self.new_call_id()
+                self._ended[cancel_id] = stream.call_id
+            else:
+                del self._asked[stream.call_id]
+            self._outbox.pop(key, None)
+            self._outbox["cancel", stream.call_id] = Call(
+                cancel_id, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
+            )
+
+    def ask(self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE) -> None:
+        """Blocking mode, first half: queue the call and remember which reply to wait for."""
+        self._awaited_key = key = shape.key(arguments)
+        self._end_stream(key)
+        self._awaited = self._queue(shape, key, shape.operation, arguments, pace)
+        self._answer = None
+
+    def answer(self, shape: Shape) -> Any:
+        """Blocking mode, second half: the return value, and the entry of this key is gone.
+
+        Without a reply the code is timeout, with novalue unless an older reply was in the inbox. The reply
+        may still come: it then waits in the inbox for a later call in buffer mode.
+        """
+        older = self.inbox.pop(self._awaited_key, None)
+        reply, self._answer, self._awaited = self._answer, None, None
+        if reply is None:
+            flags = c.simx_return_timeout_flag | (c.simx_return_novalue_flag if older is None else 0)
+            return shape.failure(flags)
+        if older is not None and shape.command.takes_what_it_reads and not older.status and not reply.status:
+            reply = reply._replace(values=[_together(older.values[0], reply.values[0])])
+        return self._result(shape, reply)
+
+    @property
+    def is_answered(self) -> bool:
+        return self._answer is not None
+
+    def call(self, shape: Shape, arguments: list[Any], mode: int) -> Any:
+        """Every mode but blocking: update the outbox, return what is known now."""
+        base, low = mode & MODE_MASK, mode & ~MODE_MASK
+        key = shape.key(arguments)
+        if mode == c.simx_opmode_remove:
+            return shape.failure(
+                c.simx_return_novalue_flag if self.inbox.pop(key, None) is None else c.simx_return_ok
+            )
+        result = self._fetch(shape, key, mode)
+        if base == c.simx_opmode_buffer:
+            return result
+        if base == c.simx_opmode_discontinue:
+            self._discontinue(shape, key)
+        elif base in _STREAMING:
+            self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
+        else:
+            self._end_stream(key)
+            if not (shape.command.large and self._is_on_the_way(key)):
+                self._queue(shape, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
+        return result
+
+    def _is_on_the_way(self, key: Key) -> bool:
+        """Whether a reply will come. Pictures may be asked for faster than they are made, and would pile up."""
+        return any(asked == key for asked, _ in self._asked.values())
+
+    def _arm(self, shape: Shape, key: Key, arguments: list[Any], delay_ms: int) -> None:
+        stream = self._streams.get(key)
+        if stream is not None and stream.arguments == arguments and stream.delay_ms == delay_ms:
+            return  # it runs already; scripts that read with streaming each time cost nothing
+        self._end_stream(key)
+        call_id = self._queue(shape, key, Operation.STREAM, arguments, delay_ms)
+        self._streams[key] = Stream(call_id, arguments, delay_ms)
+
+    def _discontinue(self, shape: Shape, key: Key) -> None:
+        stream = self._streams.pop(key, None)
+        stream_id = 0
+        if stream is not None:
+            stream_id = stream.call_id
+            self._asked.pop(stream_id, None)
+        call_id = self._queue(shape, key, Operation.CANCEL, [stream_id])
+        del self._asked[call_id]
+        self._cancels[call_id] = key
+
+    # --- receiving -------------------------------------------------------------------------------
+
+    def absorb(self, delivery: Delivery) -> None:
+        """Store what came back. Replies nobody asked for any more are dropped."""
+        for reply in delivery.replies:
+            call_id = reply.call_id
+            asked = self._asked.get(call_id)
+            if asked is None:
+                self._absorb_end(call_id)
+                continue
+            if call_id == self._awaited:
+                self._answer = reply
+                del self._asked[call_id]
+                continue
+            key, shape = asked
+            if shape.gives_nothing and reply.values and not reply.status:
+                self._absorb_done(reply)
+                continue
+            stream = self._streams.get(key)
+            if stream is None or stream.call_id != call_id:  # it is the last of this id
+                if call_id not in self._ended.values():
+                    del self._asked[call_id]
+                elif not reply.status and not reply.values[0]:
+                    continue  # an ended stream still hands over what it took, but it took nothing
+            if shape.only_newest:
+                self.inbox[key] = reply
+            else:
+                self._store(shape, key, reply)
+
+    def _absorb_done(self, reply: Reply) -> None:
+        """One answer to several calls, with ids one behind the other, up to one that it cannot be the answer to."""
+        count, done = reply.values[0], reply._replace(values=[])
+        for call_id in range(reply.call_id, reply.call_id + count if type(count) is int else 0):
+            asked = self._asked.get(call_id)
+            if asked is None or not asked[1].gives_nothing or call_id == self._awaited:
+                return
+            stream = self._streams.get(asked[0])
+            if stream is not None and stream.call_id == call_id:
+                return
+            del self._asked[call_id]
+            self.inbox[asked[0]] = done
+
+    def _absorb_end(self, call_id: int) -> None:
+        """Of a stream, if it was ended by that call; other answers nobody waits for any more."""
+        cancelled = self._cancels.pop(call_id, None)
+        if cancelled is None:
+            ended = self._ended.pop(call_id, None)
+            if ended is not None:
+                self._asked.pop(ended, None)
+        elif cancelled not in self._streams:
+            self.inbox.pop(cancelled, None)
+
+    def _store(self, shape: Shape, key: Key, reply: Reply) -> None:
+        if shape.command.takes_what_it_reads and not reply.status:
+            unread = self.inbox.get(key)
+            if unread is not None and not unread.status:
+                reply = reply._replace(values=[_together(unread.values[0], reply.values[0])])
+        elif not reply.status and shape.command.is_hit(reply.values):
+            stream = self._streams.get(key)
+            if stream is not None and stream.call_id == reply.call_id:
+                del self._streams[key]
+                self._asked.pop(stream.call_id, None)
+        self.inbox[key] = reply
+
+    def _fetch(self, shape: Shape, key: Key, mode: int) -> Any:
+        reply = self.inbox.get(key)
+        if reply is None:
+            return shape.failure(c.simx_return_novalue_flag)
+        if not reply.status:
+            if shape.command.takes_what_it_reads:
+                # A stream goes on: nothing new means empty data, not novalue.
+                self.inbox[key] = reply._replace(values=[reply.values[0][:0]])
+                if key not in self._streams:
+                    del self.inbox[key]
+            elif mode == c.simx_opmode_buffer and shape.command.is_hit(reply.values):
+                del self.inbox[key]
+        return self._result(shape, reply)
+
+    def _result(self, shape: Shape, reply: Reply) -> Any:
+        self.last_command_time_ms = reply.time_ms
+        return shape.failure(reply.status) if reply.status else shape.success(reply.values)
+
+    def lose(self, *, arms_again: bool) -> None:
+        """The connection was lost: everything on the way or stored is gone; counters stay.
+
+        Args:
+            arms_again: queue the streams anew, in their order, for a server that comes back.
+        """
+        streams = [(self._asked[stream.call_id], stream) for stream in self._streams.values()]
+        self.inbox.clear()
+        self._streams.clear()
+        self._asked.clear()
+        self._cancels.clear()
+        self._ended.clear()
+        self._outbox.clear()
+        self._awaited = self._answer = None
+        if arms_again:
+            for (key, shape), stream in streams:
+                self._arm(shape, key, stream.arguments, stream.delay_ms)
+
+
+def _together(unread: Any, new: Any) -> Any:
+    """What was not read yet and what came now, of a command that takes what it reads: bytes, or texts."""
+    both = unread + new
+    return both if type(both) is bytes else both[-MAX_UNREAD_TEXTS:]

@@ -1,0 +1,109 @@
+"""The one place that says how to install what is missing.
+
+This project is not on a package index, so a line that names it with an extra fails everywhere but in a clone's own
+folder. The packages behind an extra are on one: a line that names those, with the versions that this project takes,
+works from a clone and from a wheel. Standard library only, and nothing of it is imported before something is missing.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+DISTRIBUTION = "simx-vrep"
+
+_EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
+_NAME = re.compile(r"[\w.-]+")
+_PROJECT = Path(__file__).resolve().parents[3] / "pyproject.toml"
+"""It lies there in a clone."""
+
+
+def declared() -> dict[str | None, list[str]]:
+    """What this project requires (None), and each of its extras, as pip takes it; empty where nobody knows."""
+    if _PROJECT.is_file():
+        import tomllib
+
+        project = tomllib.loads(_PROJECT.read_text(encoding="utf-8"))["project"]
+        return {None: project["dependencies"], **project["optional-dependencies"]}
+    from importlib import metadata
+
+    try:
+        return by_extra(metadata.requires(DISTRIBUTION) or ())
+    except metadata.PackageNotFoundError:
+        return {}
+
+
+def by_extra(requirements: Iterable[str]) -> dict[str | None, list[str]]:
+    """Requirements as a distribution's metadata has them, by the extra that asks for them, or None."""
+    found: dict[str | None, list[str]] = {}
+    for text in requirements:
+        requirement, _, marker = text.partition(";")
+        extra = _EXTRA.search(marker)
+        rest = _EXTRA.sub("", marker).strip()
+        whole = f"{requirement.strip()}; {rest}" if rest else requirement.strip()
+        found.setdefault(extra and extra["extra"], []).append(whole)
+    return found
+
+
+def name_of(requirement: str) -> str:
+    """The package that a requirement is about."""
+    found = _NAME.match(requirement)
+    return found[0] if found else ""
+
+
+def extra_line(extra: str) -> str:
+    """A shell's line that installs the packages of an extra."""
+    return line(declared().get(extra, [f"{DISTRIBUTION}[{extra}]"]))
+
+
+def package_line(*names: str) -> str:
+    """A shell's line that installs packages, in versions that this project takes where it asks for them."""
+    wanted = {
+        name_of(each): each.partition(";")[0] for some in declared().values() for each in reversed(some)
+    }
+    return line([wanted.get(name, name) for name in names])
+
+
+def missing_line() -> str:
+    """A shell's line that installs all that a server needs and that is not here."""
+    needed = declared().get(None, [])
+    return line([each for each in needed if not _is_installed(name_of(each))] or needed)
+
+
+def line(requirements: Sequence[str]) -> str:
+    """A shell's line that installs these into the Python that runs now."""
+    return " ".join([_installer(), *map(_quoted, requirements)])
+
+
+def _installer() -> str:
+    """Of this Python: another may come first on the path."""
+    python, uv = Path(sys.executable), shutil.which("uv")
+    if importlib.util.find_spec("pip") is None and uv is not None:
+        return f"uv pip install --python {_quoted(str(python))}"
+    pip = shutil.which("pip")
+    is_ours = pip is not None and Path(pip).parent == python.parent
+    return "pip install" if is_ours else f"{_quoted(str(python))} -m pip install"
+
+
+def _quoted(word: str) -> str:
+    if os.name == "nt":
+        return f'"{word}"' if re.search(r"[^\w.:\\/-]", word) else word
+    return shlex.quote(
+        word.replace("'", '"')
+    )  # a marker may have either, and the shell takes these more plainly
+
+
+def _is_installed(name: str) -> bool:
+    from importlib import metadata
+
+    try:
+        metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return False
+    return True

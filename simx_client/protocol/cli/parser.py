@@ -1,0 +1,75 @@
+"""The parser of every command line of the project: flags written out in full, ``--version``, and "did you mean"."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator
+from typing import Any, NoReturn
+
+from simx_client.protocol.nearest import did_you_mean
+from simx_client.protocol.version import __version__
+
+
+class Parser(argparse.ArgumentParser):
+    """An argparse parser whose errors name the nearest flag or choice."""
+
+    def __init__(self, program: str, *, version: str = __version__, **settings: Any) -> None:
+        """Take what argparse takes, and add ``--version``.
+
+        Args:
+            program: the name by which help and messages call the program.
+            version: what ``--version`` prints after that name.
+            settings: arguments of ``argparse.ArgumentParser``; descriptions and examples keep their lines.
+        """
+        settings.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(program, allow_abbrev=False, **settings)
+        self._words: list[str] = []
+        self._version = f"{program} {version}"
+        if self.add_help:
+            self.add_version(self)
+
+    def add_version(self, group: Any) -> None:
+        """Add ``--version`` to a group of flags, for a parser that was made with ``add_help=False``."""
+        group.add_argument(
+            "--version", action="version", version=self._version, help="print the version and exit"
+        )
+
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]  # of many overloads, one
+        self, args: Iterable[str] | None = None, namespace: Any = None
+    ) -> Any:
+        """Parse as argparse does. ``-port``, which argparse takes for ``-p ort``, is refused."""
+        self._words = list(sys.argv[1:] if args is None else args)
+        for flag in self._unknown_flags():
+            if f"-{flag}" in self._option_string_actions:
+                self.error(f"unrecognized arguments: {flag}")
+        return super().parse_known_args(self._words, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage and the message, with the nearest flags where one is misspelt, and exit with code 2."""
+        for flag in self._unknown_flags():
+            if meant := did_you_mean(flag, self._option_string_actions):
+                super().error(message + (meant if flag in message else f"; {flag} is no flag{meant}"))
+        super().error(message)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            choices = list(map(str, action.choices))
+            meant = did_you_mean(str(value), choices) or ";"
+            raise argparse.ArgumentError(
+                action, f"{value!r} cannot be used{meant} valid: {', '.join(choices)}"
+            )
+
+    def _unknown_flags(self) -> Iterator[str]:
+        """The words that look like flags and are none, without what belongs to another program's command line."""
+        hands_on = any(action.nargs == argparse.REMAINDER for action in self._actions)
+        words = iter(self._words)
+        for word in words:
+            flag, _, value = word.partition("=")
+            action = self._option_string_actions.get(flag)
+            if word == "--" or (hands_on and not word.startswith("-")):
+                return
+            if action is None and word.startswith("-") and len(flag) > 2:
+                yield flag
+            elif action is not None and action.nargs is None and not value:
+                next(words, None)

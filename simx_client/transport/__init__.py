@@ -1,0 +1,1 @@
+"""The seam between a connection and the outside world, and its implementation over Zenoh."""

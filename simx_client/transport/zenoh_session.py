@@ -1,0 +1,158 @@
+"""Opening Zenoh sessions of a client: with the user's own configuration, and a reason when none can be had.
+
+``SIMX_CONFIG`` names a Zenoh configuration file, where certificates, user and password are. Where a session goes is
+said by the script and by ``SIMX_CONNECT``, never by the file. With ``SIMX_ROLE=viewer`` a client may only read.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import socket
+import time
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from simx_client.errors import ConnectionFailed
+from simx_client.protocol import keys, link
+
+SEEN_AGAIN = 0.1
+"""Seconds until it is believed that there are no servers: tokens of a router's neighbours may be on the way, and a busy
+Zenoh 1.10 tells of no tokens in one answer of fifty."""
+
+_LEAST_ANSWER = 0.01
+"""Seconds for an answer, however late it is."""
+
+CONFIG_VARIABLE = "SIMX_CONFIG"
+ROLE_VARIABLE = "SIMX_ROLE"
+
+_KNOCK = bytes([0x01, 0x09, 0xF2]) + os.urandom(16)
+"""What opens a Zenoh session: an INIT message of protocol version 9, of a client with an identifier of 16 bytes."""
+
+_INIT, _CLOSE = 0x01, 0x03
+"""Kinds of Zenoh's answers to it, in the lower five bits: it would go on, or it ends here."""
+
+_KNOCK_TIMEOUT = 0.5
+"""Seconds."""
+
+
+class Unanswered(OSError):
+    """Something accepts connections at a port and sends nothing in time."""
+
+
+def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
+    """A session with these options. A value of `defaults` gives way to the one in the user's file.
+
+    Raises:
+        zenoh.ZError: none could be opened.
+        ConnectionFailed: the file of ``SIMX_CONFIG`` cannot be used.
+    """
+    file = config_file()
+    if file is None:
+        return zenoh.open(link.configure(zenoh.Config(), {**defaults, **options}))
+    try:
+        config = link.configured_by(zenoh, file, defaults)
+    except zenoh.ZError as error:
+        raise ConnectionFailed(
+            f"{CONFIG_VARIABLE}: {file} is no Zenoh configuration: {link.reason(error)}"
+        ) from None
+    # A file made for a server would have every client listen.
+    return zenoh.open(link.configure(config, {**options, "listen/endpoints": []}))
+
+
+def config_file() -> Path | None:
+    """The file that ``SIMX_CONFIG`` names, if it is set. Raises ConnectionFailed when there is no such file."""
+    text = os.environ.get(CONFIG_VARIABLE, "").strip()
+    if not text:
+        return None
+    path = Path(text).expanduser()
+    if not path.is_file():
+        raise ConnectionFailed(
+            f"{CONFIG_VARIABLE}: {text!r} is no existing file; it is to name one of Zenoh settings"
+        )
+    return path
+
+
+def client_name() -> str:
+    """A new client's segment of the keys, by which a server knows its role. Raises ConnectionFailed for no role."""
+    role = os.environ.get(ROLE_VARIABLE, "").strip()
+    if role not in ("", "viewer"):
+        raise ConnectionFailed(
+            f"{ROLE_VARIABLE}: there is no role {role!r}; valid: viewer, or not set at all"
+        )
+    return (keys.VIEWER if role else "") + uuid.uuid4().hex
+
+
+def living_realms(session: Any, deadline: float) -> list[str]:
+    """The names of all servers that are alive, as this session's neighbour knows them.
+
+    Args:
+        deadline: on the monotonic clock; an empty list is known after `SEEN_AGAIN`.
+    """
+    patience = min(deadline, time.monotonic() + SEEN_AGAIN)
+    while True:
+        left = max(_LEAST_ANSWER, deadline - time.monotonic())
+        tokens = session.liveliness().get(keys.ANY_ALIVE, timeout=left)
+        realms = {keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None}
+        if realms or time.monotonic() >= patience:
+            return sorted(realms)
+        time.sleep(0.01)
+
+
+def why_closed(address: str, port: int, is_secret: bool = False, deadline: float = math.inf) -> str | None:
+    """Who listens at a port where no session could be opened, and why it may have refused.
+
+    Args:
+        is_secret: TLS was spoken.
+        deadline: on the monotonic clock; looking takes hardly longer.
+
+    Returns:
+        Half a sentence; None when something listens that does not speak Zenoh.
+
+    Raises:
+        Unanswered: something accepts connections there and sends nothing.
+        OSError: nothing can be reached.
+    """
+
+    def for_half() -> float:
+        return min(_KNOCK_TIMEOUT, max(0.01, (deadline - time.monotonic()) / 2))
+
+    with socket.create_connection((address, port), timeout=for_half()) as knocking:
+        if is_secret:
+            return f"refused TLS or the login; {_what_to_check()}"
+        knocking.settimeout(for_half())
+        knocking.sendall(len(_KNOCK).to_bytes(2, "little") + _KNOCK)
+        try:
+            answer = knocking.recv(16)
+        except TimeoutError:
+            raise Unanswered from None
+        except OSError:
+            return None
+    if answer[:2] == b"\x15\x03":  # an alert of TLS
+        return (
+            f"is asked in plain text but wants TLS: SIMX_CONNECT=tls/{address}:{port}, and {_what_to_check()}"
+        )
+    kind = answer[2] & 0x1F if len(answer) > 2 else None
+    if kind == _CLOSE:
+        return f"speaks Zenoh but refused the login; {_what_to_check()}"
+    if (
+        kind == _INIT
+    ):  # it would let in who has no login, so the one it was shown is in the way, or it has just started
+        return f"speaks Zenoh, wants no login and did not let this client in; try again, or without {CONFIG_VARIABLE}"
+    return None
+
+
+def _what_to_check() -> str:
+    file = os.environ.get(CONFIG_VARIABLE, "").strip()
+    if not file:
+        return f"{CONFIG_VARIABLE} is not set: it names the Zenoh configuration with user, password and certificates"
+    return f"check user, password and certificates in {file} ({CONFIG_VARIABLE})"
+
+
+def host_and_port(endpoint: str) -> tuple[str, int] | None:
+    """Of a Zenoh endpoint over TCP; None for others."""
+    match = re.match(r"(?:tcp|tls)/\[?([^\]?#]+?)\]?:(\d+)(?:[?#]|$)", endpoint)
+    return (match[1], int(match[2])) if match else None

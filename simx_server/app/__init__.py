@@ -1,0 +1,1 @@
+"""The program ``simx-server``: flags become frozen settings, settings become a running server."""

@@ -1,0 +1,270 @@
+"""The command line ``simx-server``: flags, the small listings, logging, exit codes.
+
+Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted (docs/operations.md). What was asked for goes to
+stdout, the log to stderr.
+The flags are built from ``settings``; everything heavy is imported only when the server is really started.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import platform
+import sys
+from collections.abc import Collection, Sequence
+from functools import partial
+from importlib import metadata
+
+from simx_client.protocol.cli import installing
+from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.cli.terminal import print_what_can_be, while_read
+from simx_server import __version__
+from simx_server.app import log_format
+from simx_server.app.settings import SETTINGS, SettingError, Settings
+from simx_server.processes.lifeline import GRACE as LIFELINE_GRACE
+from simx_server.processes.watchdog import Watchdog, watched
+from simx_server.sensors.opengl.mujoco_import import import_mujoco
+
+logger = logging.getLogger(__name__)
+
+PROGRAM = "simx-server"
+
+LISTS = ("commands", "script_functions")
+PAGES = ("tree", "doctor", *LISTS)
+"""What is printed in place of serving."""
+
+EXAMPLES = """\
+examples:
+  simx-server                          the tutorial's scene on 19997 and 19999
+  simx-server my_robot.xml --start     any MJCF or URDF, running at once
+  simx-server --speed max --port 0     as fast as it goes, on a free port
+  simx-server --count 8 --port 0       eight of them, listed as JSON when ready
+every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
+"""
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Keep the first column narrow, and show of a switch the form that changes something."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=100)
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        if isinstance(action, argparse.BooleanOptionalAction):
+            off, on = action.option_strings[-1], action.option_strings[0]
+            return off if _default_of(action.dest) else on
+        if action.metavar and len(action.option_strings) > 1:
+            return f"{', '.join(action.option_strings)} {action.metavar}"
+        return super()._format_action_invocation(action)
+
+
+def _default_of(name: str) -> object:
+    return getattr(Settings(), name)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser; what it returns holds only what was really given, under the fields' names."""
+    parser = Parser(
+        PROGRAM,
+        version=_version(),
+        usage=f"{PROGRAM} [SCENE] [options]",
+        description="A MuJoCo simulation that scripts written for V-REP can drive.",
+        epilog=EXAMPLES,
+        formatter_class=_Help,
+        argument_default=argparse.SUPPRESS,
+        add_help=False,
+    )
+    group = parser.add_argument_group()
+    for name, setting in SETTINGS.items():
+        spellings = [word for word in (setting.letter, setting.flag) if word]
+        if setting.heading:
+            group = parser.add_argument_group(setting.heading)
+        if setting.is_positional:
+            group.add_argument(name, nargs="?", metavar=setting.flag, help=setting.help)
+        elif setting.is_switch:
+            action = argparse.BooleanOptionalAction
+            group.add_argument(*spellings, dest=name, action=action, help=setting.help)
+        elif not setting.metavar:
+            group.add_argument(*spellings, dest=name, action="store_const", const="yes", help=setting.help)
+        elif setting.lone:
+            group.add_argument(
+                *spellings,
+                dest=name,
+                nargs="?",
+                const=setting.lone,
+                metavar=setting.metavar,
+                help=setting.help,
+            )
+        else:
+            action = "append" if setting.many else "store"
+            shown = argparse.SUPPRESS if setting.is_told_elsewhere else setting.help
+            group.add_argument(*spellings, dest=name, action=action, metavar=setting.metavar, help=shown)
+        for flag, meaning in setting.shortcuts.items():
+            # The setting's own help names them: a screen has few lines.
+            group.add_argument(flag, dest=name, action="store_const", const=meaning, help=argparse.SUPPRESS)
+    group = parser.add_argument_group("information, printed in place of serving")
+    group.add_argument("-h", "--help", action="help", help="print this help and exit")
+    parser.add_version(group)
+    group.add_argument("--show-settings", action="store_true", help="print every setting and its origin")
+    group.add_argument("--tree", action="store_true", help="print the scene's objects (--json)")
+    group.add_argument("--doctor", action="store_true", help="test what it needs of this machine (--json)")
+    group.add_argument(
+        "--commands",
+        action="store_true",
+        help="print the simx functions (--json); --script-functions: those of scripts",
+    )
+    # The help above names them: a screen has few lines. The last is for those who write docs/.
+    for hidden in ("--script-functions", "--json", "--markdown"):
+        group.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
+    return parser
+
+
+def _version() -> str:
+    packages = {"mujoco": "mujoco", "zenoh": "eclipse-zenoh"}
+    parts = [f"{name} {_installed(package)}" for name, package in packages.items()]
+    return f"{__version__} ({', '.join(parts)}, Python {platform.python_version()})"
+
+
+def _installed(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # --doctor tells more; it must not fail over it
+        return "missing"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
+    print_what_can_be()
+    try:
+        return while_read(partial(_run, argv))
+    except ModuleNotFoundError as error:  # a client alone needs less, and is often all that is installed
+        if error.name is None or error.name.startswith("simx_"):
+            raise
+        sys.stderr.write(
+            f"{PROGRAM}: the package {error.name} is not installed; {installing.missing_line()} brings all that a "
+            f"server needs, and {PROGRAM} --doctor tells what is missing\n"
+        )
+        return FAILURE
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = make_parser()
+    given = vars(parser.parse_args(argv))
+    show_settings = given.pop("show_settings", False)
+    pages = [name for name in PAGES if given.pop(name, False)]
+    form = {name for name in ("json", "markdown") if given.pop(name, False)}
+    if len(pages) > 1 or len(form) > 1 or (form and not pages):
+        parser.error(
+            "--json and --markdown say how to print a page; valid: --tree, --doctor, --commands or "
+            "--script-functions, with one of them or none"
+        )
+    page = pages[0] if pages else None
+    if page in LISTS:
+        return _print_list(page, form)
+    if page is not None and "markdown" in form:
+        parser.error(f"--markdown is for lists; valid: --{page} with --json or nothing")
+    try:
+        settings = Settings.gather(given, os.environ)
+    except SettingError as error:
+        parser.error(str(error))
+    if show_settings:
+        return _print_settings(settings)
+    if page is not None:
+        return _print_page(page, settings, as_json="json" in form)
+    log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
+    # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        return _serve(settings)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _serve(settings: Settings) -> int:
+    if settings.until_eof and sys.stdin is None:
+        logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
+        return USAGE
+    # A fleet's parent sees to its own lifeline, as it ends the servers one by one.
+    lifeline = sys.stdin.fileno() if settings.until_eof and settings.count is None else None
+    with watched(settings.count or 0, lifeline, LIFELINE_GRACE) as watchdog:
+        return _serve_watched(settings, watchdog)
+
+
+def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
+    import_mujoco()
+    from simx_server.sensors.opengl.backend import requested_backend
+
+    try:
+        requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
+    except ValueError as error:
+        logger.error("%s", error)
+        return USAGE
+    if settings.count is not None:
+        from simx_server.app.fleet import serve as serve_many
+
+        return serve_many(settings, watchdog)
+    from simx_server.files.library import DEFAULT_SCENE
+    from simx_server.scene.trial import helper as trial_helper
+    from simx_server.sensors.opengl.early_probe import begin_early
+
+    # Before the rest is imported, which takes as long.
+    probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    helper = trial_helper.fork()
+    try:
+        from simx_server.app.server import serve
+
+        return serve(settings, probe, helper)
+    finally:
+        if helper is not None:
+            helper.close()
+        if probe is not None:
+            probe.close()
+
+
+def _print_settings(settings: Settings) -> int:
+    rows = settings.table()
+    name_width, value_width = (max(len(row[column]) for row in rows) for column in (0, 1))
+    for name, value, origin in rows:
+        sys.stdout.write(f"{name:{name_width}}  {value:{value_width}}  {origin}\n")
+    return DONE
+
+
+def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
+    """What needs the settings. Only warnings are told beside it, unless more was asked for."""
+    level = settings.log_level if "log_level" in settings.origins else "warning"
+    log_format.configure(level, settings.log_format, several=False)
+    try:
+        if page == "doctor":  # it imports nothing that may be missing: its children do
+            from simx_server.app.doctor.page import print_findings
+
+            return print_findings(settings, as_json=as_json)
+        with watched():
+            import_mujoco()
+            from simx_server.app.scene_listing import print_tree
+
+            return print_tree(settings, as_json=as_json)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _print_list(name: str, form: Collection[str]) -> int:
+    import_mujoco()
+    from simx_server.app import coverage
+    from simx_server.handlers import HANDLERS
+    from simx_server.scripting import coverage as script_coverage
+
+    if name == "commands":
+        page, lines = coverage, coverage.coverage(HANDLERS.keys())
+    else:
+        page, lines = script_coverage, script_coverage.script_functions()
+    if "json" in form:
+        text = json.dumps(page.as_records(lines), indent=1)
+    elif "markdown" in form:
+        text = page.as_markdown(lines).rstrip("\n")
+    else:
+        text = page.as_text(lines)
+    sys.stdout.write(text + "\n")
+    return DONE

@@ -1,0 +1,64 @@
+"""Which OpenGL back ends render here, and a test picture of the scene."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+from simx_server.sensors.opengl.backend import RAYCAST, candidates, probe_in_child, requested_backend
+from simx_server.sensors.opengl.libraries import INSTALL_HINT, install_advice
+
+from .child import ProbeFailed, run_probe
+from .findings import OK, PROBLEM, WARNING, Finding
+
+PICTURE_PATIENCE = 120.0
+"""Seconds, for a large scene on a busy machine."""
+
+
+def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_in_child) -> Iterator[Finding]:
+    """Each back end in a process of its own, all at the same time."""
+    try:
+        asked = requested_backend()
+    except ValueError as error:
+        yield Finding(PROBLEM, "graphics", str(error), "unset MUJOCO_GL")
+        return
+    names = candidates()
+    give_up = threading.Event()
+    with ThreadPoolExecutor(len(names), thread_name_prefix="simx-doctor") as pool:
+        wrongs = dict(zip(names, pool.map(lambda name: probe(name, give_up), names), strict=True))
+    working = [name for name, wrong in wrongs.items() if wrong is None]
+    for name, wrong in wrongs.items():
+        if wrong is None:
+            yield Finding(OK, "graphics", f"{name} rendered a test picture")
+        elif name == asked:
+            text = f"MUJOCO_GL asks for {name}, which cannot render: {wrong}"
+            yield Finding(PROBLEM, "graphics", text, f"unset MUJOCO_GL; or {install_advice(name)}")
+        else:
+            advice = "" if working else install_advice(name)
+            yield Finding(OK if working else WARNING, "graphics", f"{name} cannot render: {wrong}", advice)
+    if asked == RAYCAST:
+        yield Finding(OK, "graphics", "MUJOCO_GL asks for pictures by casting rays, which needs no OpenGL")
+    elif not working and asked is None:
+        yield Finding(WARNING, "graphics", "pictures are made by casting rays, which is slower", INSTALL_HINT)
+
+
+def check_picture(scene: str | None) -> Finding:
+    """Render the first vision sensor of the scene that a server would load, in a process of its own."""
+    arguments = () if scene is None else (scene,)
+    try:
+        found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=PICTURE_PATIENCE)
+    except ProbeFailed as error:
+        advice = "see what is said of graphics above; MUJOCO_GL=disable casts rays in place of OpenGL"
+        return Finding(PROBLEM, "picture", f"no test picture: {error}", advice)
+    if found["sensor"] is None:
+        return Finding(OK, "picture", f"the scene {found['scene']} has no vision sensor to make one with")
+    text = (
+        f"{found['sensor']} of {found['scene']}, {found['width']}x{found['height']} with {found['backend']}: "
+        f"{found['colours']} colours, brightness {found['darkest']} to {found['brightest']}, "
+        f"surfaces on {found['covered']:.0%} of it; {found['milliseconds']:.0f} ms a picture"
+    )
+    if found["colours"] < 2:
+        advice = "try another back end: MUJOCO_GL=osmesa, or MUJOCO_GL=disable for rays"
+        return Finding(WARNING, "picture", f"{text}; it is blank", advice)
+    return Finding(OK, "picture", text)

@@ -1,0 +1,292 @@
+"""Several servers on one host by one command: everything is loaded once, then the process forks.
+
+Memory that nobody writes to is shared between them, and starting one more takes milliseconds. The fork comes before
+any thread, Zenoh session or OpenGL context exists, since none of them survives it. The parent then only watches: it
+ends all together, and tells of one that ends by itself while the others go on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import json
+import logging
+import os
+import selectors
+import signal
+import sys
+import time
+from collections.abc import Generator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NoReturn
+
+from simx_client.protocol import link
+from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
+from simx_server.errors import CommandError
+from simx_server.gateways.zenoh import ZenohGateway
+from simx_server.processes.lifeline import end_with
+from simx_server.processes.watchdog import Watchdog
+from simx_server.world.simulation import Simulation
+
+from .server import build_simulation, run_server
+from .settings import Settings
+
+logger = logging.getLogger(__name__)
+
+READY_WITHIN = 60.0
+"""Seconds until all servers must be ready; on a busy host many of them take turns."""
+
+ENDS_WITHIN = 4.8
+"""Seconds that a server has to end; after that it is killed."""
+
+_CHUNK = 4096
+
+
+@dataclass
+class Member:
+    """One server as its parent sees it."""
+
+    number: int
+    process_id: int
+    reader: int
+    """File descriptor; the other end closes when the process has ended, however it ended."""
+
+    heard: bytes = b""
+    place: dict[str, Any] | None = None
+    """Realm, ports, endpoints, scene and process id, once it is ready."""
+
+    exit_code: int | None = None
+    """Negative: the signal that ended it."""
+
+    @property
+    def name(self) -> str:
+        realm = f" (realm {self.place['realm']})" if self.place else ""
+        return f"server {self.number}{realm}, process {self.process_id},"
+
+
+def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
+    """Run ``settings.count`` servers until all have ended or this process is told to end them.
+
+    Args:
+        watchdog: has a place for each of them.
+
+    Writes one line of JSON to stdout when all can be reached. Returns the exit code: 0 when all ended well.
+    """
+    if not hasattr(os, "fork"):
+        logger.error(
+            "--count needs a system that can fork, such as Linux; start simx-server several times instead"
+        )
+        return USAGE
+    with ExitStack() as stack:
+        try:
+            simulation = build_simulation(settings, stack)
+        except CommandError as error:
+            logger.error("%s", error)
+            return FAILURE
+        loaded = simulation if _may_be_copied(simulation) else None
+        if loaded is None:
+            simulation.close()
+        link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
+        gc.collect()
+        gc.freeze()  # or the first collection of each server writes to every object, and nothing stays shared
+        signals = stack.enter_context(_signals())
+        fleet = Fleet(signals, watchdog)
+        stack.callback(fleet.close)
+        for number in range(settings.count or 1):
+            fleet.fork(loaded, settings.member(number), number)
+        if settings.until_eof:  # not before the forks, which want a process without threads
+            end_with(sys.stdin.fileno(), ENDS_WITHIN)
+        return fleet.supervise()
+
+
+class Fleet:
+    """The children of this process. Used by its only thread."""
+
+    def __init__(self, signals: int, watchdog: Watchdog | None = None) -> None:
+        """Make an empty fleet.
+
+        Args:
+            signals: a file descriptor out of which the numbers of arriving signals can be read.
+            watchdog: ends a server that does not end when it, and not the fleet, is told to.
+        """
+        self._watchdog = watchdog
+        self._signals = signals
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(signals, selectors.EVENT_READ)
+        self._members: list[Member] = []
+        # Nothing is ever written to it: every server ends when this end closes, so with this process.
+        self._lifeline = os.pipe()
+        self._is_ending = False
+        self._is_interrupted = False
+
+    def fork(self, simulation: Simulation | None, settings: Settings, number: int) -> None:
+        """Start one server of a simulation that is loaded, or that it loads itself. Returns in the parent only."""
+        reader, writer = os.pipe()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        process_id = os.fork()
+        if process_id == 0:
+            _become_server(simulation, settings, number, self._lifeline, writer, self._watchdog)
+        os.close(writer)
+        if self._watchdog is not None:
+            self._watchdog.forked(number + 1)
+        member = Member(number, process_id, reader)
+        self._members.append(member)
+        self._selector.register(reader, selectors.EVENT_READ, member)
+
+    def supervise(self) -> int:
+        """Wait for all to be ready, say so, and watch them until the last has ended. Returns the exit code."""
+        limit = time.monotonic() + READY_WITHIN
+        while not self._is_ending and any(member.place is None for member in self._members):
+            if any(member.exit_code is not None for member in self._members) or time.monotonic() >= limit:
+                logger.error("not all servers got ready, so all are ended")
+                self._end()
+                return FAILURE
+            self._wait(max(0.0, limit - time.monotonic()))
+        if not self._is_ending:
+            _say_ready(self._members)
+            while self._running() and not self._is_ending:
+                self._wait(None)
+        self._end()
+        if self._is_interrupted:
+            return INTERRUPTED
+        return DONE if all(member.exit_code == DONE for member in self._members) else FAILURE
+
+    def close(self) -> None:
+        """Whatever happened: no child is left behind."""
+        self._end()
+        self._selector.close()
+        for end in self._lifeline:
+            os.close(end)
+
+    def _running(self) -> list[Member]:
+        return [member for member in self._members if member.exit_code is None]
+
+    def _end(self) -> None:
+        """End all that still run: kindly, and after a while or a second signal at once."""
+        self._is_ending = True
+        self._signal_all(signal.SIGTERM)
+        limit = time.monotonic() + ENDS_WITHIN
+        while self._running() and not self._is_interrupted and time.monotonic() < limit:
+            self._wait(max(0.0, limit - time.monotonic()))
+        for member in self._running():
+            logger.warning("%s has not ended yet and is killed", member.name)
+        self._signal_all(signal.SIGKILL)
+        while self._running():
+            self._wait(None)
+
+    def _signal_all(self, number: signal.Signals) -> None:
+        for member in self._running():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(member.process_id, number)
+
+    def _wait(self, seconds: float | None) -> None:
+        """Until something happens, at most so long; then deal with it."""
+        for key, _ in self._selector.select(seconds):
+            if key.data is None:
+                for _ in os.read(self._signals, _CHUNK):
+                    self._is_interrupted, self._is_ending = self._is_ending, True
+            else:
+                self._hear(key.data)
+
+    def _hear(self, member: Member) -> None:
+        """A server says that it is ready, or has ended."""
+        said = os.read(member.reader, _CHUNK)
+        if said:
+            member.heard += said
+            if member.heard.endswith(b"\n"):
+                member.place = json.loads(member.heard)
+            return
+        self._selector.unregister(member.reader)
+        os.close(member.reader)
+        _, status = os.waitpid(member.process_id, 0)
+        member.exit_code = os.waitstatus_to_exitcode(status)
+        if self._is_ending:
+            return
+        logger.log(
+            logging.ERROR if member.exit_code else logging.INFO,
+            "%s ended %s; %d of %d go on",
+            member.name,
+            _how(member.exit_code),
+            len(self._running()),
+            len(self._members),
+        )
+
+
+def _how(exit_code: int) -> str:
+    return f"with exit code {exit_code}" if exit_code >= 0 else f"by signal {-exit_code}"
+
+
+def _say_ready(members: list[Member]) -> None:
+    """One line on stdout, for programs."""
+    sys.stdout.write(json.dumps({"servers": [member.place for member in members]}) + "\n")
+    sys.stdout.flush()
+    logger.info("%d servers are ready", len(members))
+
+
+def _become_server(
+    simulation: Simulation | None,
+    settings: Settings,
+    number: int,
+    lifeline: tuple[int, int],
+    writer: int,
+    watchdog: Watchdog | None,
+) -> NoReturn:
+    """The life of a child: it must never return into what its parent was doing."""
+    exit_code = FAILURE
+    try:
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        if watchdog is not None:
+            watchdog.watch(number + 1)
+        os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
+        os.close(lifeline[1])
+        end_with(lifeline[0], ENDS_WITHIN)
+        simulation = simulation or build_simulation(settings, ExitStack())
+        exit_code = run_server(simulation, settings, partial(_tell_parent, writer), is_one_of_many=True)
+        simulation.rendering.close()
+    except BaseException:
+        logger.exception("the server failed")
+    finally:
+        logging.shutdown()
+        os._exit(exit_code)
+
+
+def _may_be_copied(simulation: Simulation) -> bool:
+    """Whether nothing of it lives in another process: scripts that run while it is stopped may do so."""
+    return all(script.interpreter is None for script in simulation.scripts.all())
+
+
+def _tell_parent(writer: int, gateway: ZenohGateway, simulation: Simulation) -> None:
+    place = {
+        "realm": gateway.realm,
+        "ports": list(gateway.ports),
+        "endpoints": list(gateway.endpoints),
+        "scene": simulation.scene.name,
+        "pid": os.getpid(),
+    }
+    os.write(writer, json.dumps(place).encode() + b"\n")
+
+
+def _is_plain(settings: Settings) -> bool:
+    return settings.config is None and not settings.multicast_scouting
+
+
+@contextlib.contextmanager
+def _signals() -> Generator[int]:
+    """Within the block SIGINT and SIGTERM only arrive in a file descriptor."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    before = signal.set_wakeup_fd(writer)
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    handlers = {number: signal.signal(number, lambda *_: None) for number in numbers}
+    try:
+        yield reader
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(before)
+        os.close(reader)
+        os.close(writer)

@@ -1,0 +1,337 @@
+"""The composition: settings in, a serving process out. Nothing else knows all the parts."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import os
+import signal
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from types import FrameType
+
+from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
+from simx_client.protocol.roster import noted
+from simx_client.protocol.windows import ADD_ON as WINDOWS
+from simx_server.errors import CommandError
+from simx_server.files.library import DEFAULT_SCENE, find_scene
+from simx_server.gateways.descriptors import DescriptorWatch, raise_limit
+from simx_server.gateways.zenoh import GatewayError, ZenohGateway
+from simx_server.handlers import HANDLERS
+from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
+from simx_server.outputs.packages import OutputError
+from simx_server.outputs.state_log import StateLog
+from simx_server.parts.command_server import add_command_server
+from simx_server.processes import heap
+from simx_server.recording import LogError, Recorder
+from simx_server.recording.log_file import LogReader
+from simx_server.recording.opened import Opened
+from simx_server.recording.replay_engine import Divergence
+from simx_server.recording.replaying import replay
+from simx_server.runtime.clock import Pacer
+from simx_server.runtime.server_loop import Engine
+from simx_server.scene.formats.saving import save_mjcf
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.trial.helper import Helper
+from simx_server.sensors.opengl.backend import Probe
+from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.vision.warm_up import keep_warm, warm_up
+from simx_server.viewer.feed import Feed
+from simx_server.viewer.launching import listen, missing, page
+from simx_server.viewer.messages import ADD_ON
+from simx_server.viewer.windows import Windows
+from simx_server.world.building import attach_parts
+from simx_server.world.hooks import nothing
+from simx_server.world.simulation import Simulation, SimulationState
+
+from .settings import Settings
+
+logger = logging.getLogger(__name__)
+
+SWITCH_INTERVAL = 0.001
+"""Seconds after which a thread that computes in Python lets another one go on. With Python's own 0.005 a message of one
+client needs that long to get past the physics thread while others keep it busy; shorter ones cost too much."""
+
+READY_ANYWAY = 10.0
+"""Seconds that the ready line waits for pictures; the log says then what hangs."""
+
+
+def build_simulation(
+    settings: Settings,
+    stack: ExitStack,
+    prepare: Callable[[Simulation, Path], None] | None = None,
+    rendering: RenderThread | None = None,
+) -> Simulation:
+    """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
+
+    Args:
+        prepare: called when it has its parts, before it loads this file.
+        rendering: makes its pictures; somebody else closes it.
+
+    Raises:
+        CommandError: the scene cannot be used.
+    """
+    simulation = Simulation()
+    if rendering is None:
+        rendering = RenderThread(limits=settings.limits)
+        stack.callback(rendering.close)
+    simulation.rendering = rendering
+    attach_parts(simulation, settings.workspace, settings.limits)
+    simulation.parameters.arguments = settings.arguments
+    simulation.scripts.allows_code = settings.allow_code
+    simulation.trials.tries_all = settings.check_files
+    stack.callback(simulation.trials.close)
+    stack.callback(simulation.scripts.close)
+    if settings.command_server:
+        simulation.on_load.append(partial(add_command_server, simulation))
+    simulation.sources = Sources.of(settings.package)
+    scene = find_scene(settings.scene or DEFAULT_SCENE)
+    simulation.own_scene = scene.resolve()
+    if prepare is not None:
+        prepare(simulation, scene)
+    simulation.load(scene)
+    if settings.time_step is not None:
+        simulation.time_step = settings.time_step
+    return simulation
+
+
+def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None = None) -> int:
+    """Run a server until it is told to end. Returns the process's exit code.
+
+    Args:
+        probe: tries OpenGL back ends, see `choose_backend`.
+        helper: makes trials of clients' files; None: one is started with the first.
+    """
+    if settings.view is not None and (problem := missing()):
+        logger.error("%s", problem)
+        return FAILURE
+    rendering = RenderThread(probe=probe, limits=settings.limits)
+    try:
+        if settings.replay is not None:
+            exit_code = _replay(settings.replay, settings, rendering)
+        elif settings.save_mjcf is not None:
+            exit_code = _save(settings.save_mjcf, settings)
+        elif settings.snapshot is not None:
+            exit_code = _picture(settings.snapshot, settings, rendering)
+        else:
+            exit_code = _serve(settings, rendering, helper)
+    finally:
+        rendering.close()
+    if rendering.is_stuck:
+        # Python would wait for that thread, and a driver's own clean-up for the driver.
+        logging.shutdown()
+        sys.stdout.flush()
+        os._exit(exit_code)
+    return exit_code
+
+
+def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -> int:
+    with ExitStack() as stack:
+        recorder = page_listener = None
+        if settings.view is not None:
+            try:
+                page_listener = stack.enter_context(listen(settings.view, "--view"))
+            except OSError as error:
+                logger.error("%s", error)
+                return FAILURE
+        try:
+            if settings.record is not None:
+                recorder = Recorder(settings.record, settings)
+                stack.callback(recorder.close)
+            simulation = build_simulation(settings, stack, recorder and recorder.watch, rendering)
+            if helper is not None:
+                simulation.trials.use(helper)
+            attach_outputs(simulation, settings, stack, recorder.began if recorder else time.time_ns())
+        except (CommandError, LogError, OutputError) as error:
+            logger.error("%s", error)
+            return FAILURE
+        return run_server(simulation, settings, _say_ready, recorder=recorder, page_listener=page_listener)
+
+
+def attach_outputs(simulation: Simulation, settings: Settings, stack: ExitStack, began: int) -> None:
+    """The film and the state log that are asked for; ``stack`` ends them.
+
+    Args:
+        began: nanoseconds since 1970, from which a state log counts.
+
+    Raises:
+        CommandError, OutputError: they cannot be made.
+    """
+    if settings.video is not None:
+        shot = Shot(simulation, settings.camera, settings.size)
+        stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
+    if settings.state_log is not None:
+        shot = Shot(simulation, settings.camera, settings.size) if settings.camera else None
+        stack.callback(StateLog(simulation, settings.state_log, shot, settings.fps, began=began).close)
+
+
+def _save(path: Path, settings: Settings) -> int:
+    try:
+        save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, Sources.of(settings.package))
+    except CommandError as error:
+        logger.error("%s", error)
+        return FAILURE
+    return DONE
+
+
+def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
+    with ExitStack() as stack:
+        try:
+            simulation = build_simulation(settings, stack, rendering=rendering)
+            shot = Shot(simulation, settings.camera, settings.size)
+            write_snapshot(simulation, path, shot, settings.duration)
+        except (CommandError, OutputError) as error:
+            logger.error("%s", error)
+            return FAILURE
+    return DONE
+
+
+def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
+        try:
+            opened = Opened(LogReader(recording), folder)
+            simulation = build_simulation(
+                opened.settings(settings), stack, lambda sim, _: opened.attach(sim), rendering
+            )
+            attach_outputs(simulation, settings, stack, opened.began)
+            moment = None
+            if settings.snapshot is not None:
+                shot = Shot(simulation, settings.camera, settings.size)
+                moment = Moment(simulation, shot, settings.duration)
+            outcome = replay(opened, simulation)
+            if moment is not None and settings.snapshot is not None:
+                moment.write(settings.snapshot)
+            if problem := outcome.problem:
+                logger.error("the replay of '%s' is not complete: %s; %s", recording, problem, outcome)
+                return INCOMPLETE
+            logger.info("the replay of '%s' is equal: %s", recording, outcome)
+        except Divergence as problem:
+            logger.error("the replay of '%s' differs %s", recording, problem)
+            return DIVERGED
+        except (CommandError, LogError, OutputError) as error:
+            logger.error("%s", error)
+            return FAILURE
+    return DONE
+
+
+def run_server(
+    simulation: Simulation,
+    settings: Settings,
+    say_ready: Callable[[ZenohGateway, Simulation], None],
+    *,
+    recorder: Recorder | None = None,
+    page_listener: socket.socket | None = None,
+    is_one_of_many: bool = False,
+) -> int:
+    """Serve one simulation until it is told to end. Returns the process's exit code.
+
+    Args:
+        say_ready: called when it can be reached, and pictures can be made: calls are answered a little before.
+        page_listener: where there is to be a page in the browser.
+        is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
+            which comes half a second late then.
+    """
+    warm = None if is_one_of_many else warm_up(simulation)
+    pacer = Pacer(settings.speed)
+    engine = Engine(
+        simulation,
+        HANDLERS,
+        pacer,
+        starting_port=settings.temporary_port if settings.auto_start else None,
+    )
+    raise_limit()
+    heap.keep_together()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    try:
+        gateway = ZenohGateway(
+            engine,
+            ports=settings.ports,
+            listen=settings.listen,
+            connect=settings.connect,
+            realm=settings.realm,
+            config=settings.config,
+            multicast_scouting=settings.multicast_scouting,
+        )
+    except GatewayError as error:
+        logger.error("%s", error)
+        return FAILURE
+    simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
+    engine.metrics.pictures = simulation.rendering.times
+    engine.watches.append(simulation.rendering.watch)
+    engine.watches.append(DescriptorWatch().look)
+    if not is_one_of_many:
+        keep_warm(simulation)
+    simulation.parameters.pace = pacer
+    simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
+    simulation.parameters.end = engine.end_when_left
+    if settings.quit_after_stop:
+        simulation.on_stop.append(engine.end)
+    with ExitStack() as beside:
+        # The page ends after the gateway: it notices at once then that nobody answers.
+        pages = beside.enter_context(ExitStack())
+        beside.callback(gateway.close)
+        beside.callback(engine.close)
+        simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
+        simulation.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
+        with (
+            noted(gateway.endpoints),
+            _ending_by_signal(engine),
+            engine.metrics.log.attached(),
+        ):
+            if recorder is not None:
+                recorder.begin(engine)
+            # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
+            gc.collect()
+            gc.freeze()
+            if warm is not None:
+                warm.add_done_callback(lambda _: engine.post(nothing))
+                engine.run(time.monotonic() + READY_ANYWAY, until=warm.done)
+            if settings.start and simulation.state is SimulationState.STOPPED:
+                if recorder is not None:
+                    recorder.started()
+                simulation.start()
+            if not engine.is_ending:
+                say_ready(gateway, simulation)
+            if page_listener is not None:
+                pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
+            engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
+            if recorder is not None:
+                recorder.ending()
+            simulation.stop()
+            if recorder is not None:
+                recorder.ended()
+    return DONE
+
+
+def _say_ready(gateway: ZenohGateway, simulation: Simulation) -> None:
+    """One line on stdout for people, supervisors and tests."""
+    endpoints = " ".join(gateway.endpoints)
+    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={simulation.scene.name}\n")
+    sys.stdout.flush()
+
+
+@contextmanager
+def _ending_by_signal(engine: Engine) -> Iterator[None]:
+    """SIGINT and SIGTERM end the loop cleanly; a second one ends the process at once."""
+    has_come = False
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal has_come
+        if has_come:
+            os._exit(INTERRUPTED)
+        has_come = True
+        engine.end()
+
+    previous = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Files: finding scenes, checking what they name, and the workspace where clients may write."""

@@ -1,0 +1,265 @@
+"""Which files hold bytes that a client sent: their scripts are a client's code, which runs with ``--allow-code`` only.
+
+A list in the workspace says so, one file a line in the form of ``sha256sum``; it outlives the server, for what a client
+has stored is still the client's when the next server starts. A file is on it by its content: whoever else gives it
+another one, as an operator with an editor, has made it the operator's. Links and other spellings of a name are the same
+file. What is lent for the time of one loading needs no line, its name is enough.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+from urllib.parse import quote, unquote_to_bytes
+from xml.etree import ElementTree
+
+from simx_client.protocol.files import MESH_SUFFIXES
+from simx_server.errors import CommandError
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.trial.gathering import files_named
+
+from . import workspace
+
+try:
+    import fcntl
+except ImportError:  # Windows: two servers that share a workspace could lose each other's newest line there
+    fcntl = None
+
+logger = logging.getLogger(__name__)
+
+LEDGER = ".simx-from-clients"
+
+_SLACK = 1000
+"""Lines that are out of date, at least, when the list is written anew."""
+
+_PARTS = ("include", "model")
+"""Elements of MJCF that bring in another file's elements, its scripts too."""
+
+_NAMED = re.compile(rb"""<\s*(?:include|model)\b[^>]*?\bfile\s*=\s*["']([^"']*)""")
+
+
+class ClientFiles:
+    """The list of one workspace. Physics thread only; other servers may use the same workspace."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """`folder`: the workspace; None: there is none, and no file is a client's."""
+        self._folder = folder
+        self._entries: dict[str, str] = {}
+        """Path as `_quoted` to the content's hash, as last read."""
+        self._lines = 0
+        self._read_at: tuple[int, int, int] | None = None
+
+    @property
+    def _ledger(self) -> Path | None:
+        return None if self._folder is None else self._folder / LEDGER
+
+    def check_name(self, path: Path) -> None:
+        """Raises CommandError when a client is about to write or erase the list itself."""
+        ledger = self._ledger
+        if ledger is not None and (LEDGER in map(str.casefold, path.parts) or _is_same(path, ledger)):
+            raise CommandError(
+                f"'{path.name}' is the server's own list of what clients have stored; use another file name"
+            )
+
+    def note(self, path: Path, data: bytes) -> None:
+        """A client is about to store this. Nothing when the file is the operator's and holds it already.
+
+        Raises CommandError when the list cannot be written: then nothing may be stored.
+        """
+        if self._folder is None or self._ledger is None:
+            return
+        if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
+            return  # whoever it belongs to
+        name, content = self._quoted(path), _hash(data)
+        try:
+            with _open_locked(self._ledger) as ledger:
+                self._read()
+                if self._entries.get(name) == content:
+                    return
+                self._entries[name] = content
+                if self._lines > 2 * len(self._entries) + _SLACK:
+                    self._write_anew(name)
+                else:
+                    ledger.write(f"{content}  {name}\n".encode())
+        except OSError as error:
+            raise CommandError(
+                f"{self._ledger} cannot be written ({error.strerror}); without that list nothing is stored"
+            ) from None
+
+    def forget(self, path: Path) -> None:
+        """A client has erased this. The list goes with its last line."""
+        self._read_if_any()
+        if self._ledger is None or self._quoted(path) not in self._entries:
+            return
+        try:
+            with _open_locked(self._ledger):
+                self._read()
+                self._entries.pop(self._quoted(path), None)
+                self._write_anew()
+        except OSError as error:  # a line too many: it is left out the next time
+            logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
+
+    def holds(self, path: Path, data: bytes | None = None) -> bool:
+        """Whether a file is there with bytes that a client sent. `data`: what was read of it, if that is done."""
+        if self._folder is None:
+            return False
+        if workspace.is_lent(path) and path.resolve().parent == self._folder:
+            return True
+        self._read_if_any()
+        if not self._entries:
+            return False
+        try:
+            content = _hash(path.read_bytes() if data is None else data)
+        except OSError:
+            return False
+        resolved = path.resolve()
+        same = (self._path(name) for name, noted in self._entries.items() if noted == content)
+        return any(each == resolved or _is_same(each, resolved) for each in same)
+
+    def made(self, file: Path) -> bool:
+        """Whether a client sent a scene or model file, or one that it is made of."""
+        return self._folder is not None and any(self.holds(part) for part in _parts(file))
+
+    def are_named_by(self, file: Path, sources: Sources) -> bool:
+        """Whether a client sent a file or any that it names, as far as `sources` allows; meshes and textures too."""
+        if self._folder is None:
+            return False
+        if workspace.is_lent(file):
+            return True
+        self._read_if_any()
+        if not self._entries:
+            return False
+        noted = {place for name in self._entries if (place := _place(self._path(name))) is not None}
+        return any(
+            (workspace.is_lent(part) or _place(part) in noted) and self.holds(part)
+            for part in files_named(file, sources)
+        )
+
+    # --- the list --------------------------------------------------------------------------------
+
+    def _quoted(self, path: Path) -> str:
+        assert self._folder is not None
+        return quote(os.fsencode(os.path.relpath(path, self._folder)), safe="/ ")
+
+    def _path(self, name: str) -> Path:
+        assert self._folder is not None
+        return self._folder / os.fsdecode(unquote_to_bytes(name))
+
+    def _read_if_any(self) -> None:
+        if self._ledger is not None:
+            self._read()
+
+    def _read(self) -> None:
+        """Take over what is in the list, unless that is known."""
+        assert self._ledger is not None
+        try:
+            state = self._ledger.stat()
+            found = state.st_ino, state.st_size, state.st_mtime_ns
+            if found == self._read_at:
+                return
+            lines = self._ledger.read_text(encoding="ascii", errors="replace").splitlines()
+        except FileNotFoundError:
+            found, lines = None, []
+        except OSError as error:
+            # As good as lost: what it knew before stays true.
+            logger.warning("%s cannot be read: %s", self._ledger, error.strerror)
+            return
+        pairs = (line.partition("  ") for line in lines)
+        self._entries = {name: content for content, sign, name in pairs if sign}
+        self._lines, self._read_at = len(lines), found
+
+    def _write_anew(self, newest: str = "") -> None:
+        """Without the lines that others have taken the place of, and files that are gone; `newest` will be there."""
+        assert self._ledger is not None
+        self._entries = {
+            name: content
+            for name, content in self._entries.items()
+            if name == newest or self._path(name).exists()
+        }
+        if not self._entries:
+            self._ledger.unlink()
+            return
+        text = "".join(f"{content}  {name}\n" for name, content in self._entries.items())
+        temporary = self._ledger.with_name(f"{LEDGER}.{os.getpid()}")
+        temporary.write_text(text, encoding="ascii")
+        temporary.replace(self._ledger)
+
+
+@contextmanager
+def _open_locked(path: Path) -> Iterator[IO[bytes]]:
+    """A file to append to, while no other server does; it may have been replaced while we waited for that."""
+    while True:
+        file = path.open("ab")
+        with file:
+            if fcntl is not None:
+                fcntl.flock(file, fcntl.LOCK_EX)
+            if fcntl is None or _is_open_at(file, path):
+                yield file
+                return
+
+
+def _is_open_at(file: IO[bytes], path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _place(path: Path) -> tuple[int, int] | None:
+    """What a file has in common with all its other names; None if there is none."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    try:
+        return path.samefile(other)
+    except OSError:
+        return False
+
+
+def _parts(file: Path) -> Iterator[Path]:
+    """A scene or model file and those whose elements become its own, as far as they are there."""
+    seen: set[Path] = set()
+    waiting = [file.resolve()]
+    while waiting:
+        path = waiting.pop()
+        if path in seen:
+            continue
+        seen.add(path)
+        yield path
+        # Where MuJoCo looks is one of these; a file too many does no harm.
+        for name in _named(path):
+            found = (base / name for base in (file.resolve().parent, path.parent))
+            waiting += [each.resolve() for each in found if each.is_file()]
+
+
+def _named(file: Path) -> Iterator[str]:
+    """The files that one includes; of what is no XML (a zip, a mesh) none."""
+    if file.suffix.lower() in (*MESH_SUFFIXES, ".zip"):
+        return
+    try:
+        data = file.read_bytes()
+    except OSError:
+        return
+    try:
+        elements = ElementTree.fromstring(data).iter()
+    except (ElementTree.ParseError, ValueError, LookupError):  # MuJoCo is less strict
+        yield from map(os.fsdecode, _NAMED.findall(data))
+        return
+    for element in elements:
+        if element.tag in _PARTS and "file" in element.attrib:
+            yield element.attrib["file"]

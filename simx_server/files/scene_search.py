@@ -1,0 +1,131 @@
+"""Which scene or model file a client means: a path, or only a name, also one of the machine it was written on.
+
+A program may name the file by the path it had in V-REP, `C:\\Users\\me\\robot.ttt`. The path counts first; then its
+name alone: the open scene's, beside that scene, in the workspace, among the shipped ones. Nothing outside these folders
+is found, nor told whether it is there.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path, PurePosixPath
+
+from simx_client.protocol.files import MESH_SUFFIXES, SCENE_SUFFIXES, vrep_stem
+from simx_server.errors import CommandError
+
+from .library import MODEL_SUFFIX, list_models, list_scenes, plain, shipped_models, shipped_scenes
+
+logger = logging.getLogger(__name__)
+
+_MOST_NAMED = 4
+"""Names that an error lists of those that would have done."""
+
+
+def find_for_client(
+    text: str, workspace: Path, scene: Path | None, more_folders: Sequence[Path] = (), *, model: bool = False
+) -> Path:
+    """Return the file, resolved.
+
+    Args:
+        text: what the client said, with ``/`` between its parts.
+        scene: the file of the open scene.
+        more_folders: further folders that clients may open.
+        model: a model is wanted, for which a mesh file will do as well.
+
+    Raises:
+        CommandError: there is none; the text says where it was searched.
+    """
+    given = PurePosixPath(text)
+    name = given.name
+    if name in ("", ".", ".."):
+        raise CommandError(f"{text[:80]!r} names no file; give the name or path of a scene or model")
+    stem = vrep_stem(name)
+    if stem is not None:
+        model = name.lower().endswith(MODEL_SUFFIX)
+    beside = [] if scene is None else [scene.resolve().parent]
+    open_folders = [workspace.resolve(), *beside, shipped_scenes().resolve(), *more_folders]
+    if model:  # a shipped robot has a scene of its own, often of the same name
+        beside = [folder for folder in beside if folder != shipped_scenes().resolve()]
+    shipped = [shipped_models(), shipped_scenes()] if model else [shipped_scenes(), shipped_models()]
+    names = _stand_ins(name, stem, model=model)
+    as_given = [workspace / given.parent, *(folder / given.parent for folder in beside)]
+    by_name = [*beside, workspace]
+    candidates = [folder / each for folder in as_given for each in names]
+    if scene is not None and not model and _stem(name) == _stem(scene.name):
+        candidates.append(scene)
+    candidates += [folder / each for folder in by_name for each in names]
+    candidates += [folder / each for folder in shipped for each in _plain_too(names, stem)]
+    for path in candidates:
+        found = _within(path, open_folders)
+        if found is not None:
+            _tell(text, stem, given, found)
+            return found
+    raise CommandError(
+        _not_found(text, given, stem, names, dict.fromkeys(by_name), open_folders, model=model)
+    )
+
+
+def _stand_ins(name: str, stem: str | None, *, model: bool) -> list[str]:
+    """Names of the files that may be meant, the best first."""
+    suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if model else ())
+    return [name, *(name + suffix for suffix in suffixes)] if stem is None else [stem + s for s in suffixes]
+
+
+def _plain_too(names: Iterable[str], stem: str | None) -> Iterator[str]:
+    """The names, and for a V-REP file each as ours are written."""
+    yield from names
+    if stem is not None:
+        yield from (plain(PurePosixPath(each).stem) + PurePosixPath(each).suffix for each in names)
+
+
+def _stem(name: str) -> str:
+    stem = vrep_stem(name)
+    if stem is None:
+        path = PurePosixPath(name)
+        stem = path.stem if path.suffix.lower() in SCENE_SUFFIXES else name
+    return plain(stem)
+
+
+def _within(path: Path, folders: Iterable[Path]) -> Path | None:
+    """The file that a path leads to, if it is one and lies in one of these folders."""
+    try:
+        found = path.resolve()
+        if any(found.is_relative_to(folder) for folder in folders) and found.is_file():
+            return found
+    except (OSError, RuntimeError, ValueError):
+        pass  # a name that is none here
+    return None
+
+
+def _tell(text: str, stem: str | None, given: PurePosixPath, found: Path) -> None:
+    if stem is not None:
+        logger.info("'%s' is a V-REP file, '%s' is loaded in its place", text, found)
+    elif (given.is_absolute() and found != Path(given)) or ".." in given.parts:
+        logger.info("'%s' is not among what clients may open, '%s' is loaded in its place", text, found)
+
+
+def _not_found(
+    text: str,
+    given: PurePosixPath,
+    stem: str | None,
+    names: list[str],
+    searched: Iterable[Path],
+    open_folders: Sequence[Path],
+    *,
+    model: bool,
+) -> str:
+    what, listed = ("model", list_models()) if model else ("scene", list_scenes())
+    tried = ", ".join(names[:_MOST_NAMED]) + (", ..." if len(names) > _MOST_NAMED else "")
+    folders = " and ".join(str(folder) for folder in searched)
+    outside = given.is_absolute() and not any(Path(given).is_relative_to(folder) for folder in open_folders)
+    why = " lies outside the server's workspace, and its name was not found" if outside else ""
+    advice = (
+        "convert it to MJCF or URDF" if stem is not None else "give the name of an MJCF or URDF file there"
+    )
+    if outside:
+        advice += ", move it there, or start the server with --workspace"
+    return (
+        f"no {what} '{text}'{':' if why else ''}{why}; shipped {what}s: {', '.join(listed) or 'none'}; "
+        f"looked for {tried} in {folders} and among the shipped ones; {advice}"
+    )

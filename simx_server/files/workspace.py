@@ -1,0 +1,131 @@
+"""The one folder where clients may touch files: naming, writing, erasing and lending files in it."""
+
+from __future__ import annotations
+
+import logging
+import os
+import random
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from simx_server.errors import CommandError
+
+from .regular_files import no_regular_file
+
+logger = logging.getLogger(__name__)
+
+_LENT = "REMOTE_API_TEMPFILE_"
+"""What the original called a file of the client's side while it was loaded; four digits and the ending follow."""
+
+_LONGEST_PART, _LONGEST_PATH = 255, 4095
+"""Bytes; the limits of Linux, and of most file systems."""
+
+
+def check_name(name: str) -> str:
+    """A file name or path as text that means the same on every system: `\\` becomes `/`.
+
+    Raises CommandError for an empty one, NUL, drive letters, what names a folder, and what is too long for a file
+    system.
+    """
+    if len(os.fsencode(name)) > _LONGEST_PATH or any(
+        len(os.fsencode(part)) > _LONGEST_PART for part in name.replace("\\", "/").split("/")
+    ):
+        raise CommandError(
+            f"{name[:80]!r}... is too long: a file name has at most {_LONGEST_PART} bytes, a path {_LONGEST_PATH}"
+        )
+    if not name.strip() or "\0" in name:
+        raise CommandError(f"{name[:80]!r} is no file name; give a path within the server's workspace")
+    if PureWindowsPath(name).drive:
+        raise CommandError(
+            f"{name[:80]!r} names a drive or a share, which the server does not open; "
+            "give a path within its workspace"
+        )
+    name = name.replace("\\", "/")
+    if name.rpartition("/")[2] in ("", ".", ".."):
+        raise CommandError(f"{name[:80]!r} names a folder; give a file's path within the server's workspace")
+    return name
+
+
+def check_plain_name(name: str) -> str:
+    """A file's name alone, as text that means the same on every system. Raises CommandError as `check_name`, and for a
+    path."""
+    if "/" in check_name(name):
+        raise CommandError(f"{name[:80]!r} is a path; give the file's name alone")
+    return name
+
+
+def path_within(folder: Path, name: str) -> Path:
+    """The path of a file in the folder. Raises CommandError for a name that leads out of it, also through a link."""
+    pure = PurePosixPath(check_name(name))
+    if pure.is_absolute() or ".." in pure.parts or not pure.name:
+        raise CommandError(
+            f"{name[:80]!r} is not allowed: a file is named relative to the server's workspace {folder}, without '..'"
+        )
+    try:
+        path = (folder / pure).resolve()
+    except (OSError, RuntimeError) as error:
+        raise CommandError(f"{name[:80]!r} cannot be used as a file name: {error}") from None
+    if not path.is_relative_to(folder.resolve()):
+        raise CommandError(f"{name[:80]!r} leads out of the server's workspace {folder} through a link")
+    return path
+
+
+def store(folder: Path, name: str, data: bytes) -> Path:
+    """Write a file at once: readers see the old one or the new one. Folders in the name are made.
+
+    Raises CommandError for a bad name, or what the system says.
+    """
+    path = path_within(folder, name)
+    if path.is_dir():
+        raise CommandError(f"'{name}' is a folder of the workspace; choose another file name")
+    if path.exists() and not path.is_file():
+        raise CommandError(no_regular_file(name))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(prefix=f".{_LENT}", dir=path.parent)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise CommandError(f"'{name}' cannot be written into {folder}: {error.strerror}") from None
+    return path
+
+
+def erase(folder: Path, name: str) -> Path:
+    """Delete a file; the path it had. Raises CommandError when there is none of this name."""
+    path = path_within(folder, name)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise CommandError(no_regular_file(name))
+    if not path.is_file():
+        raise CommandError(f"there is no file '{name}' in the server's workspace {folder}")
+    try:
+        path.unlink()
+    except OSError as error:
+        raise CommandError(f"'{name}' cannot be erased from {folder}: {error.strerror}") from None
+    return path
+
+
+def is_lent(path: Path) -> bool:
+    """Whether a file's name says that it is a client's for a moment, even if a killed server has left it there."""
+    return _LENT in path.name
+
+
+@contextmanager
+def lent(folder: Path, name: str, data: bytes) -> Iterator[Path]:
+    """A file that is there, under a name of its own, only while this lasts. Raises CommandError."""
+    suffix = PurePosixPath(check_name(name)).suffix
+    numbers = random.sample(range(10_000), 100)
+    free = [n for n in numbers if not (folder / f"{_LENT}{n:04}{suffix}").exists()]
+    if not free:
+        raise CommandError(f"the workspace {folder} is full of files named {_LENT}...; erase them")
+    path = store(folder, f"{_LENT}{free[0]:04}{suffix}", data)
+    try:
+        yield path
+    finally:
+        path.unlink(missing_ok=True)

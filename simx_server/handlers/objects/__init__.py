@@ -1,0 +1,1 @@
+"""Handlers for objects: poses, parameters, properties, groups."""

@@ -1,0 +1,149 @@
+"""simxGetObjectGroupData: one kind of data of many objects at one instant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.handlers.joints import get_joint_force, get_joint_position
+from simx_server.handlers.registry import handler
+from simx_server.handlers.sensors import read_force_sensor, read_proximity_sensor
+from simx_server.scene.geometry import frames
+from simx_server.scene.names import path_of
+from simx_server.scene.objects import ObjectKind
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+Row = tuple[list[int], list[float], list[str]]
+"""What one object adds to the flat lists of ints, floats and strings."""
+
+ALL_OBJECTS = 109
+"""`sim_appobj_object_type`."""
+
+LAST_OBJECT_TYPE = 107
+_WORLD, _PARENT = frames.WORLD, frames.PARENT
+_CYCLIC_RANGE = -1.0
+_HYBRID = 65536
+
+
+def _pose(relative_to: int, *parts: Callable[[Simulation, int, int], list[float]]) -> Callable[..., Row]:
+    def row(sim: Simulation, handle: int) -> Row:
+        return [], [value for part in parts for value in part(sim, handle, relative_to)], []
+
+    return row
+
+
+def _velocity(*parts: int) -> Callable[..., Row]:
+    def row(sim: Simulation, handle: int) -> Row:
+        measured = sim.measured_velocity(handle)
+        return [], [value for part in parts for value in measured[part]], []
+
+    return row
+
+
+def _is(sim: Simulation, handle: int, kind: ObjectKind) -> bool:
+    return sim.scene.get(handle).kind == kind
+
+
+def _proximity(sim: Simulation, handle: int) -> Row:
+    if not _is(sim, handle, ObjectKind.PROXIMITY_SENSOR):
+        return [-1, -1], [0.0] * 6, []
+    try:
+        detected, point, other, normal = read_proximity_sensor(sim, handle)
+    except CommandError:
+        # State -1 is this command's way to say "not handled yet".
+        return [-1, -1], [0.0] * 6, []
+    return [int(detected), other], point + normal, []
+
+
+def _force(sim: Simulation, handle: int) -> Row:
+    if not _is(sim, handle, ObjectKind.FORCE_SENSOR):
+        return [-1], [0.0] * 6, []
+    state, force, torque = read_force_sensor(sim, handle)
+    return [state], force + torque, []
+
+
+def _has_one_value(sim: Simulation, handle: int) -> bool:
+    return _is(sim, handle, ObjectKind.JOINT) and sim.joints.joint_type(handle) != 12
+
+
+def _joint_state(sim: Simulation, handle: int) -> Row:
+    if not _has_one_value(sim, handle):
+        return [], [0.0, 0.0], []
+    return [], [get_joint_position(sim, handle), get_joint_force(sim, handle)], []
+
+
+def _joint_properties(sim: Simulation, handle: int) -> Row:
+    """Type and mode, plus 65536 in hybrid operation; least value and range, the range -1 when cyclic."""
+    if not _is(sim, handle, ObjectKind.JOINT):
+        return [-1, -1], [0.0, 0.0], []
+    cyclic, least, extent = sim.joints.interval(handle)
+    kind, mode = sim.joints.joint_type(handle), int(sim.joints.mode(handle))
+    mode += _HYBRID if sim.joints.is_hybrid(handle) else 0
+    return [kind, mode], [least, _CYCLIC_RANGE if cyclic else extent], []
+
+
+_ROWS: Mapping[int, Callable[[Simulation, int], Row]] = MappingProxyType(
+    {
+        0: lambda sim, handle: ([], [], [sim.scene.get(handle).name]),
+        1: lambda sim, handle: ([int(sim.scene.get(handle).kind)], [], []),
+        2: lambda sim, handle: ([sim.scene.get(handle).parent], [], []),
+        3: _pose(_WORLD, frames.get_position),
+        4: _pose(_PARENT, frames.get_position),
+        5: _pose(_WORLD, frames.get_orientation),
+        6: _pose(_PARENT, frames.get_orientation),
+        7: _pose(_WORLD, frames.get_quaternion),
+        8: _pose(_PARENT, frames.get_quaternion),
+        9: _pose(_WORLD, frames.get_position, frames.get_orientation),
+        10: _pose(_PARENT, frames.get_position, frames.get_orientation),
+        # The original put Euler angles and one undefined number where its manual says quaternion.
+        11: _pose(_WORLD, frames.get_position, frames.get_quaternion),
+        12: _pose(_PARENT, frames.get_position, frames.get_quaternion),
+        13: _proximity,
+        14: _force,
+        15: _joint_state,
+        16: _joint_properties,
+        17: _velocity(0),
+        18: _velocity(1),
+        19: _velocity(0, 1),
+        20: lambda sim, handle: ([], [], [sim.scene.get(handle).alias]),
+        21: lambda sim, handle: ([], [], [path_of(sim.scene, handle)]),
+    }
+)
+"""dataType to what one object gives; the stride is constant over all objects."""
+
+
+@handler("simxGetObjectGroupData")
+def get_object_group_data(
+    sim: Simulation, object_type: int, data_type: int
+) -> tuple[list[int], list[int], list[float], list[str]]:
+    """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
+
+    Raises:
+        CommandError: `object_type` is no object type and no collection.
+    """
+    if object_type in sim.collections:
+        handles = sim.collections.members(object_type)
+    elif object_type == ALL_OBJECTS:
+        handles = list(sim.scene.objects)
+    elif 0 <= object_type <= LAST_OBJECT_TYPE:
+        handles = sim.scene.of_kind(object_type)
+    else:
+        raise CommandError(
+            f"{object_type} is no object type; give a sim_object_*_type value, {ALL_OBJECTS} for all objects, "
+            "or the handle of a collection"
+        )
+    ints: list[int] = []
+    floats: list[float] = []
+    strings: list[str] = []
+    row = _ROWS.get(data_type)
+    if row is not None:
+        for handle in handles:
+            more_ints, more_floats, more_strings = row(sim, handle)
+            ints += more_ints
+            floats += more_floats
+            strings += more_strings
+    return handles, ints, floats, strings

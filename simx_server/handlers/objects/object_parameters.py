@@ -1,0 +1,74 @@
+"""Numbered parameters of single objects: reading and setting them. What the numbers mean: `parameter_tables.py`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.handlers.registry import handler
+
+from .parameter_tables import REFUSED, Entry, entries_of
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+
+def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Entry:
+    item = sim.scene.get(handle)
+    known = entries_of(item.kind)
+    entry = known.get(number)
+    if (
+        entry is not None
+        and entry.is_integer == integer
+        and (entry.set if setting else entry.get) is not None
+    ):
+        return entry
+    if number in REFUSED and entry is None:
+        raise CommandError(f"parameter {number} of '{item.name}': {REFUSED[number]}")
+    verb = "set" if setting else "read"
+    if entry is not None and entry.is_integer != integer:
+        other = "Int" if entry.is_integer else "Float"
+        raise CommandError(
+            f"parameter {number} ({entry.name}) is no {_kind(integer)}; use the {other} command"
+        )
+    listed = ", ".join(
+        f"{n} {e.name}"
+        for n, e in sorted(known.items())
+        if e.is_integer == integer and (e.set if setting else e.get) is not None
+    )
+    raise CommandError(
+        f"parameter {number} of '{item.name}', a {item.kind.text}, cannot be {verb}; {_kind(integer)} parameters that "
+        f"can: {listed or 'none'}"
+    )
+
+
+def _kind(integer: bool) -> str:
+    return "integer" if integer else "float"
+
+
+@handler("simxGetObjectFloatParameter")
+def get_object_float_parameter(sim: Simulation, handle: int, number: int) -> float:
+    get = _find(sim, handle, number, integer=False, setting=False).get
+    assert get is not None
+    return float(get(sim, handle))
+
+
+@handler("simxSetObjectFloatParameter")
+def set_object_float_parameter(sim: Simulation, handle: int, number: int, value: float) -> None:
+    put = _find(sim, handle, number, integer=False, setting=True).set
+    assert put is not None
+    put(sim, handle, value)
+
+
+@handler("simxGetObjectIntParameter")
+def get_object_int_parameter(sim: Simulation, handle: int, number: int) -> int:
+    get = _find(sim, handle, number, integer=True, setting=False).get
+    assert get is not None
+    return int(get(sim, handle))
+
+
+@handler("simxSetObjectIntParameter")
+def set_object_int_parameter(sim: Simulation, handle: int, number: int, value: int) -> None:
+    put = _find(sim, handle, number, integer=True, setting=True).set
+    assert put is not None
+    put(sim, handle, value)

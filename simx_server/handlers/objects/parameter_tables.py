@@ -1,0 +1,294 @@
+"""What the numbers of object parameters mean: common ones, and those of each kind of object.
+
+Each table says for a number how to read and to set it, and whether it is an integer or a float: as in V-REP the two
+kinds have commands of their own. A number stands here only where its value is true: what MuJoCo has no counterpart of
+is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.joints.parameters import READ as JOINT_READ
+from simx_server.joints.parameters import WRITE as JOINT_WRITE
+from simx_server.scene.editing import editing
+from simx_server.scene.objects import ObjectKind
+
+from . import bounding_box
+from . import shape_properties as shapes
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+Getter = Callable[["Simulation", int], float]
+Setter = Callable[["Simulation", int, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """How one parameter of an object is read and set; None where it cannot be."""
+
+    name: str
+    is_integer: bool
+    get: Getter | None
+    set: Setter | None = None
+
+
+def _entry(name: str, get: Getter | None, put: Setter | None = None) -> tuple[int, Entry]:
+    """Number and entry of the constant ``sim_NAME``; the name says whether it is an integer."""
+    number = _LATER.get(name, 0) or getattr(c, f"sim_{name}")
+    return number, Entry(name, "intparam" in name, get, put)
+
+
+_LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039, "dummyfloatparam_size": 10002}
+"""Numbers of later versions, which scripts give as numbers."""
+
+
+def _only(value: float, why: str) -> tuple[Getter, Setter]:
+    """A parameter that has one value here: reading it gives that, setting another says why not."""
+
+    def put(_sim: Simulation, _handle: int, wanted: float) -> None:
+        if wanted != value:
+            raise CommandError(f"{why}; it stays {value:g}")
+
+    return lambda sim, handle: value, put
+
+
+def _linear(axis: int) -> Getter:
+    return lambda sim, handle: sim.measured_velocity(handle)[0][axis]
+
+
+def _spin(sim: Simulation, handle: int) -> float:
+    return sum(rate * rate for rate in sim.measured_velocity(handle)[2]) ** 0.5
+
+
+def _box(index: int, *, whole_model: bool) -> Getter:
+    def get(sim: Simulation, handle: int) -> float:
+        least, greatest = bounding_box.of_object(sim, handle, whole_model=whole_model)
+        return (*least, *greatest)[index]
+
+    return get
+
+
+_CORNERS = ("min_x", "min_y", "min_z", "max_x", "max_y", "max_z")
+
+_COMMON: dict[int, Entry] = dict(
+    [
+        _entry(
+            "objintparam_visibility_layer",
+            lambda sim, handle: sim.object_settings.layers(handle),
+            lambda sim, handle, value: sim.object_settings.set_layers(handle, int(value)),
+        ),
+        _entry("objintparam_visible", lambda sim, handle: sim.object_settings.is_visible(handle)),
+        _entry(
+            "objfloatparam_transparency_offset",
+            *_only(
+                0.0, "transparent objects are drawn in the order of their distance, to which nothing is added"
+            ),
+        ),
+        _entry("objintparam_illumination_handle", *_only(-1, "every light shines on every object")),
+        *(_entry(f"objfloatparam_abs_{axis}_velocity", _linear(i)) for i, axis in enumerate("xyz")),
+        _entry("objfloatparam_abs_rot_velocity", _spin),
+        *(
+            _entry(f"objfloatparam_objbbox_{corner}", _box(i, whole_model=False))
+            for i, corner in enumerate(_CORNERS)
+        ),
+        *(
+            _entry(f"objfloatparam_modelbbox_{corner}", _box(i, whole_model=True))
+            for i, corner in enumerate(_CORNERS)
+        ),
+    ]
+)
+
+
+def _view(name: str, field: str) -> tuple[int, Entry]:
+    def get(sim: Simulation, handle: int) -> float:
+        value = getattr(sim.vision.settings(handle), field)
+        if value is None:
+            raise CommandError("this has a perspective view, which has an angle and no orthographic size")
+        return value
+
+    return _entry(name, get, lambda sim, handle, value: sim.vision.change(handle, **{field: value}))
+
+
+_COLOURS, _HANDLES = 0, 2
+"""`sim_rendermode_opengl`, `sim_rendermode_colorcoded`, which the legacy constants lack."""
+
+
+def _render_mode(sim: Simulation, handle: int) -> float:
+    return _HANDLES if sim.vision.settings(handle).shows_handles else _COLOURS
+
+
+def _set_render_mode(sim: Simulation, handle: int, mode: float) -> None:
+    if mode not in (_COLOURS, _HANDLES):
+        raise CommandError(
+            f"render mode {mode:g} is not available; give {_COLOURS} for colours, or {_HANDLES} for pixels that are "
+            "the handles of what is seen (there are no auxiliary channels, and no other renderers)"
+        )
+    sim.vision.change(handle, shows_handles=mode == _HANDLES)
+
+
+_VISION: dict[int, Entry] = dict(
+    [
+        _view("visionfloatparam_near_clipping", "near"),
+        _view("visionfloatparam_far_clipping", "far"),
+        _view("visionintparam_resolution_x", "width"),
+        _view("visionintparam_resolution_y", "height"),
+        _view("visionfloatparam_perspective_angle", "angle"),
+        _view("visionfloatparam_ortho_size", "orthographic_size"),
+        _entry("visionintparam_render_mode", _render_mode, _set_render_mode),
+        _entry("visionintparam_entity_to_render", *_only(-1, "a vision sensor here sees every object")),
+    ]
+)
+
+
+_PROXIMITY: dict[int, Entry] = {
+    # The constants of 3.6 lack the last two; later versions have them under these numbers.
+    c.sim_proxintparam_ray_invisibility: Entry(
+        "proxintparam_ray_invisibility", True, *_only(1, "detection volumes are never drawn")
+    ),
+    4001: Entry("proxintparam_volume_type", True, lambda sim, handle: sim.proximity.volume_type(handle)),
+    4002: Entry(
+        "proxintparam_entity_to_detect",
+        True,
+        lambda sim, handle: sim.proximity.entity(handle),
+        lambda sim, handle, value: sim.proximity.set_entity(handle, int(value)),
+    ),
+}
+
+
+def _read_joint(number: int) -> Getter | None:
+    if number not in JOINT_READ:
+        return None
+    return lambda sim, handle: sim.joints.get_parameter(handle, number)
+
+
+def _write_joint(number: int) -> Setter | None:
+    if number not in JOINT_WRITE:
+        return None
+    return lambda sim, handle, value: sim.joints.set_parameter(handle, number, value)
+
+
+def _joint(number: int, name: str) -> Entry:
+    is_integer = hasattr(c, f"sim_jointintparam_{name}") or f"jointintparam_{name}" in _LATER
+    full = f"joint{'int' if is_integer else 'float'}param_{name}"
+    return Entry(full, is_integer, _read_joint(number), _write_joint(number))
+
+
+_JOINT: dict[int, Entry] = {
+    number: _joint(number, name) for table in (JOINT_READ, JOINT_WRITE) for number, (name, _) in table.items()
+}
+
+
+def _first_velocity(name: str, index: int) -> tuple[int, Entry]:
+    return _entry(
+        f"shapefloatparam_init_velocity_{name}",
+        lambda sim, handle: sim.object_settings.first_velocity(handle)[index],
+        lambda sim, handle, value: sim.object_settings.set_first_velocity(handle, index, value),
+    )
+
+
+_SHAPE: dict[int, Entry] = dict(
+    [
+        *(_first_velocity(name, index) for index, name in enumerate("xyzabg")),
+        _entry(
+            "shapeintparam_respondable_mask",
+            lambda sim, handle: sim.object_settings.mask(handle),
+            lambda sim, handle, value: sim.object_settings.set_mask(handle, int(value)),
+        ),
+        _entry("shapeintparam_compound", lambda sim, handle: shapes.is_compound(sim, handle)),
+        _entry(
+            "shapeintparam_static",
+            lambda sim, handle: shapes.is_static(sim, handle),
+            lambda sim, handle, value: editing.set_static(sim, handle, bool(value)),
+        ),
+        _entry(
+            "shapeintparam_respondable",
+            lambda sim, handle: shapes.is_respondable(sim, handle),
+            lambda sim, handle, value: shapes.set_respondable(sim, handle, bool(value)),
+        ),
+        _entry("shapefloatparam_mass", shapes.get_mass, shapes.set_mass),
+    ]
+)
+
+_CAMERA: dict[int, Entry] = dict(
+    [
+        _view("camerafloatparam_perspective_angle", "angle"),
+        _view("camerafloatparam_ortho_size", "orthographic_size"),
+    ]
+)
+
+
+def _casts_shadows(sim: Simulation, handle: int) -> float:
+    return bool(sim.model.light_castshadow[sim.scene.get(handle).id])
+
+
+def _set_casts_shadows(sim: Simulation, handle: int, value: float) -> None:
+    sim.model.light_castshadow[sim.scene.get(handle).id] = value != 0
+    sim.model_edited()
+    sim.changed()
+
+
+_LIGHT: dict[int, Entry] = dict(
+    [_entry("lightintparam_pov_casts_shadows", _casts_shadows, _set_casts_shadows)]
+)
+
+
+_LOOP_CLOSURE = 0
+"""`sim_dummy_linktype_dynamics_loop_closure`, which the legacy constants lack."""
+
+
+def _link_type(sim: Simulation, handle: int) -> float:
+    """Of a site that an equality ties to another."""
+    item, model = sim.scene.get(handle), sim.model
+    for equality in range(model.neq):
+        ends = (model.eq_obj1id[equality], model.eq_obj2id[equality])
+        if (
+            model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE
+            and item.element == "site"
+            and item.id in ends
+        ):
+            return _LOOP_CLOSURE
+    raise CommandError(f"'{item.name}' is linked to no other dummy")
+
+
+_DUMMY: dict[int, Entry] = dict(
+    [
+        _entry("dummyintparam_link_type", _link_type),
+        _entry("dummyfloatparam_size", editing.dummy_size, editing.set_dummy_size),
+    ]
+)
+
+_BY_KIND: Mapping[ObjectKind, dict[int, Entry]] = MappingProxyType(
+    {
+        ObjectKind.VISION_SENSOR: _VISION,
+        ObjectKind.PROXIMITY_SENSOR: _PROXIMITY,
+        ObjectKind.JOINT: _JOINT,
+        ObjectKind.SHAPE: _SHAPE,
+        ObjectKind.CAMERA: _CAMERA,
+        ObjectKind.LIGHT: _LIGHT,
+        ObjectKind.DUMMY: _DUMMY,
+    }
+)
+
+REFUSED: Mapping[int, str] = MappingProxyType(
+    {
+        c.sim_jointfloatparam_ik_weight: "nothing here computes inverse kinematics, so a joint has no weight in it",
+        c.sim_objintparam_child_role: "assembly is not available",
+        c.sim_objintparam_parent_role: "assembly is not available",
+        c.sim_objintparam_manipulation_permissions: "there is no mouse to drag objects with",
+    }
+)
+"""Numbers V-REP knows that mean nothing here, and why."""
+
+
+def entries_of(kind: ObjectKind) -> dict[int, Entry]:
+    """All parameters of a kind of object, by number."""
+    return _COMMON | _BY_KIND.get(kind, {})

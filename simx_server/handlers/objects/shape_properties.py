@@ -1,0 +1,97 @@
+"""What a shape is made of physically: static or not, colliding or not, its mass (parameters 3003, 3004, 3005)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+from simx_server.scene.editing.model_changes import undone_on_failure
+from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.respondable import collect_masks, compile_hulls
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+_LEAST_MASS = 1e-9
+"""Kilograms; MuJoCo cannot step a moving body without mass."""
+
+
+def is_static(sim: Simulation, handle: int) -> bool:
+    """True when the shape moves with what it hangs on only: it has no joint, free or other, of its own.
+
+    What a force sensor holds counts as dynamic, as in V-REP. Setting is `scene.editing.set_static`.
+    """
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element != "body":
+        return True
+    return sim.model.body_jntnum[item.id] == 0 and item.element_name not in sim.scene.welded_bodies
+
+
+def is_respondable(sim: Simulation, handle: int) -> bool:
+    """True when any of its geoms can collide."""
+    model = sim.model
+    return any(model.geom_contype[g] or model.geom_conaffinity[g] for g in _geoms(sim, handle))
+
+
+def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
+    """Let a shape collide or not; on again, its geoms collide as the scene file says (all, if it says none do)."""
+    if respondable == is_respondable(sim, handle):
+        return
+    names = [sim.model.geom(geom).name for geom in _geoms(sim, handle)]
+    originals = [sim.scene.spec.geom(name) for name in names]
+    masks = [(original.contype, original.conaffinity) for original in originals]
+    if not any(any(mask) for mask in masks):
+        masks = [(1, 1)] * len(masks)
+        if respondable:
+            compile_hulls(sim, names)
+    model = sim.model
+    for name, (contype, conaffinity) in zip(names, masks, strict=True):
+        geom = model.geom(name).id
+        model.geom_contype[geom] = contype if respondable else 0
+        model.geom_conaffinity[geom] = conaffinity if respondable else 0
+    collect_masks(model)
+    sim.model_edited()
+    sim.changed()
+
+
+def is_compound(sim: Simulation, handle: int) -> bool:
+    """True when the shape is made of several geoms."""
+    return len(_geoms(sim, handle)) > 1
+
+
+def get_mass(sim: Simulation, handle: int) -> float:
+    """Kilograms."""
+    return float(sim.model.body_mass[_body(sim, handle)])
+
+
+def set_mass(sim: Simulation, handle: int, mass: float) -> None:
+    """Change the mass; the inertia changes in proportion.
+
+    Raises:
+        CommandError: not above 0, or a shape whose body has no mass of its own.
+    """
+    body = _body(sim, handle)
+    model = sim.model
+    if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
+        raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
+    with undone_on_failure(sim):
+        model.body_inertia[body] *= mass / model.body_mass[body]
+        model.body_mass[body] = mass
+        sim.joints.masses_changed()
+    sim.model_edited()
+    sim.changed()
+
+
+def _body(sim: Simulation, handle: int) -> int:
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element != "body":
+        raise CommandError(f"'{item.name}' is a part of the world, which has no mass")
+    return item.body
+
+
+def _geoms(sim: Simulation, handle: int) -> list[int]:
+    item: SceneObject = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element == "geom":
+        return [item.id]
+    start = int(sim.model.body_geomadr[item.body])
+    return list(range(start, start + int(sim.model.body_geomnum[item.body])))

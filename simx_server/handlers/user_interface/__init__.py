@@ -1,0 +1,1 @@
+"""Handlers for consoles, dialogs and custom UIs."""

@@ -1,0 +1,53 @@
+"""Auxiliary consoles. What they do is in `user_interface/consoles.py` of the server."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_server.handlers.registry import handler
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+
+@handler("simxAuxiliaryConsoleOpen")
+def open_console(
+    sim: Simulation,
+    title: str,
+    max_lines: int,
+    mode: int,
+    position: list[int] | None,
+    size: list[int] | None,
+    text_color: list[float] | None,
+    background_color: list[float] | None,
+) -> int:
+    """A handle of its own for every console.
+
+    Differs: the original without a window gave every console the handle 1.
+    """
+    console = sim.user_interface.consoles.open(
+        title, max_lines, mode, position, size, text_color, background_color
+    )
+    return console.handle
+
+
+@handler("simxAuxiliaryConsoleClose")
+def close_console(sim: Simulation, handle: int) -> None:
+    """An unknown handle is no error, as in V-REP."""
+    sim.user_interface.consoles.close(handle)
+
+
+@handler("simxAuxiliaryConsolePrint")
+def print_to_console(sim: Simulation, handle: int, text: str | None) -> None:
+    """To a console that was closed: nothing, and no error.
+
+    Raises:
+        CommandError: there never was a console with this handle.
+    """
+    sim.user_interface.consoles.print(handle, text)
+
+
+@handler("simxAuxiliaryConsoleShow")
+def show_console(sim: Simulation, handle: int, shown: bool) -> None:
+    """Raises CommandError as for printing."""
+    sim.user_interface.consoles.show(handle, shown)

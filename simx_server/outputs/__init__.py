@@ -1,0 +1,1 @@
+"""Files for the operator: images, films and state logs of a run."""

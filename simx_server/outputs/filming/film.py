@@ -1,0 +1,109 @@
+"""A film of what runs: on the physics thread, a picture is asked for whenever a frame is due.
+
+Frame n of a run shows the first complete pass at or after n / fps seconds of simulated time, so the film plays at the
+simulation's own time whatever the pace was. Several runs follow one another; while nothing runs, nothing is filmed.
+
+Physics never waits for a picture. Where the clock on the wall sets the pace, a frame that rendering and encoding
+cannot keep up with is the one before once more. Where nothing does, at ``--speed max`` and in stepped mode, the next
+pass is not due until there is room again (`Simulation.pass_holders`), so every frame is there, but perhaps for
+the first of a run that follows at once; calls are answered meanwhile.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+
+from .film_file import FilmWriter
+from .shot import Shot, first_picture
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MOST_FPS = 25
+"""Frames per simulated second where nobody has said how many."""
+
+MOST_WAITING = 8
+"""Frames that were asked for and are not encoded yet; 22 MB of 1280 x 720."""
+
+
+class Film:
+    """Listens to a simulation. Physics thread only. Close it at the end, before rendering is closed."""
+
+    def __init__(self, sim: Simulation, path: Path, shot: Shot, fps: float | None = None) -> None:
+        """Begin a film.
+
+        Args:
+            fps: frames per simulated second; None: one for each pass, MOST_FPS at most.
+
+        Raises:
+            OutputError: the file cannot be written, or the package for films is missing.
+            CommandError: no picture can be made here.
+        """
+        self._sim = sim
+        self._shot = shot
+        per_pass = Fraction(1 / sim.time_step).limit_denominator(1000)
+        self.fps = min(Fraction(MOST_FPS), per_pass) if fps is None else Fraction(fps).limit_denominator(1000)
+        # Choosing the way to draw takes a second or two, which the first frames would lack.
+        first_picture(shot)
+        self._writer = FilmWriter(path, shot.size, self.fps)
+        self._begin = self._next = 0
+        """Frame numbers: of the present run's first, and of the next one."""
+
+        self.behind = 0
+        """Frames that repeat the one before because rendering or encoding could not keep up."""
+
+        self.unseen = 0
+        """Frames that do so because the scene had no such camera."""
+
+        sim.on_start.append(self._started)
+        sim.on_pass_end.append(self._passed)
+        sim.pass_holders.append(self._is_full)
+
+    def close(self) -> None:
+        """Encode what waits and end the file."""
+        self._writer.close(self._next)
+        if self._writer.has_failed:
+            return
+        repeated = self.behind + self._writer.not_made
+        logger.info(
+            "'%s' has %d frames of %s, %.2f s of simulated time; %d of them repeat the one before, as rendering could "
+            "not keep up, and %d, as there was no such camera",
+            self._writer.path, self._next, self._shot.name, self._next / self.fps, repeated, self.unseen,
+        )  # fmt: skip
+
+    def _started(self) -> None:
+        self._begin = self._next
+        self._take(self._begin)
+
+    def _passed(self) -> None:
+        number = self._begin + math.floor(self._sim.time * self.fps + 1e-6)
+        if number >= self._next:
+            self._take(number)
+
+    def _take(self, number: int) -> None:
+        """Whatever is left out here, the writer fills up with the picture before."""
+        count, self._next = number + 1 - self._next, number + 1
+        if self._writer.has_failed:
+            return
+        if self._is_full():
+            self.behind += count
+            return
+        try:
+            picture = self._shot.ask()
+        except CommandError as problem:
+            if not self.unseen:
+                logger.warning("the film goes on with its last picture: %s", problem)
+            self.unseen += count
+            return
+        self._writer.put(number, picture)
+
+    def _is_full(self) -> bool:
+        return self._writer.waiting >= MOST_WAITING

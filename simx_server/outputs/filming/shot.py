@@ -1,0 +1,155 @@
+"""What is pictured: a camera or vision sensor of the scene, or an overview, upright as people look at it."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.sensors.vision.image import CameraView, Viewpoint
+from simx_server.sensors.vision.vision_sensors import then
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+DEFAULT_SIZE = 1280, 720
+"""Pixels, for what has no resolution of its own."""
+
+USERS_CAMERA = "DefaultCamera"
+"""Through this one V-REP's window showed a scene; where it is, it is the overview."""
+
+PAPER = (0.86, 0.89, 0.92)
+"""RGB 0..1 where there is nothing, unless a sensor looks."""
+
+LONGEST_WAIT = 120.0
+"""Seconds for a first picture: some machines choose their way to draw for a long time."""
+
+Pixels = NDArray[np.uint8]
+"""(height, width, 3) RGB, the top row first."""
+
+
+class Shot:
+    """One camera, to be asked again and again. Physics thread only.
+
+    A vision sensor in its own size gives what the remote API gives, images that clients or scripts have set included;
+    in another size what it sees is rendered anew. One that shows depth gives that in grey.
+    """
+
+    def __init__(
+        self, sim: Simulation, camera: str | None = None, size: tuple[int, int] | None = None
+    ) -> None:
+        """`camera`: a name or path, None for the overview; `size`: width and height, None for the camera's own.
+
+        Raises:
+            CommandError: the scene has no such camera.
+        """
+        self._sim = sim
+        self._camera = camera
+        self._chosen_size = size
+        self._viewpoint: tuple[int, Viewpoint] | None = None
+        item = self._find()
+        self.name = item.name if item is not None else "overview"
+        self.size = size or self._own_size(item) or DEFAULT_SIZE
+        """Width and height of the pictures; those of a sensor change when its resolution is changed."""
+
+    def ask(self) -> Future[Pixels]:
+        """The picture of the present state; it is made on the render thread.
+
+        Raises:
+            CommandError: the scene has no such camera any more, or nothing can be seen through it.
+        """
+        item = self._find()
+        vision = self._sim.vision
+        if item is None:
+            return then(vision.look_from(self._overview()), _upright)
+        if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None:
+            return then(vision.image(item.handle, as_grey=False), _unpacked)
+        background = None if item.kind == ObjectKind.VISION_SENSOR else PAPER
+        return then(vision.look(item.handle, self.size, background), _upright)
+
+    def _find(self) -> SceneObject | None:
+        """What looks; None: the overview that no camera has."""
+        scene = self._sim.scene
+        if self._camera is None:
+            handle = scene.by_name(USERS_CAMERA)
+            found = None if handle is None else scene.get(handle)
+            return found if found is not None and found.kind == ObjectKind.CAMERA else None
+        try:
+            return scene.get_kind(scene.resolve(self._camera), ObjectKind.CAMERA, ObjectKind.VISION_SENSOR)
+        except CommandError as problem:
+            kinds = (ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
+            names = [scene.get(handle).name for kind in kinds for handle in scene.of_kind(kind)]
+            told = (
+                f"the cameras of this scene are {', '.join(names)}" if names else "this scene has no camera"
+            )
+            raise CommandError(f"{problem}; {told}") from None
+
+    def _own_size(self, item: SceneObject | None) -> tuple[int, int] | None:
+        if item is None or item.kind != ObjectKind.VISION_SENSOR:
+            return None
+        settings = self._sim.vision.settings(item.handle)
+        return settings.width, settings.height
+
+    def _overview(self) -> CameraView:
+        """MuJoCo's free camera as it stands at first, which a scene may set by `<statistic>` and `<global>`.
+
+        It stays where it is while a scene is edited.
+        """
+        model = self._sim.model
+        eye, clip = model.vis.global_, model.vis.map
+        width, height = self.size
+        fovy = float(eye.fovy)  # of an orthographic view it is metres
+        if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:
+            free = mujoco.MjvCamera()
+            mujoco.mjv_defaultFreeCamera(model, free)
+            stand = Viewpoint(tuple(free.lookat.tolist()), free.distance, free.azimuth, free.elevation)  # pyright: ignore[reportArgumentType]
+            self._viewpoint = self._sim.scene_id, stand
+        extent = float(model.stat.extent)
+        try:
+            return CameraView(
+                camera_id=-1,
+                width=width,
+                height=height,
+                fovy_deg=fovy,
+                near=float(clip.znear) * extent,
+                far=float(clip.zfar) * extent,
+                background=PAPER,
+                orthographic_size=fovy * max(1.0, width / height) if eye.orthographic else None,
+                viewpoint=self._viewpoint[1],
+            )
+        except ValueError as problem:
+            raise CommandError(f"the scene's overview cannot be pictured: {problem}") from None
+
+
+def first_picture(shot: Shot) -> Pixels:
+    """Wait for a picture, and for the choice of the way to draw.
+
+    Raises:
+        CommandError: no picture can be made here.
+    """
+    return awaited(shot, shot.ask())
+
+
+def awaited(shot: Shot, picture: Future[Pixels]) -> Pixels:
+    """What was asked of a shot. Raises CommandError: it could not be made."""
+    try:
+        return picture.result(LONGEST_WAIT)
+    except TimeoutError:
+        raise CommandError(
+            f"no picture of {shot.name} came within {LONGEST_WAIT:.0f} s; simx-server --doctor tells how this machine "
+            "draws; a smaller --size is drawn sooner"
+        ) from None
+
+
+def _upright(pixels: Pixels) -> Pixels:
+    return np.ascontiguousarray(pixels[::-1])
+
+
+def _unpacked(image: tuple[list[int], bytes]) -> Pixels:
+    (width, height), data = image
+    return _upright(np.frombuffer(data, np.uint8).reshape(height, width, 3))

@@ -1,0 +1,113 @@
+"""One picture, as a file: of a scene, or of what a replay goes through. Nobody is served."""
+
+from __future__ import annotations
+
+import logging
+import math
+from concurrent.futures import Future
+from pathlib import Path
+
+import cv2
+
+from simx_server.errors import CommandError
+from simx_server.outputs.packages import OutputError
+from simx_server.world.simulation import Simulation, SimulationState
+
+from .shot import Pixels, Shot, awaited, first_picture
+
+logger = logging.getLogger(__name__)
+
+
+def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | None) -> None:
+    """Write a PNG of the scene as it was loaded, or as it is after so many simulated seconds of running.
+
+    They go by as fast as they can. A file that is there already is replaced.
+
+    Raises:
+        OutputError: the run ended before, or the file cannot be written.
+        CommandError: the picture could not be made.
+    """
+    try:
+        if duration is not None:
+            _run(sim, duration)
+        pixels = first_picture(shot)
+    finally:
+        sim.stop()
+    _write(pixels, path, shot)
+
+
+class Moment:
+    """A picture of one moment of what goes by. Physics thread only."""
+
+    def __init__(self, sim: Simulation, shot: Shot, second: float | None = None) -> None:
+        """Wait for it.
+
+        Args:
+            second: the first complete pass at or after so much simulated time, of all runs one after the other; None:
+                the end of the last run, before the stop takes it back.
+
+        Raises:
+            CommandError: no picture can be made here.
+        """
+        first_picture(shot)  # what is wrong is told now, and not after a long run
+        self._sim = sim
+        self._shot = shot
+        self._second = second
+        self._elapsed = 0.0
+        self._picture: Future[Pixels] | None = None
+        if second is None:
+            sim.on_stopping.insert(0, self._take)  # before scripts clean up
+        else:
+            sim.on_pass_end.append(self._passed)
+
+    def write(self, path: Path) -> None:
+        """Write it as a PNG; to be called when all has gone by. A file that is there already is replaced.
+
+        Raises:
+            OutputError: the moment did not come, or the file cannot be written.
+            CommandError: the picture could not be made.
+        """
+        if self._second is None and (self._picture is None or self._sim.is_running):
+            self._take()
+        if self._picture is None:
+            raise OutputError(
+                f"there are only {self._elapsed:g} s of simulated time, so there is no picture of {self._second:g} s; "
+                "give a shorter --duration, or none for the end of the last run"
+            )
+        _write(awaited(self._shot, self._picture), path, self._shot)
+
+    def _passed(self) -> None:
+        self._elapsed += self._sim.time_step
+        if self._second is not None and self._picture is None and self._elapsed >= self._second - 1e-9:
+            self._take()
+
+    def _take(self) -> None:
+        try:
+            self._picture = self._shot.ask()
+        except CommandError as problem:  # no reason to end the run
+            self._picture = Future()
+            self._picture.set_exception(problem)
+
+
+def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
+    made, png = cv2.imencode(".png", pixels[..., ::-1])
+    if not made:
+        raise OutputError(f"OpenCV cannot make a PNG of {pixels.shape[1]} x {pixels.shape[0]} pixels")
+    try:
+        path.write_bytes(png.tobytes())
+    except OSError as error:
+        raise OutputError(
+            f"'{path}' cannot be written: {error.strerror}; give --snapshot a file in a folder that may be written"
+        ) from None
+    logger.info("'%s' is a picture of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
+
+
+def _run(sim: Simulation, duration: float) -> None:
+    sim.start()
+    passes = max(1, math.ceil(duration / sim.time_step - 1e-9))
+    for _ in range(passes):
+        sim.advance()
+        if sim.state is not SimulationState.RUNNING:
+            raise OutputError(
+                f"the run ended or was paused before its {duration:g} s were over, so there is no picture of its end"
+            )

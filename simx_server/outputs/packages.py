@@ -1,0 +1,56 @@
+"""Files that the server writes for its operator: films, pictures, state logs; and the packages that these need."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from simx_client.protocol.cli.installing import extra_line
+
+
+class OutputError(Exception):
+    """What a flag asks for cannot be written; the text says why and what to do."""
+
+
+def package(name: str, flag: str, extra: str) -> Any:
+    """An optional package. Raises OutputError, with the line that installs it."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise OutputError(
+            f"{flag} needs the package {error.name}, which is not installed; {extra_line(extra)}"
+        ) from None
+
+
+class NewFile:
+    """A file that only grows, each write at once in the system's hands, so a kill of the process takes none of it."""
+
+    def __init__(self, path: Path, flag: str) -> None:
+        """Raises OutputError: it cannot be written there, or there is something already."""
+        try:
+            if path.is_file() and path.stat().st_size:
+                raise OutputError(
+                    f"'{path}' exists already and is not written over; give another {flag}, or delete it"
+                )
+            self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise OutputError(
+                f"'{path}' cannot be written: {error.strerror}; give {flag} a file in a folder that may be written"
+            ) from None
+
+    def write(self, data: bytes) -> int:
+        """All of it. Raises OSError."""
+        rest = memoryview(data)
+        while rest:
+            rest = rest[self._file.write(rest) :]
+        return len(data)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def flush(self) -> None:
+        """Nothing waits here."""
+
+    def close(self) -> None:
+        self._file.close()

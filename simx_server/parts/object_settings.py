@@ -1,0 +1,178 @@
+"""What V-REP knows of an object and MuJoCo has no place for: visibility layers, first velocity, respondable mask."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.scene.geometry.placing import body_pose, free_joint
+from simx_server.scene.geometry.poses import conjugate, rotate
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.respondable import ALL_MASKS, set_masks
+from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+_LAYERS = 0xFFFF
+_SHOWN, _HIDDEN = 0x0001, 0x0100
+"""V-REP's first layer, which cameras show, and the ninth, where its models keep what they hide."""
+
+_VISIBLE = 0x00FF
+"""The layers that the cameras of a new scene show."""
+
+_STILL = (0.0,) * 6
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """Of one object."""
+
+    layers: int | None = None
+    """None: not set yet."""
+    first_velocity: tuple[float, ...] = _STILL
+    mask: int = ALL_MASKS
+
+
+class ObjectSettings:
+    """The settings of all objects of the scene, by handle. A run's changes are taken back when it stops."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._known: dict[int, _Settings] = {}
+        self._before_the_run: dict[int, _Settings] = {}
+        self.visible_layers = _VISIBLE
+        """`sim_intparam_visible_layers`: what cameras show."""
+        sim.on_load.append(self._forget)
+        sim.on_close.append(self._forget)
+        sim.on_start.append(self._begin_run)
+        sim.on_stop.append(self._end_run)
+
+    def copy_settings(self, copies: Mapping[int, int]) -> None:
+        """Give copies (handle of the original to that of the copy) what their originals have."""
+        self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
+        self.apply_masks()
+
+    def layers(self, handle: int) -> int:
+        """Visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
+
+        Vision sensors see an object on any layer, as in V-REP. At first: the first layer, or, for a shape that pictures
+        do not show, the ninth. Raises UnknownHandle.
+        """
+        self._sim.scene.get(handle)
+        layers = self._of(handle).layers
+        return layers if layers is not None else (_SHOWN if self.is_drawn(handle) else _HIDDEN)
+
+    def set_layers(self, handle: int, layers: int) -> None:
+        """Raises UnknownHandle, CommandError: more than 16 bits."""
+        self._sim.scene.get(handle)
+        if not 0 <= layers <= _LAYERS:
+            raise CommandError(f"visibility layers are 16 bits, 0 to {_LAYERS}, not {layers}")
+        self._set(handle, layers=layers)
+
+    def is_visible(self, handle: int) -> bool:
+        """Whether cameras show the object: neither its layers nor its models hide it. Raises UnknownHandle."""
+        by_layer = self.layers(handle) & self.visible_layers
+        return bool(by_layer) and not self._sim.scene.overridden(handle) & c.sim_modelproperty_not_visible
+
+    def first_velocity(self, handle: int) -> tuple[float, ...]:
+        """Linear m/s and angular rad/s, 6 numbers, world axes; zero once the shape got it.
+
+        Raises UnknownHandle, WrongKind.
+        """
+        self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
+        return self._of(handle).first_velocity
+
+    def set_first_velocity(self, handle: int, index: int, value: float) -> None:
+        """Set one of the six numbers. The shape gets the velocity when the simulation starts; in a running one when it
+        is placed next, which is when V-REP adds it to the physics again.
+
+        Raises UnknownHandle, WrongKind, CommandError: a link or a part of the world cannot move freely.
+        """
+        item = self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
+        model = self._sim.model
+        if item.element != "body" or (model.body_jntnum[item.body] and free_joint(model, item.body) < 0):
+            raise CommandError(
+                f"'{item.name}' is a part of a mechanism or of the world; only a single body has a velocity of its own"
+            )
+        values = list(self._of(handle).first_velocity)
+        values[index] = value
+        self._set(handle, first_velocity=tuple(values))
+
+    def launch(self, handles: Collection[int]) -> None:
+        """Give free bodies the first velocity they wait with."""
+        model, data = self._sim.model, self._sim.data
+        for handle in handles:
+            velocity = self._of(handle).first_velocity
+            item = self._sim.scene.objects.get(handle)
+            if velocity == _STILL or item is None or (joint := free_joint(model, item.body)) < 0:
+                continue
+            self._sim.refresh()
+            turn = conjugate(body_pose(self._sim, item.body)[1])
+            dof = int(model.jnt_dofadr[joint])
+            data.qvel[dof : dof + 3] = velocity[:3]
+            # MuJoCo's free joint counts its angular velocity in the body's own frame.
+            data.qvel[dof + 3 : dof + 6] = rotate(turn, velocity[3:])
+            self._set(handle, first_velocity=_STILL)
+            self._sim.changed()
+
+    def mask(self, handle: int) -> int:
+        """Respondable mask, 16 bits, see `scene/respondable.py`. Raises UnknownHandle, WrongKind."""
+        self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
+        return self._of(handle).mask
+
+    def set_mask(self, handle: int, mask: int) -> None:
+        """Raises UnknownHandle, WrongKind, CommandError: more than 16 bits; a part of the world."""
+        if not 0 <= mask <= ALL_MASKS:
+            raise CommandError(f"a respondable mask is 16 bits, 0 to {ALL_MASKS}, not {mask}")
+        set_masks(self._sim, self._masks() | {handle: mask})
+        self._set(handle, mask=mask)
+
+    def apply_masks(self) -> None:
+        """The tree has changed: masks may meet by their other byte now."""
+        masks = self._masks()
+        if masks:
+            set_masks(self._sim, masks)
+
+    def _masks(self) -> dict[int, int]:
+        return {
+            handle: known.mask
+            for handle, known in self._known.items()
+            if known.mask != ALL_MASKS and handle in self._sim.scene.objects
+        }
+
+    def _forget(self) -> None:
+        self._known = {}
+        self.visible_layers = _VISIBLE
+
+    def _begin_run(self) -> None:
+        self._before_the_run = dict(self._known)
+        self.launch(list(self._known))
+
+    def _end_run(self) -> None:
+        self._known = self._before_the_run
+
+    def _of(self, handle: int) -> _Settings:
+        return self._known.get(handle, _Settings())
+
+    def _set(self, handle: int, **values: Any) -> None:
+        self._known[handle] = replace(self._of(handle), **values)
+
+    def is_drawn(self, handle: int) -> bool:
+        """Whether pictures show a shape, by its own geom groups, whatever models take from it; True for other objects.
+
+        Raises UnknownHandle.
+        """
+        item = self._sim.scene.get(handle)
+        if item.kind != ObjectKind.SHAPE:
+            return True
+        model, scene = self._sim.model, self._sim.scene
+        return any(
+            scene.withheld.get((model.geom(geom).name, "geom_group"), model.geom_group[geom])
+            in VISIBLE_GROUPS
+            for geom in range(model.ngeom)
+            if scene.owner_of_geom(geom, model) == item.handle
+        )

@@ -1,0 +1,65 @@
+"""One kind of the simulator's numbered parameters: what can be read, what can be set, and what is said otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from simx_server.errors import CommandError
+
+_V = TypeVar("_V")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Generic[_V]):
+    """One parameter; None where it cannot be read or set."""
+
+    get: Callable[[], _V] | None
+    set: Callable[[_V], None] | None = None
+
+
+class Table(Generic[_V]):
+    """All parameters of one kind."""
+
+    def __init__(self, kind: str, entries: dict[int, Parameter[_V]]) -> None:
+        self._kind = kind
+        self._entries = entries
+
+    def get(self, number: int) -> _V:
+        """Raises CommandError that lists the known numbers."""
+        get = self._entries.get(number, Parameter(None)).get
+        if get is None:
+            raise CommandError(f"{self._kind} parameter {number} cannot be read; {self._list('get')}")
+        return get()
+
+    def set(self, number: int, value: _V) -> None:
+        """Raises CommandError that lists the numbers that can be set."""
+        put = self._entries.get(number, Parameter(None)).set
+        if put is None:
+            raise CommandError(f"{self._kind} parameter {number} cannot be set; {self._list('set')}")
+        put(value)
+
+    def _list(self, what: str) -> str:
+        known = [str(n) for n, entry in sorted(self._entries.items()) if getattr(entry, what) is not None]
+        return "those that can: " + (", ".join(known) or "none")
+
+
+def only(value: _V, reason: str) -> Parameter[_V]:
+    """A parameter that has one value: it reads so, may be set to it, and to nothing else."""
+
+    def put(wanted: _V) -> None:
+        if wanted != value:
+            raise CommandError(f"it stays {value}: {reason}")
+
+    return Parameter(lambda: value, put)
+
+
+def kept(value: _V) -> Parameter[_V]:
+    """A parameter that has no meaning here: it reads as it was set last, at first `value`."""
+    values = [value]
+
+    def put(wanted: _V) -> None:
+        values[0] = wanted
+
+    return Parameter(lambda: values[0], put)

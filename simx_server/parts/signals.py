@@ -1,0 +1,99 @@
+"""Signals: named integers, floats and strings through which clients and scripts tell each other things.
+
+A signal set by a client outlives stop and start, and another scene, until somebody clears it; one set by a child
+script is cleared with that script, when the run ends. So does V-REP 4.2; by the manual of 3.x a start clears all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+MAX_NAME = 1000
+"""Characters of a signal's name."""
+
+
+class Signals:
+    """Three independent name spaces. `owner` of a setter is whoever the signal dies with; None: it stays."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self.integers: dict[str, int] = {}
+        self.floats: dict[str, float] = {}
+        self.strings: dict[str, bytes] = {}
+        self._owned: dict[Hashable, set[tuple[str, str]]] = {}
+
+    def set_integer(self, name: str, value: int, owner: Hashable | None = None) -> None:
+        """Raises CommandError when there are too many; the same for all kinds."""
+        self._check_room(self.integers, name)
+        self.integers[name] = int(value)
+        self._remember("integers", name, owner)
+
+    def get_integer(self, name: str) -> int | None:
+        return self.integers.get(name)
+
+    def clear_integer(self, name: str) -> None:
+        """Clear one signal; the empty name clears all of this type (V-REP's rule for all three clears)."""
+        _clear(self.integers, name)
+
+    def set_float(self, name: str, value: float, owner: Hashable | None = None) -> None:
+        self._check_room(self.floats, name)
+        self.floats[name] = float(value)
+        self._remember("floats", name, owner)
+
+    def get_float(self, name: str) -> float | None:
+        return self.floats.get(name)
+
+    def clear_float(self, name: str) -> None:
+        _clear(self.floats, name)
+
+    def set_string(self, name: str, value: bytes, owner: Hashable | None = None) -> None:
+        self._check_room(self.strings, name)
+        others = sum(map(len, self.strings.values())) - len(self.strings.get(name, b""))
+        self._sim.limits.check("signal_bytes", others + len(value), "clear some, or read them")
+        self.strings[name] = bytes(value)
+        self._remember("strings", name, owner)
+
+    def append_string(self, name: str, value: bytes, owner: Hashable | None = None) -> None:
+        """Append to the signal, creating it when there is none."""
+        self.set_string(name, self.strings.get(name, b"") + bytes(value), owner)
+
+    def get_string(self, name: str) -> bytes | None:
+        return self.strings.get(name)
+
+    def clear_string(self, name: str) -> None:
+        _clear(self.strings, name)
+
+    def take_string(self, name: str) -> bytes | None:
+        """Read and clear in one go; None when there is no such signal."""
+        return self.strings.pop(name, None)
+
+    def clear_owned(self, owner: Hashable) -> None:
+        """Clear every signal that was last set with this owner."""
+        for table, name in self._owned.pop(owner, ()):
+            getattr(self, table).pop(name, None)
+
+    def _check_room(self, table: Mapping[str, object], name: str) -> None:
+        if name in table:
+            return
+        self._sim.limits.check("signals", len(table) + 1, "clear some")
+        if len(name) > MAX_NAME:
+            raise CommandError(f"a signal's name has at most {MAX_NAME} characters, not {len(name)}")
+
+    def _remember(self, table: str, name: str, owner: Hashable | None) -> None:
+        for names in self._owned.values():
+            names.discard((table, name))
+        if owner is not None:
+            self._owned.setdefault(owner, set()).add((table, name))
+
+
+def _clear(table: dict[str, int] | dict[str, float] | dict[str, bytes], name: str) -> None:
+    if name:
+        table.pop(name, None)
+    else:
+        table.clear()

@@ -1,0 +1,91 @@
+"""Tubes: two scripts that open one of the same name are connected, and each reads what the other wrote."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from simx_server.errors import CommandError
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+MAX_PACKETS = 10_000
+"""That one end keeps until they are read."""
+
+
+@dataclass(eq=False)
+class _End:
+    """One of the two."""
+
+    handle: int
+    name: tuple[int, str]
+    arrived: deque[bytes]
+    waiting: deque[bytes] = field(default_factory=deque)
+    """Written before the other end was there."""
+    other: _End | None = None
+
+
+class Tubes:
+    """All of the present run; they end with it."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._ends: dict[int, _End] = {}
+        self._next_handle = 1
+        sim.on_stop.append(self._ends.clear)
+
+    def open(self, header: int, name: str, size: int) -> int:
+        """An end that keeps `size` packets until they are read, then drops the oldest.
+
+        It is connected to one of this header and name that still is alone. Raises CommandError.
+        """
+        if not 0 < size <= MAX_PACKETS:
+            raise CommandError(f"a tube keeps 1 to {MAX_PACKETS} packets, not {size}")
+        self._sim.limits.check("tubes", len(self._ends) + 1, "close some")
+        end = _End(self._next_handle, (header, name), deque(maxlen=size))
+        self._next_handle += 1
+        alone = next(
+            (each for each in self._ends.values() if each.name == end.name and each.other is None), None
+        )
+        self._ends[end.handle] = end
+        if alone is not None:
+            end.other, alone.other = alone, end
+            end.arrived.extend(alone.waiting)
+            alone.waiting.clear()
+        return end.handle
+
+    def write(self, handle: int, data: bytes) -> None:
+        """Before the other end is there, what was written waits for it. Raises CommandError."""
+        end = self._get(handle)
+        if end.other is not None:
+            end.other.arrived.append(data)
+            return
+        end.waiting.append(data)
+        if len(end.waiting) > (end.arrived.maxlen or 0):
+            end.waiting.popleft()
+
+    def read(self, handle: int) -> bytes | None:
+        """The oldest packet, or None. Raises CommandError."""
+        end = self._get(handle)
+        return end.arrived.popleft() if end.arrived else None
+
+    def status(self, handle: int) -> tuple[bool, int, int]:
+        """Whether it is connected; packets to be read here, and written and not read there. Raises CommandError."""
+        end = self._get(handle)
+        written = end.waiting if end.other is None else end.other.arrived
+        return end.other is not None, len(end.arrived), len(written)
+
+    def close(self, handle: int) -> None:
+        """The other end may read what has arrived, and is alone again. Raises CommandError."""
+        end = self._get(handle)
+        if end.other is not None:
+            end.other.other = None
+        del self._ends[handle]
+
+    def _get(self, handle: int) -> _End:
+        end = self._ends.get(handle)
+        if end is None:
+            raise CommandError(f"no tube with handle {handle} is open; tubes end with the run")
+        return end

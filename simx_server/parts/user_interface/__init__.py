@@ -1,0 +1,91 @@
+"""All that a program shows to people: status bar, consoles, dialogs, custom UIs.
+
+There is no window here. The state is kept, logged, and handed out by `UserInterface.describe` to whoever shows it.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simx_server.errors import CommandError
+from simx_server.limits import LimitReached
+from simx_server.runtime.background import Steps, at_once
+from simx_server.scene.trial.kinds import UI
+
+from .add_on import NAME as ADD_ON_NAME
+from .add_on import UserInterfaceAddOn
+from .consoles import Consoles
+from .custom_ui_files import UIFileError, find_ui_file, read_ui_file
+from .custom_uis import CustomUI, CustomUIs
+from .dialogs import Dialogs
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+__all__ = ["ADD_ON_NAME", "UserInterface", "UserInterfaceAddOn"]
+
+logger = logging.getLogger(__name__)
+
+
+class UserInterface:
+    """Everything that is shown, of one simulation. Physics thread only; the status bar is `sim.status_bar`."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self.consoles = Consoles(sim)
+        self.custom_uis = CustomUIs(sim)
+        self.dialogs = Dialogs(sim, self.custom_uis)
+        self.mouse = (0, 0, 0)
+        """x and y in pixels and the pressed buttons as bits, as a page last said; parameters 22, 23 and 31."""
+        sim.on_load.append(self._load_annotated)
+
+    def load(self, file: str) -> Steps[list[int]]:
+        """Load the custom UIs of a file; their handles in its order.
+
+        Raises:
+            CommandError: no such file, something wrong in it, or too many UIs.
+        """
+        return self.custom_uis.add(*(yield from self._read(find_ui_file(self._sim, file))))
+
+    def _read(self, path: Path, *, is_short: bool = False) -> Steps[list[CustomUI]]:
+        """The UIs of a file; a client's is tried first. Raises CommandError."""
+        sim = self._sim
+        if not sim.trials.concern(path, sim.sources):
+            return read_ui_file(path)
+        tried = yield from sim.trials.tried(UI, path, path.name, sim.sources, is_short=is_short)
+        return read_ui_file(path, None if tried.contents is None else tried.contents.read(path))
+
+    def describe(self) -> dict[str, Any]:
+        """All of it as plain data, ready for JSON."""
+        return {
+            "status_bar": self._sim.status_bar.messages,
+            "consoles": self.consoles.describe(),
+            "dialogs": self.dialogs.describe(),
+            "custom_uis": self.custom_uis.describe(),
+        }
+
+    def _load_annotated(self) -> None:
+        """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
+        for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
+            try:
+                file = find_ui_file(self._sim, str(note.get("file", "")))
+                self.custom_uis.add(_choose(name, at_once(self._read(file, is_short=True))))
+            except CommandError as problem:
+                logger.warning("the scene's UI '%s' is not there: %s", name, problem)
+                if isinstance(problem, LimitReached):
+                    break  # the others would take as long, and nobody is served meanwhile
+
+
+def _choose(name: str, uis: list[CustomUI]) -> CustomUI:
+    """The only UI of a file, which then gets the name; of several the one that has it."""
+    if len(uis) == 1:
+        uis[0].name = name
+        return uis[0]
+    for ui in uis:
+        if ui.name == name:
+            return ui
+    raise UIFileError(
+        f"its file has no UI of that name; it has: {', '.join(ui.name for ui in uis) or 'none'}"
+    )

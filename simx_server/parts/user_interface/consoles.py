@@ -1,0 +1,216 @@
+"""Auxiliary consoles: windows of text that a program prints to.
+
+A handle is never given twice. A console may be closed at any time, by whoever looks at it or by the end of a run, so
+printing to one that is gone is no error (as in V-REP); a handle that no console ever had is.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import TYPE_CHECKING, Any
+
+from simx_server.errors import CommandError
+from simx_server.parts.status_bar import as_log_line
+from simx_server.world.simulation import SimulationState
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MAX_LINES = 10_000
+"""Lines one console keeps, whatever it was opened with."""
+
+MAX_CHARACTERS = 1 << 18
+"""Characters one console keeps."""
+
+MAX_TITLE = 1000
+
+
+class ConsoleMode(IntFlag):
+    """The mode bits of simxAuxiliaryConsoleOpen."""
+
+    CLOSE_AT_END = 1
+    """Closes when the simulation ends."""
+    WRAP_LINES = 2
+    USER_MAY_CLOSE = 4
+    HIDE_IN_PAUSE = 8
+    STAY_WITH_OTHER_SCENE = 16
+    """Is not hidden when another scene is loaded."""
+
+
+_ALL_MODES = 0b11111
+
+
+@dataclass
+class Console:
+    """One console and its text."""
+
+    handle: int
+    title: str
+    mode: ConsoleMode
+    max_lines: int
+    position: list[int] | None = None
+    """[x, y] in pixels; None: wherever it fits."""
+    size: list[int] | None = None
+    """[width, height] in pixels."""
+    text_color: list[float] | None = None
+    """RGB 0..1."""
+    background_color: list[float] | None = None
+    is_shown: bool = True
+    """What was asked for last; a pause may hide it all the same."""
+    _text: str = field(default="", repr=False)
+
+    def print(self, text: str) -> None:
+        """Append text; a line ends where it has a line break."""
+        newest = (self._text + text)[-MAX_CHARACTERS:]
+        ended = newest.endswith("\n")
+        self._text = "\n".join(newest.split("\n")[-self.max_lines - ended :])
+
+    def clear(self) -> None:
+        self._text = ""
+
+    @property
+    def lines(self) -> list[str]:
+        """The newest lines, the last of which may still grow."""
+        return self._text.removesuffix("\n").split("\n") if self._text else []
+
+
+class Consoles:
+    """All consoles. Physics thread only."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._consoles: dict[int, Console] = {}
+        self._next_handle = 1
+        sim.on_stop.append(self._end_run)
+        sim.on_load.append(self._change_scene)
+        sim.on_close.append(self._change_scene)
+
+    def __iter__(self) -> Iterator[Console]:
+        return iter(tuple(self._consoles.values()))
+
+    def __len__(self) -> int:
+        return len(self._consoles)
+
+    def open(
+        self,
+        title: str,
+        max_lines: int,
+        mode: int,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+        text_color: list[float] | None = None,
+        background_color: list[float] | None = None,
+    ) -> Console:
+        """Open a console; mode bits that have no meaning are ignored.
+
+        Raises:
+            CommandError: too many are open, or it would have no line.
+        """
+        self._sim.limits.check(
+            "consoles", len(self._consoles) + 1, "close some with simxAuxiliaryConsoleClose"
+        )
+        if max_lines < 1:
+            raise CommandError(f"a console keeps at least 1 line, not {max_lines}")
+        console = Console(
+            self._next_handle,
+            title[:MAX_TITLE],
+            ConsoleMode(mode & _ALL_MODES),
+            min(max_lines, MAX_LINES),
+            position,
+            size,
+            _colour(text_color),
+            _colour(background_color),
+        )
+        self._consoles[console.handle] = console
+        self._next_handle += 1
+        logger.info("console '%s' is open", as_log_line(title))
+        return console
+
+    def get(self, handle: int) -> Console | None:
+        """The console, or None when it is closed already.
+
+        Raises:
+            CommandError: there never was a console with this handle.
+        """
+        console = self._consoles.get(handle)
+        if console is None and not 0 < handle < self._next_handle:
+            listed = ", ".join(f"{each.handle} ('{each.title}')" for each in self._consoles.values())
+            raise CommandError(f"no console with handle {handle}; open are: {listed or 'none'}")
+        return console
+
+    def print(self, handle: int, text: str | None) -> None:
+        """Append text, or clear the console with None. Raises CommandError as `get`."""
+        console = self.get(handle)
+        if console is None:
+            logger.debug("console %d is closed; what is printed to it is lost", handle)
+        elif text is None:
+            console.clear()
+        else:
+            console.print(text)
+            logger.info("console '%s': %s", as_log_line(console.title), as_log_line(text))
+
+    def show(self, handle: int, shown: bool) -> None:
+        """Show or hide a console. Raises CommandError as `get`."""
+        console = self.get(handle)
+        if console is not None:
+            console.is_shown = shown
+
+    def close(self, handle: int) -> None:
+        """Close a console; nothing when there is none."""
+        self._consoles.pop(handle, None)
+
+    def close_by_user(self, handle: int) -> None:
+        """What a person does who looks at it.
+
+        Raises:
+            CommandError: no such console, or it was opened without mode bit 2.
+        """
+        console = self.get(handle)
+        if console is not None and ConsoleMode.USER_MAY_CLOSE not in console.mode:
+            raise CommandError(
+                f"console {handle} ('{console.title}') may be closed by its program only: mode bit 2 is not set"
+            )
+        self.close(handle)
+
+    def is_visible(self, console: Console) -> bool:
+        """Whether it is to be seen now: shown, and not hidden by a pause."""
+        is_paused = self._sim.state is SimulationState.PAUSED
+        return console.is_shown and not (is_paused and ConsoleMode.HIDE_IN_PAUSE in console.mode)
+
+    def describe(self) -> list[dict[str, Any]]:
+        """Every console as plain data, in the order they were opened."""
+        return [
+            {
+                "handle": console.handle,
+                "title": console.title,
+                "lines": console.lines,
+                "visible": self.is_visible(console),
+                "wrap_lines": ConsoleMode.WRAP_LINES in console.mode,
+                "user_may_close": ConsoleMode.USER_MAY_CLOSE in console.mode,
+                "position": console.position,
+                "size": console.size,
+                "text_color": console.text_color,
+                "background_color": console.background_color,
+            }
+            for console in self._consoles.values()
+        ]
+
+    def _end_run(self) -> None:
+        for console in self:
+            if ConsoleMode.CLOSE_AT_END in console.mode:
+                self.close(console.handle)
+
+    def _change_scene(self) -> None:
+        """The scene it was opened in is gone: hidden, until somebody shows it."""
+        for console in self:
+            if ConsoleMode.STAY_WITH_OTHER_SCENE not in console.mode:
+                console.is_shown = False
+
+
+def _colour(values: list[float] | None) -> list[float] | None:
+    return None if values is None else [min(max(value, 0.0), 1.0) for value in values]

@@ -1,0 +1,214 @@
+"""Files that describe custom UIs, in TOML or JSON, in place of V-REP's binary ``.ttb``.
+
+    [[ui]]
+    name = "speed"                     # what simxGetUIHandle asks for
+    title = "Speed of the belt"        # the name, if left out
+
+    [[ui.element]]
+    id = 3
+    kind = "slider"                    # button, label, slider or editbox
+    label = "metres per minute"
+    position = 500                     # of a slider, 0..1000
+    flags = ["borderless"]             # names of sim_buttonproperty_ bits
+    place = [0, 0, 4, 1]               # column, row, columns, rows
+
+``enabled = false`` greys an element out; ``down_label`` is for a button that stays down. JSON has the same keys:
+``{"ui": [{"name": ..., "element": [...]}]}``.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import tomllib
+from collections.abc import Callable
+from pathlib import Path, PureWindowsPath
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol import constants as c
+from simx_client.protocol.files import UI_SUFFIXES as SUFFIXES
+from simx_client.protocol.files import VREP_UI_SUFFIX as VREP_SUFFIX
+from simx_server.errors import CommandError
+from simx_server.files.library import shipped_scenes
+
+from .custom_uis import FLAGS, KINDS, MAX_SLIDER, CustomUI, Element
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+
+MAX_FILE = 1 << 20
+"""Largest file that is read, bytes."""
+
+MAX_ELEMENTS = 1000
+"""Elements of one UI."""
+
+_UI_KEYS = ("name", "title", "element")
+_ELEMENT_KEYS = ("id", "kind", "label", "down_label", "position", "enabled", "flags", "place")
+
+
+class UIFileError(CommandError):
+    """A UI file that cannot be used; the text names the place in it and what is valid."""
+
+
+def find_ui_file(sim: Simulation, text: str) -> Path:
+    """The file meant: in the workspace, beside the scene, or among the shipped scenes; for .ttb the same stem.
+
+    Raises:
+        UIFileError: there is none, or it lies elsewhere.
+    """
+    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
+    if sim.scene.path is not None:
+        folders.insert(1, sim.scene.path.resolve().parent)
+    is_vrep = text.lower().endswith(VREP_SUFFIX)
+    stem = text[: -len(VREP_SUFFIX)] if is_vrep else text
+    names = [stem + suffix for suffix in SUFFIXES] if is_vrep else [text]
+    # A path of the machine that the program was written on counts by its last part alone.
+    names += [last for name in names if (last := PureWindowsPath(name).name) and last != name]
+    for folder in folders:
+        for name in names:
+            path = folder / name
+            if not os.path.isfile(path):  # False also for a NUL, a name too long and a circle of links
+                continue
+            path = path.resolve()
+            if not any(path.is_relative_to(each) for each in folders):
+                raise UIFileError(
+                    f"{text!r} lies outside the server's workspace {sim.workspace}; move it there"
+                )
+            if is_vrep:
+                logger.info("'%s' is a V-REP file, '%s' is loaded in its place", text, path)
+            return path
+    advice = f"write it as {stem}.toml" if is_vrep else f"put it into the workspace {sim.workspace}"
+    raise UIFileError(f"no UI file {text!r}; {advice}")
+
+
+def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
+    """The UIs of a file, in its order.
+
+    Args:
+        data: what it holds, if it was read.
+
+    Raises:
+        UIFileError: it cannot be read, or something in it is not what it must be.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UIFileError(f"{path.name} is no UI file; valid endings: {', '.join(SUFFIXES)}")
+    try:
+        if (path.stat().st_size if data is None else len(data)) > MAX_FILE:
+            raise UIFileError(f"{path.name} is larger than {MAX_FILE} bytes")
+        text = (path.read_bytes() if data is None else data).decode()
+        content: Any = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+    except (OSError, ValueError, RecursionError) as error:
+        raise UIFileError(f"{path.name} cannot be read: {error}") from None
+    where = path.name
+    table = _table(content, where, ("ui",))
+    return [
+        _ui(entry, f"{where}: ui {number}") for number, entry in enumerate(_list(table, "ui", where), start=1)
+    ]
+
+
+def _ui(entry: Any, where: str) -> CustomUI:
+    table = _table(entry, where, _UI_KEYS)
+    name = _get(table, "name", where, _text)
+    if not name:
+        raise UIFileError(f"{where} needs a name")
+    entries = _list(table, "element", where)
+    if len(entries) > MAX_ELEMENTS:
+        raise UIFileError(f"{where} has {len(entries)} elements; at most {MAX_ELEMENTS}")
+    elements: dict[int, Element] = {}
+    for number, item in enumerate(entries, start=1):
+        element = _element(item, f"{where} ('{name}'), element {number}")
+        if element.id in elements:
+            raise UIFileError(f"{where} ('{name}') has two elements with id {element.id}")
+        elements[element.id] = element
+    return CustomUI(name, _get(table, "title", where, _text, name), elements)
+
+
+def _element(entry: Any, where: str) -> Element:
+    table = _table(entry, where, _ELEMENT_KEYS)
+    prop = _get(table, "kind", where, _kind, KINDS["button"])
+    for flag in _get(table, "flags", where, _flags, ()):
+        prop |= flag
+    if _get(table, "enabled", where, _bool, True):
+        prop |= c.sim_buttonproperty_enabled
+    number = _get(table, "id", where, _int32)
+    if number is None:
+        raise UIFileError(f"{where} needs an id, a whole number")
+    return Element(
+        number,
+        prop,
+        _get(table, "label", where, _text, ""),
+        _get(table, "down_label", where, _text, ""),
+        _get(table, "position", where, _position, 0),
+        _get(table, "place", where, _place),
+    )
+
+
+def _table(value: Any, where: str, keys: tuple[str, ...]) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise UIFileError(f"{where} must be a table with the keys {', '.join(keys)}")
+    for key in value:
+        if key not in keys:
+            raise UIFileError(f"{where} has the key {key!r}; valid: {', '.join(keys)}")
+    return value
+
+
+def _list(table: dict[str, Any], key: str, where: str) -> list[Any]:
+    value = table.get(key, [])
+    if not isinstance(value, list):
+        raise UIFileError(f"{where}: {key} must be a list")
+    return value
+
+
+def _get(table: dict[str, Any], key: str, where: str, read: Callable[[Any], Any], default: Any = None) -> Any:
+    if key not in table:
+        return default
+    try:
+        return read(table[key])
+    except ValueError as error:
+        raise UIFileError(f"{where}: {key} must be {error}, not {table[key]!r}") from None
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError("a text")
+    return value
+
+
+def _bool(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
+def _int32(value: Any) -> int:
+    if type(value) is not int or not -0x8000_0000 <= value <= 0x7FFF_FFFF:
+        raise ValueError("a whole number of 32 bits")
+    return value
+
+
+def _position(value: Any) -> int:
+    if type(value) is not int or not 0 <= value <= MAX_SLIDER:
+        raise ValueError(f"a whole number from 0 to {MAX_SLIDER}")
+    return value
+
+
+def _kind(value: Any) -> int:
+    if not isinstance(value, str) or value not in KINDS:
+        raise ValueError(f"one of {', '.join(KINDS)}")
+    return KINDS[value]
+
+
+def _flags(value: Any) -> list[int]:
+    if not isinstance(value, list) or not all(isinstance(flag, str) and flag in FLAGS for flag in value):
+        raise ValueError(f"a list of {', '.join(FLAGS)}")
+    return [FLAGS[flag] for flag in value]
+
+
+def _place(value: Any) -> list[int]:
+    if not isinstance(value, list) or len(value) != 4 or not all(type(cell) is int for cell in value):
+        raise ValueError("four whole numbers: column, row, columns, rows")
+    return value

@@ -1,0 +1,270 @@
+"""Custom user interfaces: windows with buttons, sliders, labels and edit boxes, in place of V-REP's OpenGL UIs.
+
+A program loads them and reads what was done to them; whoever looks at the simulation operates them: `click`,
+`move_slider` and `type_text`. They belong to their scene, and start and stop leave them as they are.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+MAX_EVENTS = 64
+"""Events of one UI that wait to be read; the oldest go first."""
+
+MAX_SLIDER = 1000
+
+MAX_LABEL = 10_000
+"""Characters of a label or of what was typed; what is longer is cut."""
+
+KINDS = {
+    "button": c.sim_buttonproperty_button,
+    "label": c.sim_buttonproperty_label,
+    "slider": c.sim_buttonproperty_slider,
+    "editbox": c.sim_buttonproperty_editbox,
+}
+"""The kind of an element is the lowest bits of its property."""
+
+FLAGS = {
+    "staydown": c.sim_buttonproperty_staydown,
+    "enabled": c.sim_buttonproperty_enabled,
+    "borderless": c.sim_buttonproperty_borderless,
+    "horizontallycentered": c.sim_buttonproperty_horizontallycentered,
+    "ignoremouse": c.sim_buttonproperty_ignoremouse,
+    "isdown": c.sim_buttonproperty_isdown,
+    "transparent": c.sim_buttonproperty_transparent,
+    "nobackgroundcolor": c.sim_buttonproperty_nobackgroundcolor,
+    "rollupaction": c.sim_buttonproperty_rollupaction,
+    "closeaction": c.sim_buttonproperty_closeaction,
+    "verticallycentered": c.sim_buttonproperty_verticallycentered,
+    "downupevent": c.sim_buttonproperty_downupevent,
+}
+
+_KIND_MASK = 0b111
+_ALL_FLAGS = sum(FLAGS.values())
+_KIND_NAMES = {number: name for name, number in KINDS.items()}
+
+
+class Event(NamedTuple):
+    """Something was operated: the element, its property then, and a slider's position or 1 down, 0 up."""
+
+    element: int
+    prop: int
+    value: int
+
+
+@dataclass
+class Element:
+    """A button, label, slider or edit box; ``prop`` is made of the sim_buttonproperty bits."""
+
+    id: int
+    prop: int
+    label: str = ""
+    """Of a button that is up; an edit box keeps its text here."""
+    down_label: str = ""
+    position: int = 0
+    """Of a slider, 0..1000."""
+    place: list[int] | None = None
+    """[column, row, columns, rows] in the grid of the UI; None: after the one before."""
+
+    @property
+    def kind(self) -> str:
+        return _KIND_NAMES[self.prop & _KIND_MASK]
+
+    def has(self, flag: int) -> bool:
+        return bool(self.prop & flag)
+
+
+@dataclass
+class CustomUI:
+    """One window. ``handle`` is given by `CustomUIs.add`."""
+
+    name: str
+    title: str
+    elements: dict[int, Element]
+    handle: int = 0
+    is_open: bool = True
+    """False after a button with the close action was used; the program's functions still work."""
+    is_rolled_up: bool = False
+    events: deque[Event] = field(default_factory=lambda: deque(maxlen=MAX_EVENTS))
+    on_click: Callable[[int], None] | None = None
+    """Called with the id of a button that was clicked."""
+
+    def element(self, element_id: int, *kinds: str) -> Element:
+        """An element, of one of these kinds if any are given. Raises CommandError."""
+        element = self.elements.get(element_id)
+        if element is None:
+            listed = ", ".join(f"{each.id} ({each.kind})" for each in self.elements.values()) or "none"
+            raise CommandError(f"UI '{self.name}' has no button {element_id}; it has: {listed}")
+        if kinds and element.kind not in kinds:
+            raise CommandError(f"button {element_id} of UI '{self.name}' is a {element.kind}, no {kinds[0]}")
+        return element
+
+
+class CustomUIs:
+    """All custom UIs. Physics thread only."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._uis: dict[int, CustomUI] = {}
+        self._next_handle = 1
+        sim.on_load.append(self._uis.clear)
+        sim.on_close.append(self._uis.clear)
+
+    def __iter__(self) -> Iterator[CustomUI]:
+        return iter(tuple(self._uis.values()))
+
+    def __len__(self) -> int:
+        return len(self._uis)
+
+    # --- the program's side ----------------------------------------------------------------------
+
+    def add(self, *uis: CustomUI) -> list[int]:
+        """Take UIs in, all or none; a name that is taken gets a suffix #0, #1, ... Returns their handles.
+
+        Raises:
+            CommandError: there would be too many.
+        """
+        self._sim.limits.check("uis", len(self._uis) + len(uis), "remove some with simxRemoveUI")
+        for ui in uis:
+            ui.name = self._free_name(ui.name)
+            ui.handle = self._next_handle
+            self._next_handle += 1
+            self._uis[ui.handle] = ui
+        return [ui.handle for ui in uis]
+
+    def remove(self, handle: int) -> None:
+        """Raises CommandError: no such UI."""
+        del self._uis[self.get(handle).handle]
+
+    def get(self, handle: int) -> CustomUI:
+        """Raises CommandError that lists the UIs there are."""
+        ui = self._uis.get(handle)
+        if ui is None:
+            raise CommandError(f"no custom UI with handle {handle}; there are: {self._list()}")
+        return ui
+
+    def find(self, name: str) -> int:
+        """The handle of the UI with this name. Raises CommandError that lists the UIs there are."""
+        for ui in self._uis.values():
+            if ui.name == name:
+                return ui.handle
+        raise CommandError(f"no custom UI named '{name}'; there are: {self._list()}")
+
+    def slider(self, handle: int, element_id: int) -> int:
+        """0..1000. Raises CommandError."""
+        return self.get(handle).element(element_id, "slider").position
+
+    def set_slider(self, handle: int, element_id: int, position: int) -> None:
+        """Brought into 0..1000; no event comes of it. Raises CommandError."""
+        self.get(handle).element(element_id, "slider").position = min(max(position, 0), MAX_SLIDER)
+
+    def set_property(self, handle: int, element_id: int, prop: int) -> None:
+        """All bits at once, the kind among them. Raises CommandError."""
+        element = self.get(handle).element(element_id)
+        if prop & _KIND_MASK not in _KIND_NAMES or prop & ~(_KIND_MASK | _ALL_FLAGS):
+            raise CommandError(
+                f"{prop:#x} is no property of a button; it is made of the sim_buttonproperty_ bits: "
+                f"one of {', '.join(KINDS)}, and any of {', '.join(FLAGS)}"
+            )
+        element.prop = prop
+
+    def set_label(self, handle: int, element_id: int, up: str, down: str) -> None:
+        """Raises CommandError."""
+        element = self.get(handle).element(element_id)
+        element.label, element.down_label = up[:MAX_LABEL], down[:MAX_LABEL]
+
+    def take_event(self, handle: int) -> Event | None:
+        """The oldest event that nobody has read yet; None when there is none, or no such UI (as V-REP)."""
+        ui = self._uis.get(handle)
+        return ui.events.popleft() if ui is not None and ui.events else None
+
+    # --- the side of whoever looks at it ---------------------------------------------------------
+
+    def click(self, handle: int, element_id: int) -> None:
+        """Press and release a button; one with the staydown property goes down, or up again.
+
+        Raises:
+            CommandError: no such button, or it cannot be used now.
+        """
+        ui, button = self._operated(handle, element_id, "button")
+        if button.has(c.sim_buttonproperty_staydown):
+            button.prop ^= c.sim_buttonproperty_isdown
+            ui.events.append(Event(button.id, button.prop, int(button.has(c.sim_buttonproperty_isdown))))
+        else:
+            ui.events.append(Event(button.id, button.prop, 1))
+            if button.has(c.sim_buttonproperty_downupevent):
+                ui.events.append(Event(button.id, button.prop, 0))
+        if button.has(c.sim_buttonproperty_rollupaction):
+            ui.is_rolled_up = not ui.is_rolled_up
+        if button.has(c.sim_buttonproperty_closeaction):
+            ui.is_open = False
+        if ui.on_click is not None:
+            ui.on_click(button.id)
+
+    def move_slider(self, handle: int, element_id: int, position: int) -> None:
+        """Raises CommandError: no such slider, or it cannot be used now."""
+        ui, slider = self._operated(handle, element_id, "slider")
+        slider.position = min(max(position, 0), MAX_SLIDER)
+        ui.events.append(Event(slider.id, slider.prop, slider.position))
+
+    def type_text(self, handle: int, element_id: int, text: str) -> None:
+        """Replace the text of an edit box. Raises CommandError: no such box, or it cannot be used now."""
+        ui, box = self._operated(handle, element_id, "editbox")
+        box.label = text[:MAX_LABEL]
+        ui.events.append(Event(box.id, box.prop, 0))
+
+    def describe(self) -> list[dict[str, Any]]:
+        """Every UI as plain data, in the order of their handles."""
+        return [
+            {
+                "handle": ui.handle,
+                "name": ui.name,
+                "title": ui.title,
+                "visible": ui.is_open,
+                "rolled_up": ui.is_rolled_up,
+                "elements": [
+                    {
+                        "id": element.id,
+                        "kind": element.kind,
+                        "flags": [name for name, bit in FLAGS.items() if element.has(bit)],
+                        "label": element.label,
+                        "down_label": element.down_label,
+                        "position": element.position,
+                        "place": element.place,
+                    }
+                    for element in ui.elements.values()
+                ],
+            }
+            for ui in self._uis.values()
+        ]
+
+    def _operated(self, handle: int, element_id: int, kind: str) -> tuple[CustomUI, Element]:
+        ui = self.get(handle)
+        element = ui.element(element_id, kind)
+        if not ui.is_open:
+            raise CommandError(f"UI '{ui.name}' is closed, so nothing on it can be used")
+        if not element.has(c.sim_buttonproperty_enabled) or element.has(c.sim_buttonproperty_ignoremouse):
+            raise CommandError(f"{kind} {element_id} of UI '{ui.name}' cannot be used: it is not enabled")
+        return ui, element
+
+    def _free_name(self, name: str) -> str:
+        taken = {ui.name for ui in self._uis.values()}
+        candidate, number = name, 0
+        while candidate in taken:
+            candidate, number = f"{name}#{number}", number + 1
+        return candidate
+
+    def _list(self) -> str:
+        return ", ".join(f"{ui.handle} ('{ui.name}')" for ui in self._uis.values()) or "none"

@@ -1,0 +1,294 @@
+"""Ends a process that was told to end and does not: a small process beside it, which no call can hold up.
+
+Python runs a signal's handler only between two of its instructions. So a call into C that does not return (MuJoCo
+compiles, a driver waits) keeps the handler from running; one that holds the interpreter's lock stops every other
+thread, too. But the interpreter writes the signal's number to a descriptor at once (`signal.set_wakeup_fd`), and a
+child reads there. It is forked before anything large is imported, so it shares nearly all its memory with its parent.
+
+    the first SIGTERM or SIGINT    the process has `GRACE` seconds, then it is killed
+    the second                     it is killed at once
+
+Windows has no fork: there a thread takes the child's place. It acts within a call that releases the interpreter's
+lock. Within one that holds the lock only the task manager ends the process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import logging
+import math
+import os
+import select
+import signal
+import socket
+import threading
+import time
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NoReturn
+
+from simx_client.protocol.cli.exit_codes import INTERRUPTED
+from simx_server.processes.lifeline import end_with
+
+logger = logging.getLogger(__name__)
+
+GRACE = 4.7
+"""Seconds that a process has to end in good order; with what the system takes, it is gone within five. Closing Zenoh
+beside a client that takes nothing takes four."""
+
+AT_ONCE = 0.25
+"""Seconds after a second signal: a handler that can run ends the process itself, with its own exit code."""
+
+_LEFT = b"\0"
+"""What is written when the process has done its work: no signal has this number."""
+
+_ID_BYTES = 4
+"""What each process writes first: its id."""
+
+_USUAL_DESCRIPTORS = 64
+_MOST_DESCRIPTORS = 1 << 16
+"""What the system allows may be 2**63, and some systems close them one by one."""
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+_CHUNK = 4096
+
+
+class Watchdog:
+    """The watchdog as seen by what it watches: this process, and those that it forks later (a fleet's servers)."""
+
+    def __init__(self, members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> None:
+        """Start to watch this process. Call it in the main thread, before there are others.
+
+        Args:
+            members: how many processes will be forked that are watched too, see `watch`.
+            lifeline: a descriptor at whose end this process is to end as well, see `lifeline.end_with`.
+            grace: seconds that it has to end after that.
+        """
+        self._before = -1
+        self._writers: list[int] = []
+        if hasattr(os, "fork"):
+            self._fork(members, lifeline, grace)
+        else:
+            if lifeline is not None:
+                end_with(lifeline, grace)
+            self._here, there = socket.socketpair()
+            threading.Thread(
+                target=_watch_from_thread, args=(there,), name="simx-watchdog", daemon=True
+            ).start()
+            self._wake_by(self._here.fileno())
+
+    def _fork(self, members: int, lifeline: int | None, grace: float) -> None:
+        with _room_for(2 * members):
+            pipes = [os.pipe() for _ in range(members + 1)]
+            readers, self._writers = [list(ends) for ends in zip(*pipes, strict=True)]
+            # A signal to the whole group must not reach the child before it ignores it.
+            masked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+            try:
+                if os.fork() == 0:
+                    _become_watchdog(readers, lifeline, grace)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, masked)
+            for reader in readers:
+                os.close(reader)
+        self._announce(0)
+
+    def _announce(self, number: int) -> None:
+        writer = self._writers[number]
+        with contextlib.suppress(BrokenPipeError):  # somebody has killed the watchdog
+            os.write(writer, os.getpid().to_bytes(_ID_BYTES, "little"))
+        self._wake_by(writer)
+
+    def _wake_by(self, writer: int) -> None:
+        os.set_blocking(writer, False)
+        self._before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+
+    def watch(self, number: int) -> None:
+        """Watch this process, a fork of the first one; to be called in it. Members count from 1."""
+        for other, writer in enumerate(self._writers):
+            if other != number and writer >= 0:
+                os.close(writer)
+        if self._writers:
+            self._announce(number)
+
+    def forked(self, number: int) -> None:
+        """Let only that member tell of itself, so that its end is noticed; to be called in the parent."""
+        if self._writers:
+            os.close(self._writers[number])
+            self._writers[number] = -1
+
+    def leave(self) -> None:
+        """This process's work is done: the next signal does not concern the watchdog, one that has come still does.
+
+        For that the descriptor stays open until the process ends.
+        """
+        signal.set_wakeup_fd(self._before)
+        if not self._writers:
+            self._here.send(_LEFT)
+            return
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self._writers[0], _LEFT)
+
+
+@contextmanager
+def _room_for(descriptors: int) -> Iterator[None]:
+    """Within the block so many more may be open: a large fleet's are many, for a moment."""
+    import resource  # POSIX only
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = descriptors + _USUAL_DESCRIPTORS
+    if soft == resource.RLIM_INFINITY or soft >= wanted:
+        yield
+        return
+    resource.setrlimit(
+        resource.RLIMIT_NOFILE, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard)
+    )
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@contextmanager
+def watched(members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> Iterator[Watchdog | None]:
+    """Watch this process within the block, see `Watchdog`; None where signals are another thread's business."""
+    if threading.current_thread() is not threading.main_thread():
+        if lifeline is not None:
+            end_with(lifeline, grace)
+        yield None
+        return
+    watchdog = Watchdog(members, lifeline, grace)
+    try:
+        yield watchdog
+    finally:
+        watchdog.leave()
+
+
+@dataclass
+class _Told:
+    """What a process was told, and when it must have ended."""
+
+    process_id: int = 0
+    by: float = math.inf
+    """On the monotonic clock."""
+
+    signals: int = 0
+    has_left: bool = False
+
+    def hear(self, said: Collection[int]) -> None:
+        """Numbers of signals that have come."""
+        for number in said:
+            if number in _ENDING:
+                self.signals += 1
+                self.give(GRACE if self.signals == 1 else AT_ONCE)
+            elif number == _LEFT[0] and self.by == math.inf:
+                self.has_left = True
+
+    def give(self, seconds: float) -> None:
+        """Let it have ended by then, if not earlier."""
+        self.by = min(self.by, time.monotonic() + seconds)
+
+    def seconds_left(self) -> float:
+        return self.by - time.monotonic()
+
+
+def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float) -> NoReturn:
+    """The life of the child: it must never return into what its parent was doing."""
+    try:
+        signal.set_wakeup_fd(-1)
+        for number in (*_ENDING, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+        gc.disable()  # a collection would write to all the memory that is shared
+        _hold_only((2, *readers, *(() if lifeline is None else (lifeline,))))
+        _Keeper(readers, lifeline, grace).keep()
+    except BaseException:
+        logger.exception("the watchdog failed; a server that hangs has to be killed by hand")
+    finally:
+        os._exit(0)
+
+
+def _hold_only(kept: Sequence[int]) -> None:
+    """Close every other descriptor: who reads the server's output must see its end."""
+    edges = [-1, *sorted(set(kept)), max(_MOST_DESCRIPTORS, *kept)]
+    for low, high in pairwise(edges):
+        if low + 1 < high:  # Python's closerange(0, 0) closes all
+            os.closerange(low + 1, high)
+
+
+class _Keeper:
+    """What the watchdog knows of each process, by the descriptor that it hears it by."""
+
+    def __init__(self, readers: Sequence[int], lifeline: int | None, grace: float) -> None:
+        self._first = readers[0]
+        self._lifeline, self._grace = lifeline, grace
+        self._told = {reader: _Told() for reader in readers}
+        self._poll = select.poll()
+        for reader in (*readers, *(() if lifeline is None else (lifeline,))):
+            self._poll.register(reader, select.POLLIN)
+
+    def keep(self) -> None:
+        """Watch until all have ended."""
+        while self._told:
+            left = min(told.seconds_left() for told in self._told.values())
+            for reader, _ in self._poll.poll(None if left == math.inf else max(0.0, 1000 * left) + 1):
+                if reader == self._lifeline:
+                    self._feel(reader)
+                else:
+                    self._hear(reader)
+            for reader, told in list(self._told.items()):
+                if told.seconds_left() <= 0:
+                    self._kill(reader, told)
+
+    def _hear(self, reader: int) -> None:
+        said, told = os.read(reader, _CHUNK), self._told[reader]
+        if told.process_id == 0 and said:
+            told.process_id = int.from_bytes(said[:_ID_BYTES], "little")
+            said = said[_ID_BYTES:]
+        elif not said:  # it has ended
+            told.has_left = True
+        told.hear(said)
+        if told.has_left:
+            self._forget(reader)
+
+    def _feel(self, lifeline: int) -> None:
+        with contextlib.suppress(OSError):  # what cannot be read counts as ended
+            if os.read(lifeline, _CHUNK):
+                return
+        self._poll.unregister(lifeline)
+        first = self._told.get(self._first)
+        if first is None or not first.process_id or os.getppid() != first.process_id:
+            return
+        if not first.signals:  # a second one would keep it from ending in good order
+            os.kill(first.process_id, signal.SIGTERM)
+        first.give(self._grace)
+
+    def _forget(self, reader: int) -> None:
+        self._poll.unregister(reader)
+        del self._told[reader]
+        if reader == self._first:  # those it has forked end then by themselves, unless they hang (`lifeline`)
+            for told in self._told.values():
+                told.give(GRACE)
+
+    def _kill(self, reader: int, told: _Told) -> None:
+        # Once the first process is gone its number may be another's.
+        if told.process_id and (reader != self._first or os.getppid() == told.process_id):
+            logger.error(
+                "process %d was told to end and does not, as a call into a library does not return; it is killed",
+                told.process_id,
+            )
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(told.process_id, signal.SIGKILL)
+        self._forget(reader)
+
+
+def _watch_from_thread(reader: socket.socket) -> None:
+    told = _Told()
+    while not told.has_left:
+        reader.settimeout(None if told.by == math.inf else max(0.001, told.seconds_left()))
+        try:
+            told.hear(reader.recv(_CHUNK))
+        except TimeoutError:
+            logger.error("this process was told to end and does not; it is ended now")
+            os._exit(INTERRUPTED)

@@ -1,0 +1,312 @@
+"""What a batch of calls leads to: each call is executed in its order, and answered now or when its result is there.
+
+A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch. So does a paced
+call (`pacing`), which waits itself as well.
+
+A batch that takes long is executed in slices while others wait, and these are served in between. No simulation step is
+made meanwhile, so that what a client sends together still acts together, unless it takes very long.
+
+A call that takes several steps (`steps.py`) keeps what follows of its client waiting, and nobody else.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from concurrent.futures import Future
+from functools import partial
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
+from simx_client.protocol.commands import TRIGGER
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
+from simx_server.limits import LimitReached
+
+from .dispatch import DONE, Answer, Dispatch, Run, Unfinished
+from .inbox import Inbox
+from .outbox import Outbox
+from .publishing import Publisher
+from .replies import Replies
+from .sessions import ClientSession, Interrupted
+
+if TYPE_CHECKING:
+    from .server_loop import Engine
+
+logger = logging.getLogger(__name__)
+
+_EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(Operation.CANCEL)
+
+MOST_REFUSALS = 1_000_000
+"""Calls that are answered of a message that is beyond a limit."""
+
+
+SLICE = 0.002
+"""Seconds of a batch until others are served that wait."""
+
+LONGEST_TOGETHER = 0.25
+"""Seconds for which a batch in slices holds up simulation steps. One that takes longer is spread over several."""
+
+
+class Batches:
+    """Executes the batches of all clients. Physics thread only, except where it says otherwise."""
+
+    def __init__(
+        self, engine: Engine, dispatch: Dispatch, publisher: Publisher, inbox: Inbox, outbox: Outbox
+    ) -> None:
+        self._engine = engine
+        self._dispatch = dispatch
+        self._publisher = publisher
+        self._inbox, self._outbox = inbox, outbox
+        self.executing = ""
+        """The client whose batch is being executed."""
+
+        self._waiting_for_step: dict[str, Interrupted] = {}
+        """What paced calls keep waiting, by client."""
+
+        self._in_slices: dict[str, float] = {}
+        """The clients whose batch is executed in part, and until when it holds up simulation steps."""
+
+    def execute(self, client: str, payload: bytes) -> None:
+        """Do what a batch says, and have it answered."""
+        session = self._engine.sessions.get(client)
+        if session is None:
+            logger.debug("calls of a client that has not said hello or has gone")
+            return
+        if self._engine.recorder is not None:
+            self._engine.recorder.batch(client, payload)
+        limits = self._engine.simulation.limits
+        try:
+            if len(payload) > limits.message:
+                self._refuse(session, payload, limits.reached("message", "send less at a time"))
+                return
+            batch = decode_batch(payload)
+            if len(batch.calls) > limits.calls:
+                self._refuse(session, payload, limits.reached("calls", "send less at a time"))
+                return
+        except CodecError as error:
+            if session.is_news("unreadable"):
+                logger.warning("client %s sent something unreadable: %s", session.name, error)
+            session.errors.append(str(error))
+            return
+        while session.interrupted is not None:  # this batch may be what lets its pass come
+            self._outbox.send()
+            self.execute_rest(session)
+        if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
+            session.before_trigger.clear()
+            self._outbox.put(session, early)
+        self._outbox.send_before(batch.calls)
+        self._engine.metrics.called(client, len(batch.calls))
+        session.message_id, session.client_time = batch.message_id, batch.client_time
+        self._execute(session, batch.calls, [])
+
+    def execute_rest(self, session: ClientSession) -> None:
+        """What waits for a pass, of the batch that is interrupted."""
+        batch = session.interrupted
+        session.interrupted = None  # until there is another reason to wait in the rest
+        assert batch is not None
+        self._waiting_for_step.pop(session.client, None)
+        has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call)
+        self._execute(session, batch.rest, batch.replies, has_waited=has_waited)
+
+    @property
+    def are_waiting_for_step(self) -> bool:
+        """Whether paced calls wait for a pass."""
+        return bool(self._waiting_for_step)
+
+    @property
+    def hold_steps(self) -> bool:
+        """Whether a batch is executed in part, of which the rest belongs to the same simulation step."""
+        if not self._in_slices:
+            return False
+        now = time.perf_counter()
+        return any(
+            now < until and client in self._engine.sessions for client, until in self._in_slices.items()
+        )
+
+    def end_waiting_for_step(self) -> None:
+        """A pass was made, or none will be for a while: paced calls go on, in the order of their clients' waiting."""
+        for client, batch in self._waiting_for_step.items():
+            if session := self._engine.sessions.get(client):
+                self._engine.post_for(client, partial(self._go_on, session, batch, None))
+        self._waiting_for_step.clear()
+
+    def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
+        """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
+        self._outbox.send()
+        session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
+        if session.is_news(str(problem)):
+            logger.warning("client %s: %s", session.name, problem)
+        session.errors.append(str(problem))
+        time_ms = self._publisher.time_ms()
+        replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
+        self._outbox.put(session, replies)
+
+    def _execute(
+        self, session: ClientSession, calls: list[Call], replies: list[Reply], *, has_waited: bool = False
+    ) -> None:
+        """Execute calls of a batch; `replies` are those to calls before these.
+
+        Args:
+            has_waited: the first of the calls was paced, and the pass it waited for was made.
+        """
+        before, self.executing = self.executing, session.client
+        command_before = self._dispatch.executing
+        run = self._dispatch.run(session)
+        try:
+            self._execute_in_order(session, run, calls, Replies(replies), has_waited)
+        finally:
+            run.end()
+            self.executing, self._dispatch.executing = before, command_before
+            if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
+                self._in_slices.pop(session.client, None)
+
+    def _execute_in_order(
+        self, session: ClientSession, run: Run, calls: list[Call], replies: Replies, has_waited: bool
+    ) -> None:
+        now = time.perf_counter
+        until = now() + SLICE
+        for position, call in enumerate(calls, 1):
+            call_id, operation, delay_ms, name, arguments = call
+            if now() >= until and position > 1:
+                if self._may_be_sliced():
+                    if replies.made:  # to put all into one message at the end would take long as well
+                        self._outbox.put(session, replies.made)
+                    self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
+                    return
+                until = now() + SLICE
+            if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
+                waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
+                session.interrupted = self._waiting_for_step[session.client] = waiting
+                return
+            if operation != _EXECUTE and operation != _STREAM:
+                self._do_without_command(session, call, replies)
+                continue
+            answer = run.execute(name, arguments)
+            if isinstance(answer, Unfinished):
+                if operation == _STREAM:
+                    answer = self._dispatch.refuse(session, answer)
+                elif self._engine.may_cut_batches:
+                    self._await_step(
+                        session, answer, call, Interrupted(replies.made, calls[position:], False)
+                    )
+                    return
+                else:
+                    answer = self._dispatch.finish(session, answer)
+            time_ms = self._publisher.time_ms()
+            if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
+                replies.done(call_id, time_ms)
+                continue
+            if operation == _STREAM:
+                self._publisher.arm(session, call, answer)
+            if not isinstance(answer, Future):
+                status, values = answer
+                replies.add(call_id, status, time_ms, values)
+                continue
+            before: list[Reply] = []
+            if name == TRIGGER:
+                # Whoever steps waits for the pass: all answers come in one message after it.
+                before, replies = replies.made, Replies([])
+            later = partial(self._deliver_later, session, before, call_id, time_ms)
+            if name == TRIGGER and position < len(calls):
+                # What follows is executed after the pass, or when the client's next batch comes before that.
+                session.interrupted = Interrupted(before, calls[position:])
+                later = partial(self._go_on_later, session, session.interrupted, call_id, time_ms)
+            elif name == TRIGGER:
+                session.before_trigger = before
+            answer.add_done_callback(later)
+            if session.interrupted is not None:
+                return
+        if replies.made:
+            self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+
+    def _may_be_sliced(self) -> bool:
+        """Whether to serve others now."""
+        return self._inbox.others_wait() and self._engine.may_cut_batches
+
+    def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
+        """Have the rest of a batch executed when it is this client's turn again."""
+        session.interrupted = rest
+        self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
+        self._engine.post_for(session.client, partial(self._go_on, session, rest, None))
+
+    def _await_step(self, session: ClientSession, call: Unfinished, asked: Call, batch: Interrupted) -> None:
+        """Go on with a call, and then with the rest of its batch, when its step is done."""
+        session.interrupted, batch.call = batch, call
+        client = session.client
+        self._engine.keep_back(client, True)
+
+        def done(_: object) -> None:
+            self._engine.post_for(client, partial(self._take_step, session, asked, batch))
+            self._engine.keep_back(client, False)
+
+        call.task.done.add_done_callback(done)
+        call.task.start()
+
+    def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
+        """A step of a call is done: take the next, and then the rest of its batch."""
+        if session.interrupted is not batch or self._engine.sessions.get(session.client) is not session:
+            return  # it has left
+        assert batch.call is not None
+        before, self.executing = self.executing, session.client
+        command_before = self._dispatch.executing
+        try:
+            answer = self._dispatch.go_on(session, batch.call)
+        finally:
+            self.executing, self._dispatch.executing = before, command_before
+        if isinstance(answer, Unfinished):
+            self._await_step(session, answer, asked, batch)
+            return
+        assert isinstance(answer, Answer)  # no picture takes steps
+        batch.replies.append(Reply(asked.call_id, answer.status, self._publisher.time_ms(), answer.values))
+        self.execute_rest(session)
+
+    def _is_early(self, session: ClientSession, call: Call) -> bool:
+        """Whether a paced call is to wait for a pass; it is noted as made."""
+        if call.operation == _STREAM or not self._engine.is_running_freely:
+            return False
+        return session.paced.must_wait(call)
+
+    def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
+        """End a stream; refuse what is no operation."""
+        if call.operation != _CANCEL:
+            text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
+            replies.add(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text])
+            return
+        stream_id = call.arguments[0] if call.arguments else 0
+        session.streams.cancel(stream_id if type(stream_id) is int else 0)
+        if call.call_id:
+            replies.add(call.call_id, STATUS_OK, self._publisher.time_ms(), [])
+
+    def _go_on_later(
+        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
+        status, values = done.result()
+        reply = Reply(call_id, status, time_ms, values)
+        self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
+
+    def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
+        """What waits for a pass is to be executed now, unless it was already.
+
+        Args:
+            reply: to the trigger in front of it, if it is one that it waits for.
+        """
+        if self._engine.is_serving:
+            self._inbox.hold(partial(self._go_on, session, batch, reply))
+        elif session.interrupted is batch and self._engine.sessions.get(session.client) is session:
+            if self._engine.recorder is not None:
+                self._engine.recorder.went_on(session.client)
+            if reply is not None:
+                batch.replies.append(reply)
+            self.execute_rest(session)
+        elif reply is not None:
+            session.link.deliver(self._publisher.message(session, [reply]))
+
+    def _deliver_later(
+        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
+    ) -> None:
+        """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
+        status, values = done.result()
+        replies = [*before, Reply(call_id, status, time_ms, values)]
+        before.clear()
+        session.link.deliver(self._publisher.message(session, replies))

@@ -1,0 +1,170 @@
+"""What answers while the physics thread is busy: nobody waits in silence for what another client has begun.
+
+The physics thread alone executes calls. Where one piece of its work takes long, as loading a large scene does, a thread
+of its own refuses the blocking calls of others that have waited for most of a second: they were not executed and will
+not be, and their text says why. What nobody waits for stays, and is executed in its order afterwards.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from simx_client.protocol.codec import decode_batch
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
+from simx_server.world.simulation import Simulation
+
+from .inbox import Arrival, Inbox
+from .sessions import ClientSession
+
+logger = logging.getLogger(__name__)
+
+PATIENCE = 0.6
+"""Seconds that a blocking call waits for what another client has begun."""
+
+STEP_PATIENCE = 3.0
+"""Seconds that the only client waits for a simulation step. The default time-out of a call is five.
+
+With others, one of them may have made the step so long, and nobody waits for it longer than for an edit."""
+
+LONG = 0.3
+"""Seconds that one piece of work takes before anything is refused: a queue that moves on is no reason."""
+
+_LOOK = 0.05
+"""Seconds between two looks at the physics thread."""
+
+_ERRORS = "simxGetLastErrors"
+"""Is answered all the same: it tells why the others are not."""
+
+
+class Work:
+    """One piece of what the physics thread does."""
+
+    __slots__ = ("since",)
+
+    def __init__(self) -> None:
+        self.since = time.monotonic()
+
+
+class Doing(NamedTuple):
+    """Whose call the physics thread executes, and its command; both empty for a simulation step and the like."""
+
+    client: str
+    command: str
+
+
+class BusyDesk:
+    """Watches the physics thread. That thread calls `begin` and `go_back_to`; `look` belongs to the desk's own,
+    `describe` to any."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        inbox: Inbox,
+        sessions: Mapping[str, ClientSession],
+        message: Callable[[ClientSession, list[Reply]], bytes],
+        doing: Callable[[], Doing],
+    ) -> None:
+        """Make a desk that is closed; `open` it.
+
+        Args:
+            message: packs replies.
+            doing: what is being executed.
+        """
+        self._simulation = simulation
+        self._inbox = inbox
+        self._sessions = sessions
+        self._message = message
+        self._doing = doing
+        self._work: Work | None = None
+        self._told: Work | None = None
+        self._is_closing = threading.Event()
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Have a thread answer for as long."""
+        self._is_closing.clear()
+        thread = threading.Thread(target=self._attend, name="busy-desk", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            self._is_closing.set()
+            thread.join()
+
+    def begin(self) -> Work | None:
+        """The physics thread begins something; hand what is returned to `go_back_to` after it."""
+        outer, self._work = self._work, Work()
+        return outer
+
+    def go_back_to(self, outer: Work | None) -> None:
+        """What was begun is over."""
+        self._work = outer
+
+    def describe(self) -> str:
+        """What keeps the server busy for longer than a call waits, with the client's name; empty for nothing."""
+        work, doing = self._work, self._doing()
+        if work is None or (busy := time.monotonic() - work.since) < PATIENCE:
+            return ""
+        return f"{self._named(doing)} takes {busy:.1f} s so far; blocking calls of others are refused"
+
+    def _named(self, doing: Doing) -> str:
+        if not doing.client:
+            return "a simulation step"
+        owner = self._sessions.get(doing.client)
+        return f"{doing.command} of {owner.name if owner is not None else 'a client that has left'}"
+
+    def _attend(self) -> None:
+        while not self._is_closing.wait(_LOOK):
+            try:
+                self.look()
+            except Exception:
+                logger.exception("calls cannot be answered while the server is busy; it goes on")
+
+    def look(self) -> None:
+        """Refuse what has waited for too long, if anything has."""
+        work, doing = self._work, self._doing()
+        if work is None:
+            return
+        patience = PATIENCE if doing.client or len(self._sessions) > 1 else STEP_PATIENCE
+        if (busy := time.monotonic() - work.since) < LONG:
+            return
+        # Whoever keeps the server busy waits for the result; its other calls come after that.
+        for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):
+            session = self._sessions.get(arrival.client)
+            if session is not None:
+                self._tell(work)
+                self._refuse(session, arrival, doing, busy)
+
+    def _tell(self, work: Work) -> None:
+        if self._told is not work and (what := self.describe()):
+            self._told = work
+            logger.warning("%s", what)
+
+    def _refuse(self, session: ClientSession, arrival: Arrival, doing: Doing, busy: float) -> None:
+        what = f"{doing.command} of another client" if doing.client else "a simulation step"
+        time_ms = int(self._simulation.time * 1000 + 1e-6)
+        replies: list[Reply] = []
+        for call in decode_batch(arrival.payload).calls:
+            if call.command == _ERRORS:
+                replies.append(Reply(call.call_id, STATUS_OK, time_ms, [_taken(session.errors)]))
+                continue
+            text = (
+                f"{call.command[:64]}: the server is busy with {what} since {busy:.1f} s; "
+                "this call was not executed, call again"
+            )
+            session.errors.append(
+                text
+            )  # whatever the clients have set: nothing else says why it was not executed
+            replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [text]))
+        session.link.deliver(self._message(session, replies))
+
+
+def _taken(errors: deque[str]) -> list[str]:
+    """What is there; the physics thread may add to it meanwhile."""
+    return [errors.popleft() for _ in range(len(errors))]

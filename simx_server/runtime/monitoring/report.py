@@ -1,0 +1,218 @@
+"""What an engine tells of itself to operators: its counters as health and metrics. Physics thread."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from operator import sub
+from pathlib import Path
+
+from simx_client.protocol.messages import PROTOCOL_VERSION
+from simx_client.protocol.reports import (
+    Calls,
+    Client,
+    Command,
+    DepartedClient,
+    Health,
+    Metrics,
+    Passes,
+    Percentiles,
+    Pictures,
+    Process,
+    Timing,
+)
+from simx_server import __version__
+from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession, Departed
+from simx_server.sensors.vision.render_thread import RenderThread
+
+from .metrics import Failures, Histogram, Sample, percentiles
+
+
+def health(engine: Engine, realm: str) -> Health:
+    """What a supervisor wants to know. Any thread, as long as the physics thread is busy."""
+    return {
+        "protocol": PROTOCOL_VERSION,
+        "realm": realm,
+        "server": __version__,
+        "state": engine.simulation.state.value,
+        "age": engine.metrics.age,
+        "problems": _problems(engine),
+    }
+
+
+def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
+    """All counters, since the start and of late."""
+    counted = engine.metrics
+    before, now = counted.recent(), counted.sample()
+    window = max(now.wall - before.wall, 1e-6)
+    commands = counted.command_times.keys() | counted.failures.keys()
+    return {
+        **health(engine, realm),
+        "host": socket.gethostname(),
+        "process_id": os.getpid(),
+        "ports": list(ports),
+        "scene": engine.simulation.scene.name,
+        "window": window,
+        "passes": _passes(engine, before, now, window),
+        "calls": {**_calls(before, now, window), "dropped": counted.dropped},
+        "commands": {name: _command(engine, name, before, window) for name in sorted(commands)},
+        "clients": [_client(engine, session, before, window) for session in engine.sessions.values()],
+        "departed": [_departed(engine, each) for each in engine.departed],
+        "streams": sum(len(session.streams.by_id) for session in engine.sessions.values()),
+        "pictures": _pictures(engine, before, window),
+        "process": _process(before, now, window),
+        "log": {
+            "warnings": counted.log.warnings,
+            "errors": counted.log.errors,
+            "last_warning": counted.log.last_warning,
+            "last_error": counted.log.last_error,
+        },
+    }
+
+
+def _problems(engine: Engine) -> list[str]:
+    counted = engine.metrics
+    before, now = counted.recent(), counted.sample()
+    window = f"{now.wall - before.wall:.0f} s"
+    found: list[str] = []
+    if busy := engine.busy_with():
+        found.append(busy)
+    if (lost := now.lost - before.lost) > 0:
+        found.append(
+            f"the simulation cannot keep up with speed {counted.pacer.speed:g}: "
+            f"{lost:.2f} s of the last {window} are lost"
+        )
+    if failed := now.pictures_failed - before.pictures_failed:
+        found.append(f"{failed} pictures of the last {window} failed: {counted.pictures.last_error}")
+    if errors := now.errors - before.errors:
+        found.append(f"{errors} errors were logged in the last {window}: {counted.log.last_error}")
+    return found
+
+
+def _passes(engine: Engine, before: Sample, now: Sample, window: float) -> Passes:
+    counted = engine.metrics
+    speed = counted.pacer.speed
+    return {
+        "count": now.passes,
+        "per_second": (now.passes - before.passes) / window,
+        "simulated": now.simulated,
+        "real_time_factor": (now.simulated - before.simulated) / window,
+        "speed": speed if speed < float("inf") else None,
+        "time_step": engine.simulation.time_step,
+        "lost": now.lost,
+        "times": _timing(counted.pass_times, before.pass_times, window),
+    }
+
+
+def _calls(before: Sample, now: Sample, window: float) -> Calls:
+    return {
+        "count": now.calls,
+        "per_second": (now.calls - before.calls) / window,
+        "failed": now.failed,
+        "failed_per_second": (now.failed - before.failed) / window,
+    }
+
+
+def _timing(times: Histogram, before: Sequence[int], window: float) -> Timing:
+    counts = list(times.counts)
+    recent = list(map(sub, counts, before)) if before else counts
+    return {
+        "count": sum(counts),
+        "seconds": times.seconds,
+        "longest": times.longest,
+        **_percentiles(counts, times.longest),
+        "recent": {"per_second": sum(recent) / window, **_percentiles(recent, times.longest)},
+    }
+
+
+def _percentiles(counts: Sequence[int], longest: float) -> Percentiles:
+    p50, p90, p99 = (min(seconds, longest) for seconds in percentiles(counts))
+    return {"p50": p50, "p90": p90, "p99": p99}
+
+
+def _timings(
+    times: Mapping[str, Histogram], name: str, before: Mapping[str, list[int]], window: float
+) -> Timing:
+    return _timing(times.get(name) or Histogram(), before.get(name, []), window)
+
+
+def _command(engine: Engine, name: str, before: Sample, window: float) -> Command:
+    counted = engine.metrics
+    failures = counted.failures.get(name) or Failures()
+    return {
+        **_timings(counted.command_times, name, before.command_times, window),
+        "failed": failures.failed,
+        "silent": failures.silent,
+        "internal": failures.internal,
+        "last_error": failures.last,
+    }
+
+
+def _client(engine: Engine, session: ClientSession, before: Sample, window: float) -> Client:
+    calls = engine.metrics.client_calls.get(session.client, 0)
+    return {
+        "name": session.name,
+        "role": "viewer" if session.may_only_read else "driver",
+        "port": session.port,
+        "calls": calls,
+        "calls_per_second": (calls - before.client_calls.get(session.client, 0)) / window,
+        "streams": len(session.streams.by_id),
+        "is_stepping": session.is_stepping,
+        "commands": dict(session.called),
+    }
+
+
+def _departed(engine: Engine, departed: Departed) -> DepartedClient:
+    return {
+        "name": departed.name,
+        "role": "viewer" if departed.may_only_read else "driver",
+        "port": departed.port,
+        "calls": departed.calls,
+        "commands": dict(departed.called),
+        "ago": engine.metrics.age - departed.left_at,
+    }
+
+
+def _pictures(engine: Engine, before: Sample, window: float) -> Pictures:
+    pictures = engine.metrics.pictures
+    rendering: RenderThread | None = getattr(engine.simulation, "rendering", None)
+    backend = rendering.backend if rendering else None
+    return {
+        "backend": backend.name if backend else None,
+        "waiting": rendering.waiting if rendering else 0,
+        "failed": pictures.failed,
+        "last_error": pictures.last_error,
+        "cameras": {
+            name: _timings(pictures.by_camera, name, before.picture_times, window)
+            for name in sorted(pictures.by_camera.copy())
+        },
+    }
+
+
+def _process(before: Sample, now: Sample, window: float) -> Process:
+    descriptors = Path("/proc/self/fd")
+    return {
+        "memory": _memory(),
+        "open_files": len(os.listdir(descriptors)) if descriptors.is_dir() else None,
+        "threads": threading.active_count(),
+        "processor_seconds": time.process_time(),
+        "core_share": (now.processor - before.processor) / window,
+    }
+
+
+def _memory() -> int:
+    """Resident bytes: now on Linux, at most so far on other systems of that family."""
+    statistics = Path("/proc/self/statm")
+    if statistics.is_file():
+        return int(statistics.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    if sys.platform == "win32":
+        return 0
+    import resource
+
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most if sys.platform == "darwin" else most * 1024

@@ -1,0 +1,461 @@
+"""The physics thread's loop: it alone touches the simulation.
+
+It takes calls from a queue whenever it waits for the wall clock and at pass boundaries, so a blocking call
+costs a round trip and never a simulation step. After each pass every stream that is due is computed once.
+
+A script that runs long holds the thread. Others are answered meanwhile, see `inbox.py`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from simx_client.protocol.constants import sim_api_errormessage_report
+from simx_server.handlers.registry import Handler
+from simx_server.processes.heap import give_back
+from simx_server.world.hooks import Listener, call
+from simx_server.world.simulation import Simulation, SimulationState
+
+from .batches import Batches
+from .busy import BusyDesk, Doing
+from .clock import Pacer
+from .dispatch import Dispatch
+from .inbox import Arrival, Event, Inbox, interfere
+from .monitoring.metrics import Metrics
+from .outbox import LINGER, Outbox
+from .publishing import Publisher
+from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
+
+if TYPE_CHECKING:
+    from simx_server.recording import Recorder
+
+logger = logging.getLogger(__name__)
+
+IDLE_PASS = 0.02
+"""Seconds between two executions of the streams while no pass is due."""
+
+SERVING = 0.05
+"""Seconds that clients are served at most before a step that nobody paces: as long as a step usually stands for."""
+
+SERVING_WHEN_LATE = 0.01
+"""The same for a step that is due by the wall clock: they were served while it was not due."""
+
+SERVING_DURING_SCRIPT = 0.02
+"""The same for each time that a script which runs long lets others be served."""
+
+GIVING_PAUSE = 5.0
+"""Seconds between two times that memory is given back to the system."""
+
+GIVINGS = 3
+"""How often it is, after much has waited: answers may still be on their way when nothing waits any more."""
+
+HELD = 0.002
+"""Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
+
+
+class Engine:
+    """Sessions, passes and streams of one simulation."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        handlers: Mapping[str, Handler],
+        pacer: Pacer,
+        *,
+        starting_port: int | None = None,
+    ) -> None:
+        """Make an engine; ``run`` or ``turn`` drive it.
+
+        Args:
+            starting_port: a client that comes by this port starts a stopped simulation, because in V-REP
+                the service behind it existed only while a simulation ran.
+        """
+        self.simulation = simulation
+        self.sessions: dict[str, ClientSession] = {}
+        self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
+        self.metrics = Metrics(pacer)
+        self._dispatch = Dispatch(simulation, handlers, self.metrics)
+        self._publisher = Publisher(simulation, self._dispatch, pacer, self.metrics)
+        self._pacer = pacer
+        self._starting_port = starting_port
+        self._inbox = Inbox(lambda: self.simulation.limits)
+        self._outbox = Outbox(self._publisher.message)
+        self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
+        self._busy = BusyDesk(simulation, self._inbox, self.sessions, self._publisher.message, self._doing)
+        self._is_serving = False
+        """Within `serve_others`."""
+        self._next_idle_pass = 0.0
+        self._next_giving = 0.0
+        """When memory may be given back to the system again."""
+        self._givings = 0
+        self._is_paced = False
+        """Passes follow the wall clock at present."""
+
+        self.watches: list[Listener] = []
+        """Called after every turn, so at least once in a second: time-outs of what other threads do."""
+
+        self._is_ending = False
+        self._end_asked_by: str | None = None
+        """The client that has asked the server to end."""
+
+        self.recorder: Recorder | None = None
+        """Told of all that is done for clients, in order."""
+
+        simulation.on_stop.append(self._end_stepping)
+        simulation.on_script_stopped.append(self._tell_everybody)
+        simulation.serve_others = self.serve_others
+
+    # --- from any thread -------------------------------------------------------------------------
+
+    def post(self, event: Event) -> None:
+        """Have something done on the physics thread, in order of posting."""
+        self._inbox.post(event)
+
+    def post_for(self, client: str, event: Event) -> None:
+        """Have something done as part of what a client has sent, in front of its messages that wait."""
+        self._inbox.put_first(client, event)
+
+    def ask(self, kind: str, question: Event) -> int:
+        """Have a question of somebody outside answered; return how many of its kind wait, 0 if they are too many."""
+        return self._inbox.ask(kind, question)
+
+    def submit(self, client: str, payload: bytes) -> bool:
+        """A batch of calls has arrived; return whether the client may go on like this, see `Inbox.put`."""
+        return self._inbox.put(client, payload, len(payload))
+
+    def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
+        """As ``submit``, for what is only made into bytes if there is room for it."""
+        return self._inbox.put(client, payload, size, read)
+
+    def depart(self, client: str) -> None:
+        """Have a client leave when all that it has sent is executed; what it sends now is not."""
+        self._inbox.leave(client, partial(self.leave, client))
+
+    def keep_back(self, client: str, is_kept: bool) -> None:
+        """Execute nothing more of a client until a step of its call is done, or go on."""
+        self._inbox.keep_back(client, is_kept)
+
+    def suspend(self, client: str, is_behind: bool) -> None:
+        """Execute nothing more of a client that does not read its answers, or go on."""
+        self._inbox.suspend(client, is_behind)
+
+    def is_departing(self, client: str) -> bool:
+        """Whether a client is about to leave."""
+        return self._inbox.is_leaving(client)
+
+    def end(self) -> None:
+        """Let ``run`` return."""
+        self.simulation.is_ending = (
+            True  # what runs long looks there, and may be in no call of ours for a while
+        )
+        self._inbox.post(self._end)
+
+    def end_when_left(self) -> None:
+        """Let ``run`` return when the client that is being served wants it, but not before the others have left."""
+        self._end_asked_by = self._batches.executing or None
+        if self._end_asked_by is None:  # a script of the operator's
+            self.end()
+        elif others := self._end_if_left():
+            text = f"the server ends when these clients have left: {', '.join(others)}"
+            logger.info("%s", text)
+            if session := self.sessions.get(self._end_asked_by):
+                session.errors.append(text)
+
+    def look_on(self) -> None:
+        """The client that is being served only shows the simulation: an end does not wait for it."""
+        if session := self.sessions.get(self._batches.executing):
+            session.is_onlooker = True
+
+    def _end_if_left(self) -> list[str]:
+        """End, if a client has asked for it and no other is there. Returns the names of those that are."""
+        others = [
+            session.name
+            for session in self.sessions.values()
+            if session.client != self._end_asked_by and not session.is_onlooker
+        ]
+        if self._end_asked_by is not None and not others:
+            self.end()
+        return others
+
+    def busy_with(self) -> str:
+        """What keeps the physics thread from answering, where it takes long; else empty."""
+        return self._busy.describe()
+
+    # --- the loop --------------------------------------------------------------------------------
+
+    def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
+        """Serve until ``end``, until a time on the monotonic clock, or until something is so; a post makes it look."""
+        with self._busy.open():
+            while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
+                left = 1.0 if deadline is None else deadline - time.monotonic()
+                self.turn(max_wait=max(0.0, min(1.0, left)))
+                self.metrics.tick()
+                self._give_memory_back()
+                call(self.watches)
+            self._outbox.send()
+
+    def close(self) -> None:
+        """Give up calls of which a step is still under way; ``run`` has returned for good."""
+        for session in self.sessions.values():
+            session.abandon_call()
+
+    def _give_memory_back(self) -> None:
+        """After much has waited or a client has left, and nothing waits any more."""
+        if self._inbox.had_much:
+            self._inbox.had_much, self._givings = False, GIVINGS
+        if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
+            self._givings, self._next_giving = self._givings - 1, now + GIVING_PAUSE
+            give_back()
+
+    def turn(self, max_wait: float = 0.0) -> None:
+        """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
+
+        At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
+        """
+        self._tell_dropped()
+        if self._batches.are_waiting_for_step and not self.is_running_freely:
+            self._batches.end_waiting_for_step()
+        wait = min(max_wait, self._seconds_until_pass())
+        if wait > 0:
+            event = self._inbox.wait(min(wait, LINGER) if self._outbox.is_keeping else wait)
+            if event is None:
+                self._outbox.send()
+                return
+            self._handle(event)
+            self._settle()
+            # Mostly the next one is here already. No more of them: a pass may be due by now.
+            if self._outbox.is_keeping and (event := self._inbox.wait(0)) is not None:
+                self._handle(event)
+                self._settle()
+            return
+        for event in self._inbox.at_hand(self._serving_time()):
+            self._handle(event)
+            self._settle()  # after each, however many came together
+        self._outbox.send()
+        self._settle()
+        if self._seconds_until_pass() <= 0 and not self._batches.hold_steps:
+            outer = self._busy.begin()
+            try:
+                self._pass()
+            finally:
+                self._busy.go_back_to(outer)
+
+    def _serving_time(self) -> float:
+        """How long clients are served at most before the step that is due."""
+        return SERVING_WHEN_LATE if self._is_paced and math.isfinite(self._pacer.speed) else SERVING
+
+    def _settle(self) -> None:
+        if not self.simulation.is_settled:
+            self._outbox.send()
+            self.simulation.settle()
+
+    def serve_others(self) -> None:
+        """For a script that runs long: deal with what does not interfere with it."""
+        if self._is_serving:
+            return
+        self._is_serving = True
+        try:
+            self._outbox.send()
+            executing, waits = self._batches.executing, self._brings_on_what_interferes
+            for event in self._inbox.meanwhile(executing, waits, SERVING_DURING_SCRIPT):
+                self._handle(event)
+            self._tell_dropped()
+        finally:
+            self._is_serving = False
+
+    def _brings_on_what_interferes(self, client: str) -> bool:
+        """Whether a batch of this client has what follows a trigger executed, and that must wait for a script."""
+        session = self.sessions.get(client)
+        return session is not None and session.interrupted is not None and interfere(session.interrupted.rest)
+
+    def _tell_dropped(self) -> None:
+        """Nobody can fill the memory by sending faster than is executed; who has tried is told."""
+        if not self._inbox.dropped:
+            return
+        limits = self.simulation.limits
+        for (client, name), count in self._inbox.take_dropped().items():
+            self.metrics.dropped += count
+            if session := self.sessions.get(client):
+                session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
+
+    def _doing(self) -> Doing:
+        return Doing(self._batches.executing, self._dispatch.executing)
+
+    def _handle(self, event: Event | Arrival) -> None:
+        outer = self._busy.begin()
+        began = time.perf_counter()
+        try:
+            if isinstance(event, Arrival):
+                self._batches.execute(event.client, event.payload)
+            else:
+                self._outbox.send()
+                event()
+        except Exception:
+            logger.exception("a request could not be dealt with; the server goes on")
+        finally:
+            self._busy.go_back_to(outer)
+            self._inbox.served(time.perf_counter() - began)
+        if self._is_serving:
+            self._outbox.send()
+        else:
+            self._outbox.send_what_is_awaited()
+
+    def _end(self) -> None:
+        self._is_ending = self.simulation.is_ending = True
+
+    @property
+    def is_ending(self) -> bool:
+        return self._is_ending
+
+    @property
+    def is_serving(self) -> bool:
+        """Whether others are served while a script runs."""
+        return self._is_serving
+
+    @property
+    def may_cut_batches(self) -> bool:
+        """Whether others may be served in the middle of a batch, or of streams. A recording knows whole ones only."""
+        return self.recorder is None and not self._is_serving
+
+    @property
+    def is_waiting_for_trigger(self) -> bool:
+        """Whether a running simulation stands still until stepped clients trigger (parameter 45)."""
+        if self.simulation.state is SimulationState.RUNNING:
+            for session in self.sessions.values():  # each turn asks this, and `any` takes three times as long
+                if session.is_waiting:
+                    return True
+        return False
+
+    def _is_advancing(self) -> bool:
+        return self.simulation.state is SimulationState.RUNNING and not self.is_waiting_for_trigger
+
+    def _is_stepped(self) -> bool:
+        return any(session.is_stepping for session in self.sessions.values())
+
+    @property
+    def is_running_freely(self) -> bool:
+        """Whether passes come by themselves: nobody steps the simulation, and it is not paused or stopped."""
+        return self.simulation.state is SimulationState.RUNNING and not self._is_stepped()
+
+    def _seconds_until_pass(self) -> float:
+        if self.is_running_freely:
+            if not self._is_paced:
+                self._is_paced = True
+                self._pacer.restart()  # after a stop, a pause or stepped mode there is no time to make up
+            return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
+        self._is_paced = False
+        if self._is_advancing():
+            return self._seconds_held(True)
+        if self._idle_is_wanted() or any(session.streams.by_id for session in self.sessions.values()):
+            return max(0.0, self._next_idle_pass - time.monotonic())
+        return math.inf
+
+    def _seconds_held(self, is_free: bool) -> float:
+        """`is_free`: of the wall clock, whose pace nothing may hold up."""
+        return HELD if is_free and any(holds() for holds in self.simulation.pass_holders) else 0.0
+
+    def _idle_is_wanted(self) -> bool:
+        return bool(self.simulation.on_idle) and self.simulation.state is not SimulationState.RUNNING
+
+    def _pass(self) -> None:
+        """One pass when the simulation advances; in any case the streams."""
+        is_advancing = self._is_advancing()
+        if is_advancing:
+            try:
+                began = time.perf_counter()
+                self.simulation.advance()
+                self.metrics.passed(self.simulation.time_step, time.perf_counter() - began)
+            except Exception as error:
+                logger.exception("the pass failed, so the simulation is stopped")
+                self._handle(self.simulation.stop)
+                self._tell_everybody(f"the pass failed, so the simulation is stopped: {error!r}")
+            if self._is_paced:
+                self._pacer.passed(self.simulation.time_step)
+            self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
+            for session in self.sessions.values():
+                # What is read after a trigger is of the new state, streamed pictures too.
+                session.release_triggers(after=session.streams.pictures_on_the_way())
+                session.paced.step_made()
+            self._batches.end_waiting_for_step()
+        else:
+            if self._idle_is_wanted():
+                self._handle(self.simulation.idle)
+            self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
+        if self.recorder is not None:
+            self.recorder.passed(is_advancing=is_advancing)
+        self._next_idle_pass = time.monotonic() + IDLE_PASS
+
+    def _tell_everybody(self, problem: str) -> None:
+        """An error of a script's own, or of a pass, is told to every client, as nobody's call has brought it about."""
+        if self.simulation.parameters.error_report_mode & sim_api_errormessage_report:
+            for session in self.sessions.values():
+                session.errors.append(problem)
+
+    def _end_stepping(self) -> None:
+        """A stop request ends stepped mode of every client; it must be asked for again for each run."""
+        for session in self.sessions.values():
+            session.set_stepping(False)
+
+    # --- clients ---------------------------------------------------------------------------------
+
+    def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
+        """A client has said hello. Saying it again (after a loss) begins anew."""
+        self._end_session(client)
+        self._inbox.open(client)
+        if again := [each for each in self.departed if each.client == client]:
+            self.departed.remove(again[0])
+        session = ClientSession(client, name, port, link)
+        self.sessions[client] = session
+        if self.recorder is not None:
+            self.recorder.joined(client, name, port)
+        logger.info("client %s joined by port %d", name, port)
+        is_stopped = self.simulation.state is SimulationState.STOPPED
+        if port == self._starting_port and is_stopped and not session.may_only_read:
+            if self._is_serving:
+                self._inbox.hold(partial(self._start_for, port))
+            else:
+                self._start_for(port)
+        return session
+
+    def _start_for(self, port: int) -> None:
+        logger.info("starting the simulation, as port %d exists only while one runs", port)
+        if self.recorder is not None:
+            self.recorder.started()
+        self.simulation.start()
+
+    def leave(self, client: str) -> None:
+        """A client has gone: its streams and its stepped mode go with it."""
+        self._inbox.close(client)
+        self._end_session(client)
+
+    def _end_session(self, client: str) -> None:
+        session = self.sessions.pop(client, None)
+        if session is not None:
+            if self.recorder is not None:
+                self.recorder.left(client)
+            self.departed.append(self._departed(session))
+            self.metrics.left(client)
+            self._givings = GIVINGS  # it may have had much
+            session.abandon_call()
+            session.set_stepping(False)
+            session.streams.clear()  # a picture that one waits for knows its client: without this they keep each other
+            session.link.close()
+            logger.info("client %s left", session.name)
+            self._end_if_left()
+
+    def _departed(self, session: ClientSession) -> Departed:
+        return Departed(
+            session.client,
+            session.name,
+            session.port,
+            session.may_only_read,
+            self.metrics.client_calls.get(session.client, 0),
+            dict(session.called),
+            self.metrics.age,
+        )

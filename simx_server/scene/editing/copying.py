@@ -1,0 +1,213 @@
+"""Copying objects as V-REP's copy and paste does: models whole, other objects by themselves.
+
+What is to be copied is taken out of the scene's spec with what acts on it, brought into shape, and added to the scene.
+So joints, motors, sensors, tendons and equalities between copied things work in the copy,
+and those that reach outside are left out. Collections, collision and distance objects are copied with what they
+concern. A copy lies where its original is now and has its state; what was carried by something that is not copied
+stands at the top of the tree.
+"""
+
+from __future__ import annotations
+
+import heapq
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from simx_server.scene import properties
+from simx_server.scene.editing.extracting import extract
+from simx_server.scene.editing.grafting import Element, Graft, graft
+from simx_server.scene.editing.transplant import move_body, move_leaf
+from simx_server.scene.editing.welding import body_name, start_pose
+from simx_server.scene.geometry.placing import body_pose, element_pose, free_joint
+from simx_server.scene.geometry.poses import compose, inverse
+from simx_server.scene.registered import concerning
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+_PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
+_CARRIER_MASS = 1e-3
+"""Kilograms of the body that stands for a copied joint's missing child, and its inertia in kg m^2."""
+
+
+def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
+    """Copy objects, stopped or running; the handle of each copy, of a model only its base's.
+
+    Unknown handles are skipped. Raises CommandError when MuJoCo cannot have the result.
+    """
+    scene = sim.scene
+    wanted = [handle for handle in dict.fromkeys(handles) if handle in scene.objects]
+    models = [handle for handle in wanted if scene.is_model_base(handle)]
+    inside = {below for base in models for below in scene.descendants(base)}
+    shown = [handle for handle in wanted if handle not in inside]
+    chosen = set(shown).union(inside)
+    if not chosen:
+        return []
+    sim.refresh()
+    pruned = _Pruned(sim, chosen)
+    added = graft(sim, pruned.graft())
+    items = {handle: scene.objects[handle] for handle in sorted(chosen)}
+    copies = {
+        handle: added[item.element, item.element_name]
+        for handle, item in items.items()
+        if (item.element, item.element_name) in added
+    }
+    sim.scene.override_parents(
+        {copy: copies.get(items[handle].parent, -1) for handle, copy in copies.items()}
+    )
+    for handle, copy in copies.items():
+        if handle in scene.model_properties:
+            sim.scene.set_model_property(copy, scene.model_properties[handle])
+    properties.apply(sim)
+    sim.joints.copy_settings(copies)
+    sim.vision.copy_settings(copies)
+    sim.object_settings.copy_settings(copies)
+    sim.custom_data.copy(copies)
+    sim.changed()
+    return [copies[handle] for handle in shown if handle in copies]
+
+
+class _Pruned:
+    """A spec with nothing but the chosen objects, those without a carrier at the top."""
+
+    def __init__(self, sim: Simulation, chosen: set[int]) -> None:
+        self.sim = sim
+        self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
+        self.chosen = {(item.element, item.element_name) for item in self.items}
+        self.moved: set[Element] = set()
+        self.carriers: set[str] = set()
+        self.kept = self._kept_bodies()
+        self.spec = self._extracted()
+        self._move_to_the_top()
+        for body, whole in self.kept.items():
+            if not whole:
+                self._make_carrier(sim.model.body(body).name)
+
+    def graft(self) -> Graft:
+        """What is left, ready to be added."""
+        scene = self.sim.scene
+        bodies = {body.name for body in self.spec.bodies}
+        placed = {name for array, name in self.moved if array == "body_"}
+        return Graft(
+            spec=self.spec,
+            names={(item.element, item.element_name): item.name for item in self.items},
+            annotations={item.name: dict(item.annotations) for item in self.items if item.annotations},
+            registered=concerning(self.sim, {item.name for item in self.items}),
+            copies=True,
+            moved=self.moved,
+            hidden=(bodies & scene.hidden_bodies) | self.carriers,
+            welded=(bodies & scene.welded_bodies) - placed,
+            weightless=bodies & scene.weightless_bodies,
+        )
+
+    def _kept_bodies(self) -> dict[int, bool]:
+        """Body id to whether its object is copied; False: the body is only there for its joint or force sensor."""
+        model, scene = self.sim.model, self.sim.scene
+        whole = {item.id for item in self.items if item.element == "body"}
+        kept = dict.fromkeys(whole, True)
+        # Bodies that are no objects belong to the copied one they hang on.
+        parts: list[int] = []
+        waiting = sorted(whole)
+        while waiting:
+            for body in np.flatnonzero(model.body_parentid == heapq.heappop(waiting)).tolist():
+                if scene.by_element("body", body) is None and not self._lost_joints(body):
+                    parts.append(body)
+                    heapq.heappush(waiting, body)
+        kept |= dict.fromkeys(sorted(parts), True)
+        for item in self.items:
+            if item.element == "joint":
+                kept.setdefault(item.body, False)
+        return kept
+
+    def _extracted(self) -> mujoco.MjSpec:
+        sim, model = self.sim, self.sim.model
+        parents = {body: int(model.body_parentid[body]) for body in sorted(self.kept)}
+        loose = [
+            item for item in self.items if item.element in ("geom", *_PREFIX) and item.body not in self.kept
+        ]
+        loose.sort(key=lambda item: (item.body != 0, item.id if item.body == 0 else 0))
+        tendons = {item.element_name for item in sim.scene.objects.values() if item.element == "tendon"}
+        return extract(
+            sim.scene.spec,
+            {model.body(body).name: body_name(sim, above) for body, above in parents.items()},
+            [(item.element, item.element_name) for item in loose],
+            {("tendon", name) for name in tendons if ("tendon", name) not in self.chosen} | self._left_out(),
+        )
+
+    def _left_out(self) -> set[Element]:
+        """What stands in the copied bodies, but is not to be copied."""
+        model, scene = self.sim.model, self.sim.scene
+        left_out: set[Element] = set()
+        for body, whole in self.kept.items():
+            left_out.update(("joint", joint) for joint in self._lost_joints(body))
+            if not whole:  # a carrier, without shapes
+                left_out.update(("geom", geom.name) for geom in scene.spec.body(model.body(body).name).geoms)
+        for element, bodies in (
+            ("site", model.site_bodyid),
+            ("camera", model.cam_bodyid),
+            ("light", model.light_bodyid),
+        ):
+            for index in np.flatnonzero(np.isin(bodies, list(self.kept))).tolist():
+                handle = scene.by_element(element, index)
+                if handle is not None and (element, scene.objects[handle].element_name) not in self.chosen:
+                    left_out.add((element, scene.objects[handle].element_name))
+        return left_out
+
+    def _lost_joints(self, body: int) -> list[str]:
+        """The joints of a body that are not copied."""
+        return [joint for joint in _joints(self.sim, body) if ("joint", joint) not in self.chosen]
+
+    def _move_to_the_top(self) -> None:
+        sim, model = self.sim, self.sim.model
+        for body, whole in self.kept.items():
+            name, lost = model.body(body).name, self._lost_joints(body)
+            above = int(model.body_parentid[body])
+            welded = name in sim.scene.welded_bodies
+            if (above in self.kept and not lost) or (above == 0 and not lost and not welded):
+                continue
+            pose = body_pose(sim, body) if lost else start_pose(sim, body)
+            stays = above in self.kept
+            if stays:
+                pose = compose(inverse(body_pose(sim, above)), pose)
+            was_dynamic = welded or (bool(lost) and len(lost) == len(_joints(sim, body)))
+            # V-REP's shape without its joint or sensor is a dynamic one that nothing holds.
+            free = True if was_dynamic and whole and not stays else None
+            move_body(self.spec, name, model.body(above).name if stays else "world", pose, free=free)
+            if free:
+                _let_fall(self.spec.body(name))
+            self.moved.add(("body_", name))
+        for item in self.items:
+            if item.element in _PREFIX and item.body not in self.kept and item.body != 0:
+                size = model.site_size[item.id] if item.element == "site" else None
+                pose = element_pose(sim, item)
+                move_leaf(self.spec, item.element, item.element_name, "world", pose, size)
+                self.moved.add((_PREFIX[item.element], item.element_name))
+
+    def _make_carrier(self, name: str) -> None:
+        """A light body: what a copied joint moves when its child is not copied."""
+        body = self.spec.body(name)
+        body.explicitinertial = True
+        body.mass = _CARRIER_MASS
+        body.inertia[:] = _CARRIER_MASS
+        body.ipos[:], body.iquat[:] = 0.0, (1.0, 0.0, 0.0, 0.0)
+        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+        body.fullinertia[:] = float("nan")
+        self.carriers.add(name)
+
+
+def _let_fall(body: Any) -> None:
+    """Take the gravity compensation from a body and what is fixed to it: only its motors had made it weightless."""
+    body.gravcomp = 0.0
+    for child in body.bodies:
+        if not list(child.joints):
+            _let_fall(child)
+
+
+def _joints(sim: Simulation, body: int) -> list[str]:
+    """Names of a body's hinges, slides and balls."""
+    if free_joint(sim.model, body) >= 0:
+        return []
+    first = int(sim.model.body_jntadr[body])
+    return [sim.model.joint(joint).name for joint in range(first, first + int(sim.model.body_jntnum[body]))]

@@ -1,0 +1,198 @@
+"""New objects out of nothing, in a scene that is stopped or running: shapes from sizes, points and heights.
+
+What a run creates is gone after its stop, as V-REP's is when it resets the scene. Objects are static unless said
+otherwise: they stay where they are put. Like V-REP's they begin in the middle of what they are made of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.editing.grafting import Graft, graft
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.formats.loader import prepare
+from simx_server.scene.formats.loose_meshes import settle
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+GREY = (0.9, 0.9, 0.9, 1.0)
+"""V-REP's new shapes."""
+
+THICKNESS = 1e-3
+"""Metres; planes and discs have no other."""
+
+_AROUND = 32
+"""Corners around a cone."""
+
+_LARGEST = 1e4
+"""Metres, and kilograms."""
+
+_MOST_POINTS = 1_000_000
+
+_GEOM = mujoco.mjtGeom
+
+
+@dataclass(frozen=True)
+class Body:
+    """How a new shape takes part in physics."""
+
+    static: bool = True
+    respondable: bool = False
+    mass: float = 1.0
+    """Kilograms."""
+
+
+def add(
+    sim: Simulation,
+    stem: str,
+    element: str,
+    build: Callable[[mujoco.MjSpec, str], None],
+    notes: Mapping[str, Annotation] | None = None,
+    hidden: Sequence[str] = (),
+) -> int:
+    """Add the object that `build` makes in an empty spec under a given name; its handle.
+
+    `stem`: what it is called, with a number if that is taken. `element`: what carries it. `notes`: its annotations by
+    kind. `hidden`: names of bodies that are no objects. Raises CommandError.
+    """
+    taken = sim.scene.by_names()
+    name, number = stem, 0
+    while name in taken:
+        name, number = f"{stem}{number}", number + 1
+    spec = mujoco.MjSpec()
+    build(spec, name)
+    prepare(spec)
+    annotations = {name: {kind: dict(note) for kind, note in notes.items()}} if notes else {}
+    handles = graft(sim, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
+    sim.object_settings.apply_masks()
+    sim.changed()
+    return handles[element, name]
+
+
+def create_primitive(sim: Simulation, kind: str, sizes: Sequence[float], body: Body) -> int:
+    """A plane, disc, cuboid, spheroid, cylinder, cone or capsule of these sizes along x, y, z (metres).
+
+    Raises CommandError: sizes that no shape has.
+    """
+    if len(sizes) < 3 or not all(0 <= size <= _LARGEST for size in sizes[:3]):
+        raise CommandError(f"a shape has three sizes from 0 to {_LARGEST:g} m, not {list(sizes)}")
+    if not 0 < body.mass <= _LARGEST:
+        raise CommandError(f"a mass is above 0, up to {_LARGEST:g} kg, not {body.mass}")
+    x, y, z = (max(size, THICKNESS) / 2 for size in sizes[:3])
+
+    def fill(spec: mujoco.MjSpec, geom: Any) -> None:
+        match kind:
+            case "plane" | "cuboid":
+                geom.type, geom.size[:] = _GEOM.mjGEOM_BOX, (x, y, THICKNESS / 2 if kind == "plane" else z)
+            case "disc" | "cylinder":
+                half = THICKNESS / 2 if kind == "disc" else z
+                geom.type, geom.size[:2] = _GEOM.mjGEOM_CYLINDER, (x, half)
+            case "spheroid" if x == y == z:
+                geom.type, geom.size[0] = _GEOM.mjGEOM_SPHERE, x
+            case "spheroid":
+                geom.type, geom.size[:] = _GEOM.mjGEOM_ELLIPSOID, (x, y, z)
+            case "capsule" if z > x:
+                geom.type, geom.size[:2] = _GEOM.mjGEOM_CAPSULE, (x, z - x)
+            case "capsule":
+                geom.type, geom.size[0] = _GEOM.mjGEOM_SPHERE, x
+            case _:
+                _use_mesh(spec, geom, *_cone(x, y, z))
+
+    return _add_shape(sim, kind.capitalize(), fill, body)
+
+
+def create_mesh(sim: Simulation, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
+    """A shape with a surface of triangles: points (n, 3) in the world, metres, and faces (m, 3) of their indices.
+
+    Raises CommandError: no surface.
+    """
+    if len(points) < 3 or len(faces) < 1 or len(points) > _MOST_POINTS:
+        raise CommandError(f"a mesh has from 3 to {_MOST_POINTS} points and at least one triangle")
+    if faces.min() < 0 or faces.max() >= len(points):
+        raise CommandError(f"a triangle's corners are indices from 0 to {len(points) - 1} here")
+    if len(points) == 3:  # MuJoCo wants four, of which one may belong to no triangle
+        points = np.vstack([points, points.mean(axis=0)])
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+
+    def fill(spec: mujoco.MjSpec, geom: Any) -> None:
+        _use_mesh(spec, geom, points - centre, faces)
+        settle(geom)
+
+    return _add_shape(sim, stem, fill, body, tuple(centre))
+
+
+def create_height_field(sim: Simulation, heights: np.ndarray, width: float) -> int:
+    """A static surface that things collide with: heights (rows along y, columns along x) in metres, `width` along x.
+
+    Raises CommandError: less than 2 x 2 heights, or no width.
+    """
+    rows, columns = heights.shape
+    if rows < 2 or columns < 2 or not 0 < width <= _LARGEST:
+        raise CommandError("a height field has at least 2 x 2 points and a width above 0 m")
+    low, high = float(heights.min()), float(heights.max())
+    rise, middle = max(high - low, THICKNESS), (low + high) / 2
+    depth = width * (rows - 1) / (columns - 1)
+
+    def fill(spec: mujoco.MjSpec, geom: Any) -> None:
+        spec.add_hfield(
+            name="heights",
+            nrow=rows,
+            ncol=columns,
+            size=[width / 2, depth / 2, rise, max(rise, 0.1)],
+            userdata=((heights - low) / rise).ravel(),
+        )
+        geom.type, geom.hfieldname = _GEOM.mjGEOM_HFIELD, "heights"
+        geom.pos[2] = low - middle
+
+    return _add_shape(sim, "Heightfield", fill, Body(respondable=True), (0.0, 0.0, middle))
+
+
+def _add_shape(
+    sim: Simulation,
+    stem: str,
+    fill: Callable[[mujoco.MjSpec, Any], None],
+    body: Body,
+    place: Sequence[float] = (0.0, 0.0, 0.0),
+) -> int:
+    def build(spec: mujoco.MjSpec, name: str) -> None:
+        made = spec.worldbody.add_body(name=name, pos=list(place))
+        if not body.static:
+            made.add_freejoint()
+        geom = made.add_geom(rgba=list(GREY), mass=body.mass)
+        geom.contype = geom.conaffinity = int(body.respondable)
+        fill(spec, geom)
+
+    return add(sim, stem, "body", build)
+
+
+def _use_mesh(spec: mujoco.MjSpec, geom: Any, points: np.ndarray, faces: np.ndarray) -> None:
+    spec.add_mesh(
+        name="mesh",
+        uservert=points.ravel(),
+        userface=faces.ravel().astype(np.int32),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    geom.type, geom.meshname = _GEOM.mjGEOM_MESH, "mesh"
+
+
+def _cone(x: float, y: float, z: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points and faces; half sizes."""
+    angles = [2 * math.pi * step / _AROUND for step in range(_AROUND)]
+    points = [(x * math.cos(a), y * math.sin(a), -z) for a in angles] + [(0.0, 0.0, z), (0.0, 0.0, -z)]
+    faces = [
+        face
+        for step in range(_AROUND)
+        for face in (
+            (step, (step + 1) % _AROUND, _AROUND),
+            ((step + 1) % _AROUND, step, _AROUND + 1),
+        )
+    ]
+    return np.array(points), np.array(faces)

@@ -1,0 +1,289 @@
+"""Changing the tree of a scene, stopped or running: removing objects, giving them another parent, adding dummies.
+
+An edit compiles a new model and carries the whole state over by name; handles stay. During a run the original is kept
+and comes back at stop.
+
+What a new parent means physically:
+* a body without joints of its own (static or welded) is welded to the new parent's body; one that was fixed to the
+  world weighs nothing there, as V-REP's static shapes do;
+* a free body (it falls, it is pushed) stays free: only the tree changes, as in V-REP, where a dynamic shape under
+  another shape is no part of it. Under a **force sensor** it is welded (V-REP's rigid link: what a gripper script means
+  by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent; the same
+  under a joint that moves nothing yet, as one that a script has made;
+* a link (body with hinges or slides) or a joint moves in the tree with all below it, joints first;
+* a site, camera or light moves to the new parent's body; a joint on a tendon only moves in the tree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene import properties
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.editing.transplant import delete, delete_all, find_body, move_leaf
+from simx_server.scene.editing.welding import body_name, body_under, is_link, move_body_object, set_static
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.geometry.placing import (
+    body_pose,
+    element_pose,
+    free_joint,
+    is_linking_sensor,
+    moving_pose,
+    object_pose,
+    place,
+)
+from simx_server.scene.geometry.poses import IDENTITY, Pose, compose, inverse, rotate
+from simx_server.scene.objects import ObjectKind, SceneObject
+from simx_server.scene.tree import INTERNAL, Addition
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+__all__ = [
+    "create_dummy",
+    "remove_all",
+    "remove_model",
+    "remove_object",
+    "remove_tree",
+    "set_parent",
+    "set_static",
+]
+
+DUMMY_COLOR = (255, 255, 255, 0, 0, 0, 64, 64, 64, 0, 0, 0)
+"""Of a dummy that is created without a colour: white, with a faint highlight."""
+
+_COLOR_STARTS = (0, 0, 6, 9)
+"""Where the RGB of a component begins in a colour's 12 numbers."""
+
+_SENSOR_CARRIER = INTERNAL + "sensor_carrier"
+"""Stem of the names of empty bodies in which force sensors hang that nothing hangs on."""
+
+_PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
+
+
+def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
+    """Give an object another parent (-1: none). `keep_in_place` keeps its world pose, else the local one's numbers.
+
+    Raises UnknownHandle, CommandError (a loop; a part of the world itself).
+    """
+    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    scene = sim.scene
+    item = scene.get(handle)
+    if parent != -1:
+        scene.get(parent)
+        if scene.is_below(parent, handle):
+            raise CommandError(f"'{item.name}' cannot get its own child '{scene.get(parent).name}' as parent")
+        for joint in _joints_of(sim, item):
+            if scene.is_below(parent, joint.handle):
+                raise CommandError(
+                    f"'{item.name}' moves with its joint '{joint.name}', which carries '{scene.get(parent).name}'; "
+                    "give that another parent first"
+                )
+    if parent == item.parent:
+        return
+    sim.refresh()
+    world = object_pose(sim, item)
+    local = compose(inverse(_reference(sim, item.parent)), world)
+    if item.element in ("body", "joint") or is_linking_sensor(sim, item):
+        move_body_object(sim, item, parent)
+    elif item.element in _PREFIX:
+        _move_leaf(sim, item, parent)
+        if item.kind == ObjectKind.FORCE_SENSOR:
+            _take_along(sim, handle)
+    elif item.element == "geom" and body_under(sim, parent) != 0:
+        raise CommandError(
+            f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
+        )
+    sim.scene.override_parent(handle, parent)
+    properties.apply(sim)
+    sim.changed()
+    if not keep_in_place:
+        sim.refresh()
+        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
+
+
+def remove_object(sim: Simulation, handle: int) -> None:
+    """Remove one object; its children move up to its parent and stay where they are. Raises UnknownHandle.
+
+    A link that others hang on stays in the model as a carrier of its mass, without shapes; a removed joint is rigid.
+    """
+    item = sim.scene.get(handle)
+    children = sim.scene.children(handle)
+    body = sim.model.body(item.body).name
+    hollow = item.element == "body" and (bool(children) or is_link(sim, item.id))
+    start = _pose_in_parent(sim, item.body)
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        if hollow:
+            _hollow_out(sim, spec, item)
+        else:
+            delete(spec, item.element, item.element_name)
+        if item.element == "joint" and sim.model.body_jntnum[item.body] == 1:
+            spec.body(body).pos[:], spec.body(body).quat[:] = start
+
+    moved = {("body_", body)} if item.element == "joint" else set()
+    parents = dict.fromkeys(children, item.parent)
+    edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
+
+
+def remove_model(sim: Simulation, handle: int) -> None:
+    """Remove a whole tree. Raises UnknownHandle, CommandError when the object is no model base."""
+    item = sim.scene.get(handle)
+    if not sim.scene.is_model_base(handle):
+        raise CommandError(
+            f"'{item.name}' is no model base; remove it as an object, or make it one with simxSetModelProperty"
+        )
+    remove_tree(sim, handle)
+
+
+def remove_tree(sim: Simulation, *handles: int) -> None:
+    """Remove objects and all below them. Raises UnknownHandle."""
+    removed = [each for handle in handles for each in (handle, *sim.scene.descendants(handle))]
+    items = [sim.scene.get(h) for h in removed]
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        moving = [i for i in items if i.element in ("body", "joint") or is_linking_sensor(sim, i)]
+        others = [i for i in items if i.element in ("tendon", "geom", *_PREFIX)]
+        delete_all(
+            spec,
+            [("body", sim.model.body(item.body).name) for item in moving]
+            + [(item.element, item.element_name) for item in others],
+        )
+
+    edit(sim, surgery, set(), removed=set(removed))
+
+
+def remove_all(sim: Simulation) -> None:
+    """Remove every object (`sim_handle_all`)."""
+    remove_tree(sim, *sim.scene.children(-1))
+
+
+def create_dummy(sim: Simulation, size: float, color: Sequence[int] | None = None) -> int:
+    """Add a dummy of this diameter (m) at the world's origin; returns its handle.
+
+    `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
+    """
+    if not 0 < size < 1e3:
+        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
+    names = {item.name for item in sim.scene.objects.values()} | {site.name for site in sim.scene.spec.sites}
+    name, count = "Dummy", 0
+    while name in names:
+        name, count = f"Dummy{count}", count + 1
+
+    numbers = [min(max(number, 0), 255) for number in color or DUMMY_COLOR]
+    rgba = [number / 255 for number in numbers[:3]] + [1.0]
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        spec.worldbody.add_site(name=name, size=[size / 2] * 3, group=4, rgba=rgba)
+
+    note: dict[str, Annotation] = {"dummy": {"color": " ".join(map(str, numbers))}}
+    edit(sim, surgery, set(), added=Addition("", {("site", name): name}, {name: note}))
+    found = sim.scene.by_name(name)
+    if found is None:
+        raise CommandError(f"the dummy '{name}' was not added")
+    return found
+
+
+def dummy_size(sim: Simulation, handle: int) -> float:
+    """Diameter of a dummy's mark, m. Raises UnknownHandle, WrongKind."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    return 2 * float(sim.model.site_size[_mark(item)][0])
+
+
+def set_dummy_size(sim: Simulation, handle: int, size: float) -> None:
+    """Raises UnknownHandle, WrongKind, CommandError for no size."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    if not 0 < size < 1e3:
+        raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
+    sim.model.site_size[_mark(item)] = size / 2
+    sim.model_edited()
+    sim.changed()
+
+
+def dummy_color(sim: Simulation, handle: int, component: int) -> list[float]:
+    """RGB 0..1 of a dummy: 0 and 1 ambient and diffuse, 2 specular, 3 emission. Raises UnknownHandle, WrongKind."""
+    item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
+    if not 0 <= component <= 3:
+        raise CommandError(f"a colour's component is 0, 1, 2 or 3, not {component}")
+    note = item.annotations.get("dummy", {}).get("color")
+    if note is not None:
+        start = _COLOR_STARTS[component]
+        return [int(number) / 255 for number in str(note).split()[start : start + 3]]
+    return sim.model.site_rgba[_mark(item)][:3].tolist() if component < 2 else [0.0, 0.0, 0.0]
+
+
+def _mark(item: SceneObject) -> int:
+    """The site that shows a dummy."""
+    if item.element != "site":
+        raise CommandError(f"'{item.name}' is a body without shapes, which has no mark with size and colour")
+    return item.id
+
+
+def _joints_of(sim: Simulation, item: SceneObject) -> list[SceneObject]:
+    """The joints by which a body hangs in the model, wherever they stand in the tree."""
+    objects = sim.scene.objects.values()
+    is_body = item.element == "body"
+    return [other for other in objects if is_body and other.element == "joint" and other.body == item.body]
+
+
+def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
+    target = body_under(sim, parent)
+    if target == item.body:
+        return
+    local = compose(inverse(body_pose(sim, target)), element_pose(sim, item))
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        size = sim.model.site_size[item.id] if item.element == "site" else None
+        name, place = body_name(sim, target), local
+        if item.kind == ObjectKind.FORCE_SENSOR:
+            # In the body itself it would measure what holds that body, and stand above it in the tree.
+            carrier = find_body(spec, name).add_body(
+                name=_free_name(spec, _SENSOR_CARRIER), pos=local[0], quat=local[1]
+            )
+            name, place = carrier.name, IDENTITY
+        move_leaf(spec, item.element, item.element_name, name, place, size)
+        if item.element == "light":
+            spec.light(item.element_name).dir[:] = rotate(local[1], (0.0, 0.0, 1.0))
+
+    edit(sim, surgery, {(_PREFIX[item.element], item.element_name)}, parents={item.handle: parent})
+
+
+def _take_along(sim: Simulation, sensor: int) -> None:
+    """Fix to a sensor that was moved to another body what it holds."""
+    for child in sim.scene.children(sensor):
+        held = sim.scene.get(child)
+        if held.element == "body" and free_joint(sim.model, held.id) < 0 and not is_link(sim, held.id):
+            move_body_object(sim, held, sensor)
+
+
+def _free_name(spec: mujoco.MjSpec, stem: str) -> str:
+    return next(name for number in count() if spec.body(name := f"{stem}{number}") is None)
+
+
+def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None:
+    """A link something hangs on stays as a nameless carrier of its mass, without shapes."""
+    model, body = sim.model, spec.body(item.element_name)
+    for geom in list(body.geoms):
+        delete(spec, "geom", geom.name)
+    body.explicitinertial = True
+    body.mass = float(model.body_mass[item.id])
+    body.inertia[:] = model.body_inertia[item.id]
+    body.ipos[:], body.iquat[:] = model.body_ipos[item.id], model.body_iquat[item.id]
+    body.fullinertia[:] = np.nan
+    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _pose_in_parent(sim: Simulation, body: int) -> Pose:
+    """Where a body is now, in its parent's frame."""
+    sim.refresh()
+    return compose(inverse(body_pose(sim, int(sim.model.body_parentid[body]))), body_pose(sim, body))
+
+
+def _reference(sim: Simulation, parent: int) -> Pose:
+    return IDENTITY if parent == -1 else moving_pose(sim, sim.scene.get(parent))

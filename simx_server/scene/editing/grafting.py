@@ -1,0 +1,143 @@
+"""Adding a whole spec to a scene: what loading a model and copying objects have in common.
+
+The elements get a prefix that no other has; their objects get V-REP's names, with copy numbers where names are taken.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.scene.editing.element_copies import Copier, agree
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.formats.annotations import PREFIX, Annotation
+from simx_server.scene.names import copy_names
+from simx_server.scene.registered import renamed, renamed_registered
+from simx_server.scene.tree import GRAFT_END, Addition
+from simx_server.world import physics_warnings
+
+if TYPE_CHECKING:
+    from simx_server.scene.objects import Scene
+    from simx_server.world.simulation import Simulation
+
+logger = logging.getLogger(__name__)
+
+Element = tuple[str, str]
+"""What carries an object: the MuJoCo kind and the element's name."""
+
+
+@dataclass(frozen=True)
+class Graft:
+    """What is to be added."""
+
+    spec: mujoco.MjSpec
+    """Consumed."""
+    names: Mapping[Element, str]
+    """The name of each object it carries, as it was."""
+    annotations: Mapping[str, dict[str, Annotation]]
+    """By these names."""
+    registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
+    """Collections, collision and distance objects and IK groups it brings: per kind, by name."""
+    copies: bool = False
+    """Whether each element is named as one of the scene, whose state it takes over."""
+    moved: Collection[Element] = ()
+    """(array prefix, element name) of copies that have a new place in the model."""
+    hidden: Collection[str] = ()
+    """Names of bodies in it that are no objects."""
+    welded: Collection[str] = ()
+    weightless: Collection[str] = ()
+    """Names of its bodies that belong to the scene's sets of this name."""
+
+
+def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
+    """Add it to the scene, stopped or running, at the top of the tree; the handle of each object by its element.
+
+    An object whose element is gone (a tendon without its sites) is left out. Raises CommandError.
+    """
+    scene = sim.scene
+    first = scene.next_handle
+    prefix = f"{first}{GRAFT_END}"
+    names = _names(sim, addition)
+    _strip(addition.spec)
+    part = addition.spec
+    brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
+
+    def surgery(spec: mujoco.MjSpec) -> None:
+        if addition.copies:
+            Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
+            return
+        agree(addition.spec, spec)
+        with physics_warnings.collected() as told:
+            spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
+        for warning in told:
+            # This one is of a scene that holds its files' bytes and a model that does not: nothing is missing then.
+            if not str(warning).startswith("Attaching a child without asset dict"):
+                logger.warning("mujoco: %s", warning)
+        if brings_assets:
+            spec.dedup_assets()
+
+    edit(
+        sim,
+        surgery,
+        {(array, prefix + name) for array, name in addition.moved},
+        welded=scene.welded_bodies | {prefix + name for name in addition.welded},
+        weightless=scene.weightless_bodies | {prefix + name for name in addition.weightless},
+        added=Addition(
+            prefix=prefix,
+            names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
+            annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
+            copies=addition.copies,
+            hidden=frozenset(prefix + name for name in addition.hidden),
+        ),
+    )
+    if addition.registered:
+        _register(sim.scene, addition.registered, names)
+    if addition.copies:
+        for (name, array), value in scene.withheld.items():
+            if mujoco.mj_name2id(sim.model, mujoco.mjtObj.mjOBJ_GEOM, prefix + name) >= 0:
+                sim.scene.withheld[prefix + name, array] = value
+    objects = sim.scene.objects
+    new = takewhile(lambda handle: handle >= first, reversed(objects))
+    handles = {(objects[handle].element, objects[handle].element_name): handle for handle in new}
+    return {
+        (kind, name): handles[kind, prefix + name]
+        for kind, name in addition.names
+        if (kind, prefix + name) in handles
+    }
+
+
+def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
+    """What everything it brings is called in the scene: all copy numbers rise alike, as in V-REP."""
+    wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
+    taken: Collection[str] = sim.scene.by_names().keys()
+    if addition.registered:
+        meters = sim.meters.collisions, sim.meters.distances, sim.ik_groups
+        taken = taken | {name for each in (sim.collections, *meters) for name in each.names()}
+    return copy_names(wanted, taken)
+
+
+def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names: Mapping[str, str]) -> None:
+    """Add to what is registered. The old mapping is left alone: the stop may bring it back."""
+    registered = {kind: dict(notes) for kind, notes in scene.annotations.registered.items()}
+    for kind, notes in added.items():
+        for name, note in notes.items():
+            registered.setdefault(kind, {})[names[name]] = renamed_registered(note, names)
+    scene.annotations = replace(scene.annotations, registered=registered)
+
+
+def _strip(spec: mujoco.MjSpec) -> None:
+    """Remove what belongs to a whole scene and to no object: keyframes, annotations, sensors of nothing."""
+    for many in (spec.keys, spec.tuples, spec.numerics):
+        for element in list(many):
+            spec.delete(element)
+    for text in list(spec.texts):
+        if text.name.startswith(PREFIX):
+            spec.delete(text)
+    for sensor in list(spec.sensors):
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
+            spec.delete(sensor)

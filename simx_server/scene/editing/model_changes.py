@@ -1,0 +1,42 @@
+"""Changes of a model's arrays that are undone when MuJoCo cannot make a model of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.errors import CommandError, one_line
+from simx_server.scene.editing.twins import Names, Twins
+from simx_server.world.saved_state import STATE, editable_arrays, get_state
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+
+@contextmanager
+def undone_on_failure(sim: Simulation) -> Iterator[None]:
+    """Within the block the model's arrays and the state are changed, or an edit replaces the model.
+
+    On failure all is as before. What MuJoCo says of it becomes a CommandError.
+    """
+    scene, model, data = sim.scene, sim.model, sim.data
+    arrays = {name: value.copy() for name, value in editable_arrays(model)}
+    state = get_state(model, data)
+    joints = sim.joints.remember()
+    try:
+        yield
+    except Exception as error:
+        if sim.model is not model:
+            sim.replace_model(scene, model, data, Twins(Names(sim.model), model))
+        for name, value in editable_arrays(model):
+            value[...] = arrays[name]
+        mujoco.mj_setState(model, data, state, STATE)
+        sim.joints.recall(joints)
+        sim.model_edited()
+        sim.changed()
+        if isinstance(error, mujoco.FatalError):
+            raise CommandError(f"MuJoCo cannot make a model of that: {one_line(error)}") from error
+        raise

@@ -1,0 +1,132 @@
+"""The one way a scene's model is replaced: operate on a copy of the spec, compile, carry the state over, go on."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import mujoco
+
+from simx_server.errors import CommandError
+from simx_server.scene.editing.successor import succeed
+from simx_server.scene.editing.transfer import carry_over
+from simx_server.scene.editing.twins import Names, Twins
+from simx_server.scene.formats.loader import SceneError, compile_spec
+from simx_server.scene.tree import Addition
+
+if TYPE_CHECKING:
+    from simx_server.scene.objects import Scene
+    from simx_server.world.simulation import Simulation
+
+Surgery = Callable[[mujoco.MjSpec], None]
+
+
+def edit(
+    sim: Simulation,
+    surgery: Surgery,
+    moved: set[tuple[str, str]],
+    *,
+    removed: set[int] | None = None,
+    parents: dict[int, int] | None = None,
+    welded: set[str] | None = None,
+    hidden: str | None = None,
+    weightless: set[str] | None = None,
+    added: Addition | None = None,
+) -> None:
+    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed.
+
+    Args:
+        moved: (array prefix, element name) of what has a new place, see `carry_over`.
+        removed: handles of objects that are no more.
+        parents: handle to new parent, of objects whose place in the tree is not that of their element.
+        welded, weightless: the scene's sets of these names from now on.
+        hidden: name of one more body that is no object.
+        added: what the surgery adds.
+    """
+    sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
+    sim.refresh()
+    old = sim.scene
+    if added is not None:
+        sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
+    spec = old.spec.copy()
+    try:
+        surgery(spec)
+        model = compile_spec(spec, logging.DEBUG)  # it was told when the scene was loaded
+    except (ValueError, mujoco.FatalError, SceneError) as error:
+        raise _refusal(error) from error
+    data = mujoco.MjData(model)
+    twins = Twins(old.names or Names(sim.model), model)
+    weights = old.weightless_bodies if weightless is None else weightless
+    copies = added.prefix if added is not None and added.copies else None
+    # A body that only stands for a copy's missing link weighs what it was given.
+    reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set())
+    differs = carry_over(sim.model, sim.data, model, data, twins, moved, reweighed, copies)
+    differs |= _take_weight(model, weights)
+    if differs:
+        # What the solver derives from masses and places: those that were carried over are not what was compiled.
+        try:
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+        except mujoco.FatalError as error:  # weights that a client has set may be none
+            raise _refusal(error) from error
+    hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
+    annotations, names = old.annotations, None
+    if added is not None:
+        hidden_bodies |= added.hidden
+        annotations = replace(annotations, objects={**annotations.objects, **added.annotations})
+        names = added.names
+    scene, touched = succeed(old, sim.model, spec, model, twins, annotations, hidden_bodies, names)
+    scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
+    scene.names = twins.new
+    scene.made_static = set(old.made_static)
+    geoms = set(twins.new.of("geom")) if old.withheld else set()
+    scene.withheld = {key: value for key, value in old.withheld.items() if key[0] in geoms}
+    scene.welded_bodies = set(old.welded_bodies if welded is None else welded)
+    scene.weightless_bodies = set(weights)
+    for handle in removed or ():
+        scene.objects.pop(handle, None)
+    parents = {handle: parent for handle, parent in (parents or {}).items() if handle in scene.objects}
+    for handle in parents:
+        scene.objects[handle] = replace(scene.objects[handle])  # the old scene stays, should this one not do
+    scene.override_parents(parents)
+    scene.reindex()
+    _check_tree(scene, touched | parents.keys())
+    sim.replace_model(scene, model, data, twins)
+
+
+def _refusal(error: Exception) -> CommandError:
+    return CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}")
+
+
+def _check_tree(scene: Scene, touched: set[int]) -> None:
+    """Raises CommandError where an object would be its own ancestor. `touched`: those that may hang elsewhere.
+
+    What hangs on what in the model and what the tree was told may contradict each other: a moved body takes along
+    joints and sensors that the tree has elsewhere.
+    """
+    sound: set[int] = {-1}
+    for handle in touched:
+        way: list[int] = []
+        while handle not in sound:
+            if handle in way:
+                names = ", ".join(f"'{scene.objects[each].name}'" for each in way[way.index(handle) :])
+                raise CommandError(
+                    f"that would make each of {names} an ancestor of itself; give one another parent first"
+                )
+            way.append(handle)
+            handle = scene.objects[handle].parent if handle in scene.objects else -1
+        sound.update(way)
+
+
+def _take_weight(model: mujoco.MjModel, names: set[str]) -> bool:
+    """Make bodies weigh nothing, in the model only: the spec keeps their mass for when they are let go.
+
+    Returns whether there are any.
+    """
+    ids = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
+    present = [body for body in ids if body >= 0]
+    if present:
+        model.body_mass[present] = 0.0
+        model.body_inertia[present] = 0.0
+    return bool(present)

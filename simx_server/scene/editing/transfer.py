@@ -1,0 +1,185 @@
+"""Carrying a simulation's state from one compiled model to its edited successor, by the names of the elements."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from simx_server.scene.editing.twins import Twins
+from simx_server.world.saved_state import option_values, write_options
+
+_ARRAYS = (
+    *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
+    *("geom_pos", "geom_quat", "geom_sameframe", "geom_size", "geom_rgba", "geom_friction", "geom_contype"),
+    *("geom_solref", "geom_solimp", "geom_solmix", "geom_margin", "geom_condim", "geom_priority"),
+    *("geom_conaffinity", "geom_group", "site_pos", "site_quat", "site_sameframe", "site_rgba", "site_size"),
+    *(
+        "cam_mode",
+        "cam_pos",
+        "cam_quat",
+        "cam_fovy",
+        "cam_resolution",
+        "light_mode",
+        "light_pos",
+        "light_dir",
+    ),
+    *("light_active", "light_diffuse", "light_ambient", "light_specular", "jnt_range", "jnt_limited"),
+    *("jnt_pos", "jnt_axis"),
+    *("jnt_stiffness", "tendon_range", "tendon_limited"),
+)
+"""Model arrays of settings a command may have written. What belongs to actuators is written again by the joints."""
+
+_ARRAYS_OF = {
+    prefix: [array for array in _ARRAYS if array.startswith(prefix)]
+    for prefix in dict.fromkeys(array[: array.index("_") + 1] for array in _ARRAYS)
+}
+"""By the prefix that says whose they are."""
+
+_INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
+
+_POSITIONS = np.array((7, 4, 1, 1))
+_DOFS = np.array((6, 3, 1, 1))
+"""By type of joint."""
+
+
+def carry_over(
+    old_model: mujoco.MjModel,
+    old_data: mujoco.MjData,
+    new_model: mujoco.MjModel,
+    new_data: mujoco.MjData,
+    twins: Twins,
+    moved: Collection[tuple[str, str]] = (),
+    reweighed: Collection[str] = (),
+    copies: str | None = None,
+) -> bool:
+    """Give the new model the edited settings and the new data the state of the old ones.
+
+    `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
+    `reweighed`: names of bodies whose inertia is the new model's own.
+    `copies`: prefix of new elements that start as copies of those named as they are without it.
+
+    Returns whether any setting in the new model is another than it was compiled with.
+    """
+    differs = False
+    placed = {prefix: {name for kind, name in moved if kind == prefix} for prefix, _ in moved}
+    for prefix, arrays in _ARRAYS_OF.items():
+        old, new = twins.pairs(prefix[:-1], copies)
+        if not len(new):
+            continue
+        names = twins.new.of(prefix[:-1])
+        all_old, all_new = _span(old), _span(new)
+        own_place = _among(names, new, placed.get(prefix, ()))
+        own_weight = _among(names, new, reweighed) if prefix == "body_" else None
+        for array in arrays:
+            keeps = None
+            if array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")):
+                keeps = own_place
+            if array in _INERTIA and own_weight is not None:
+                keeps = own_weight if keeps is None else keeps | own_weight
+            source, target = getattr(old_model, array), getattr(new_model, array)
+            here, there = (all_old, all_new) if keeps is None else (old[~keeps], new[~keeps])
+            values = source[here]
+            if target[there].tobytes() != values.tobytes():
+                target[there] = values
+                differs = True
+    _unmark_simple(new_model)
+    options = option_values(old_model)
+    differs |= not _are_equal(options, option_values(new_model))
+    write_options(new_model, options)
+    _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
+    _carry_bodies(old_model, old_data, new_model, new_data, twins, placed.get("body_", ()), copies)
+    _carry_actuators(old_model, old_data, new_model, new_data, *twins.pairs("actuator", copies))
+    old, new = twins.pairs("eq", copies)
+    new_data.eq_active[new] = old_data.eq_active[old]
+    if new_model.nuserdata == old_model.nuserdata:
+        new_data.userdata[:] = old_data.userdata
+    new_data.time = old_data.time
+    return differs
+
+
+def _unmark_simple(model: mujoco.MjModel) -> None:
+    """MuJoCo refuses a body that was compiled as simple and whose inertia was then carried to another place.
+
+    A fixed body loses the mark. A body with joints keeps it, because the layout of its matrices depends on it.
+    """
+    is_fixed = (model.body_simple > 0) & (model.body_dofnum == 0)
+    is_apart = (model.body_ipos != 0).any(1) | (model.body_iquat[:, 1:] != 0).any(1)
+    model.body_simple[is_fixed & is_apart] = 0
+
+
+def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
+    """Which of these ids have one of the names; None for no name."""
+    if not wanted:
+        return None
+    return np.isin(ids, [index for index, name in enumerate(names) if name in wanted])
+
+
+def _span(ids: np.ndarray) -> Any:
+    """The same elements as a slice, where they follow one another: no copy is made of those."""
+    first, last = int(ids[0]), int(ids[-1])
+    return slice(first, last + 1) if (np.diff(ids) == 1).all() else ids
+
+
+def _are_equal(options: dict[str, Any], others: dict[str, Any]) -> bool:
+    return all(
+        np.asarray(value).tobytes() == np.asarray(others[name]).tobytes() for name, value in options.items()
+    )
+
+
+def _carry_joints(
+    old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
+) -> None:
+    if not len(old):
+        return
+    kinds = old_model.jnt_type[old]
+    source, target = _runs(old_model.jnt_qposadr[old], new_model.jnt_qposadr[new], _POSITIONS[kinds])
+    new_data.qpos[target] = old_data.qpos[source]
+    source, target = _runs(old_model.jnt_dofadr[old], new_model.jnt_dofadr[new], _DOFS[kinds])
+    for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
+        getattr(new_data, name)[target] = getattr(old_data, name)[source]
+
+
+def _carry_bodies(
+    old_model: Any,
+    old_data: Any,
+    new_model: Any,
+    new_data: Any,
+    twins: Twins,
+    placed: Collection[str],
+    copies: str | None,
+) -> None:
+    old, new = twins.pairs("body", copies)
+    new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
+    if not old_model.nmocap:
+        return
+    own_place = _among(twins.new.of("body"), new, placed)
+    mocap, twin = old_model.body_mocapid[old], new_model.body_mocapid[new]
+    carried = (mocap >= 0) & (twin >= 0)
+    if own_place is not None:
+        carried &= ~own_place
+    new_data.mocap_pos[twin[carried]] = old_data.mocap_pos[mocap[carried]]
+    new_data.mocap_quat[twin[carried]] = old_data.mocap_quat[mocap[carried]]
+
+
+def _carry_actuators(
+    old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
+) -> None:
+    for name in ("ctrl", "act") if len(old) else ():
+        counts = getattr(old_model, f"actuator_{name}num")[old]
+        has = counts > 0
+        source, target = _runs(
+            getattr(old_model, f"actuator_{name}adr")[old][has],
+            getattr(new_model, f"actuator_{name}adr")[new][has],
+            counts[has],
+        )
+        getattr(new_data, name)[target] = getattr(old_data, name)[source]
+
+
+def _runs(starts: np.ndarray, new_starts: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The indices of runs of so many numbers, and those of where they go."""
+    total = int(counts.sum())
+    within = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(starts, counts) + within, np.repeat(new_starts, counts) + within

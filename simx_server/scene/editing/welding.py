@@ -1,0 +1,160 @@
+"""Which bodies are fixed to which: welding a body to another, letting it go, static on and off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.editing.recompile import edit
+from simx_server.scene.editing.transplant import move_body
+from simx_server.scene.geometry.placing import body_pose, free_joint, is_carried
+from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, rotate
+from simx_server.scene.objects import ObjectKind, SceneObject
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+
+def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
+    """The physical side of a new parent, for a body or what stands for one."""
+    body = item.body
+    name = sim.model.body(body).name
+    target, parents = body_under(sim, parent), {item.handle: parent}
+    if target != 0 and is_carried(sim.model, target, body):
+        raise CommandError(
+            f"'{item.name}' cannot get '{sim.scene.get(parent).name}' as parent, whose body hangs on it"
+        )
+    links = parent != -1 and _links(sim, sim.scene.get(parent))
+    if free_joint(sim.model, body) >= 0:
+        if links:
+            _weld(sim, body, target, sim.scene.welded_bodies | {name}, weightless=False, parents=parents)
+    elif name in sim.scene.welded_bodies and not links:
+        release(sim, body, parents)
+    elif target != int(sim.model.body_parentid[body]):
+        was_fixed = name not in sim.scene.welded_bodies and sim.model.body_weldid[body] == 0
+        weightless = bool(was_fixed and sim.model.body_weldid[target] != 0)
+        _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless, parents=parents)
+
+
+def _links(sim: Simulation, item: SceneObject) -> bool:
+    """Whether a free body that gets this parent is held by it: force sensors, and joints that have no link yet."""
+    if item.kind == ObjectKind.FORCE_SENSOR:
+        return True
+    return item.element == "joint" and sim.model.body(item.body).name in sim.scene.hidden_bodies
+
+
+def set_static(sim: Simulation, handle: int, static: bool) -> None:
+    """Make a free body static (it stays with its parent, or where it is) or a jointless body free.
+
+    What V-REP's `shapeintparam_static` does. Raises CommandError for links of a mechanism.
+    """
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE, ObjectKind.DUMMY)
+    if item.element != "body" or is_link(sim, item.id):
+        raise CommandError(
+            f"'{item.name}' is a part of a mechanism or of the world; only single bodies can be static"
+        )
+    parent = item.parent
+    if static and free_joint(sim.model, item.id) >= 0:
+        target = body_under(sim, parent)
+        _weld(
+            sim, item.id, target, sim.scene.welded_bodies, weightless=bool(sim.model.body_weldid[target] != 0)
+        )
+    elif not static and free_joint(sim.model, item.id) < 0:
+        release(sim, item.id)
+    sim.scene.override_parent(handle, parent)
+
+
+def body_under(sim: Simulation, parent: int) -> int:
+    """The body that children of an object are physically attached to."""
+    return 0 if parent == -1 else sim.scene.get(parent).body
+
+
+def body_name(sim: Simulation, body: int) -> str:
+    return "world" if body == 0 else sim.model.body(body).name
+
+
+def is_link(sim: Simulation, body: int) -> bool:
+    return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
+
+
+def _weld(
+    sim: Simulation,
+    body: int,
+    target: int,
+    welded: set[str],
+    *,
+    weightless: bool,
+    parents: dict[int, int] | None = None,
+) -> None:
+    """Fix a body to another where it is now. `weightless`: it adds no mass (else it has its own)."""
+    model = sim.model
+    sim.refresh()
+    name, target_name = model.body(body).name, body_name(sim, target)
+    local = compose(inverse(body_pose(sim, target)), start_pose(sim, body))
+    free = False if free_joint(model, body) >= 0 else None
+    whole = rigid_bodies(sim, body)
+    weights = sim.scene.weightless_bodies - whole | (whole if weightless else set())
+    edit(
+        sim,
+        lambda spec: move_body(spec, name, target_name, local, free=free),
+        {("body_", name)},
+        welded=welded,
+        weightless=weights,
+        parents=parents,
+    )
+
+
+def release(sim: Simulation, body: int, parents: dict[int, int] | None = None) -> None:
+    """Give a body a free joint, the velocity it has, and its weight."""
+    name = sim.model.body(body).name
+    sim.refresh()
+    pose, motion = body_pose(sim, body), velocity(sim, body)
+    edit(
+        sim,
+        lambda spec: move_body(spec, name, "world", pose, free=True),
+        {("body_", name)},
+        welded=sim.scene.welded_bodies - {name},
+        weightless=sim.scene.weightless_bodies - rigid_bodies(sim, body),
+        parents=parents,
+    )
+    set_free(sim, name, pose, motion)
+
+
+def set_free(sim: Simulation, name: str, pose: Pose, motion: list[float]) -> None:
+    """Place and velocity (as `velocity` gives it) of a body that has got a free joint."""
+    joint = int(sim.model.body_jntadr[sim.model.body(name).id])
+    position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
+    sim.data.qpos[position : position + 7] = (*pose[0], *pose[1])
+    sim.data.qvel[dof : dof + 6] = motion
+    sim.changed()
+
+
+def rigid_bodies(sim: Simulation, body: int) -> set[str]:
+    """Names of a body and of those below that are fixed to it."""
+    model = sim.model
+    # The bodies below one follow it in the model, up to the first that hangs on what was before it.
+    behind = np.flatnonzero(model.body_parentid[body + 1 :] < body)
+    end = body + 1 + int(behind[0]) if len(behind) else model.nbody
+    fixed = np.flatnonzero(model.body_weldid[body:end] == model.body_weldid[body]) + body
+    return {model.body(i).name for i in fixed.tolist()}
+
+
+def start_pose(sim: Simulation, body: int) -> Pose:
+    """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
+    if not is_link(sim, body):
+        return body_pose(sim, body)
+    model = sim.model
+    local: Pose = tuple(model.body_pos[body].tolist()), tuple(model.body_quat[body].tolist())  # type: ignore[assignment]
+    return compose(body_pose(sim, int(model.body_parentid[body])), local)
+
+
+def velocity(sim: Simulation, body: int) -> list[float]:
+    """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
+    mujoco.mj_comVel(sim.model, sim.data)
+    motion = np.empty(6)
+    mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_XBODY, body, motion, 0)
+    turn = conjugate(body_pose(sim, body)[1])
+    return [*motion[3:].tolist(), *rotate(turn, motion[:3].tolist())]

@@ -1,0 +1,267 @@
+"""From a file to a scene: MJCF or URDF, prepared through MjSpec so that V-REP's names and joint modes have a home.
+
+Preparation adds, it does not remove:
+* names for what has none, so that an edit finds every element again;
+* for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
+  the joint's motor is switched on: no later mode needs another compile;
+* the integrator `implicitfast` in place of the explicit ones, Euler and RK4: V-REP's motors are stiff in velocity, and
+  those are unstable with them;
+* all angles in radians: parts of files that count in degrees and of those that do not can then be put together.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from simx_server.scene.dependencies import add_dependencies
+from simx_server.scene.formats.annotations import SceneError, read_annotations
+from simx_server.scene.formats.includes import shipped_includes
+from simx_server.scene.formats.model_copies import copy_models
+from simx_server.scene.formats.mounting import mount_bodies
+from simx_server.scene.formats.sources import Sources
+from simx_server.scene.formats.surroundings import surround
+from simx_server.scene.formats.urdf import is_urdf, read_urdf
+from simx_server.scene.objects import Scene
+from simx_server.scene.tree import INTERNAL, build_scene
+from simx_server.world import physics_warnings
+
+__all__ = ["ADDED_ACTUATOR", "SceneError", "empty_scene", "load_scene", "prepare"]
+
+logger = logging.getLogger(__name__)
+
+ADDED_ACTUATOR = INTERNAL + "motor:"
+"""Prefix of the names of added actuators; the rest is the joint's name."""
+
+
+_TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
+
+ITERATIONS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations")
+MOST_ITERATIONS = 10_000
+"""Of each solver in a physics step, which nothing interrupts; MuJoCo's defaults are 100 at most."""
+
+LONGEST_STEP = 10.0
+"""Seconds of a physics step, as of a pass."""
+
+
+def load_scene(
+    path: str | Path, sources: Sources | None = None, name: str | None = None
+) -> tuple[Scene, mujoco.MjModel]:
+    """Read, prepare and compile a file.
+
+    Args:
+        sources: where what it names is searched, beyond its own folder.
+        name: what to call the file, if not by its own name.
+
+    Raises:
+        SceneError: the file cannot be a scene.
+    """
+    file = Path(path).resolve()
+    return build(read_scene(file, sources, name), file if name is None else file.with_name(name))
+
+
+def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
+    """As `read_spec`; a robot of a URDF stands in V-REP's default scene. Raises SceneError."""
+    sources = sources or Sources.of()
+    spec = read_spec(file, sources, name)
+    if is_urdf_file(file, sources):
+        surround(spec, sources)
+    return spec
+
+
+def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
+    """An MJCF or URDF file, or either in a zip, as it stands. Raises SceneError."""
+    sources, name = sources or Sources.of(), name or file.name
+    try:
+        if file.suffix == ".zip":
+            return mujoco.MjSpec.from_zip(io.BytesIO(sources.read(file)))
+        if is_urdf_file(file, sources):
+            return read_urdf(sources.read(file), name, file, sources)
+        shipped = shipped_includes(file, sources)
+        if sources.contents is None:
+            return mujoco.MjSpec.from_file(str(file), include=shipped)
+        with sources.contents.as_files(shipped) as files:
+            spec = mujoco.MjSpec.from_file(str(file), vfs=files)
+        spec.assets = dict(sources.contents.assets)
+        return spec
+    except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
+        text = _one_line(error).replace(file.name, name)
+        if "Element 'include'" in text:
+            text += f"; it is searched beside the scene, then in the shipped scenes {sources.shipped}"
+        raise SceneError(f"cannot read '{name}': {text}") from error
+
+
+def is_urdf_file(file: Path, sources: Sources) -> bool:
+    """Return whether a file is a URDF (or xacro); raises OSError."""
+    return file.suffix.lower() in _TEXTS and is_urdf(sources.read(file))
+
+
+def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
+    """As `load_scene` for MJCF or URDF given as text. Raises SceneError."""
+    try:
+        data = xml.encode()
+        if is_urdf(data):
+            spec = read_urdf(data, "the scene text", None, Sources.of())
+        else:
+            spec = mujoco.MjSpec.from_string(xml)
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        raise SceneError(f"cannot read the scene text: {_one_line(error)}") from error
+    return build(spec, None)
+
+
+def empty_scene() -> tuple[Scene, mujoco.MjModel]:
+    """The scene that is left after closing: gravity, no objects."""
+    return build(mujoco.MjSpec(), None)
+
+
+def build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
+    """Prepare and compile a spec. Raises SceneError."""
+    try:
+        return _build(spec, path)
+    except UnicodeDecodeError as error:
+        raise SceneError(f"a name or text of the scene is not UTF-8: {error}; save the file so") from None
+
+
+def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjModel]:
+    annotations = read_annotations(spec)
+    try:
+        prepare(spec)
+        add_dependencies(spec, annotations)
+        mounted = mount_bodies(spec, annotations)
+        mounted |= copy_models(spec, annotations, mounted)
+        model = compile_spec(spec)
+    except UnicodeDecodeError:
+        raise
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        name = path.name if path is not None else spec.modelname
+        raise SceneError(f"cannot compile '{name}': {_one_line(error)}") from error
+    if not 0 < model.opt.timestep <= LONGEST_STEP:
+        raise SceneError(
+            f"option timestep is {model.opt.timestep}; valid is a number above 0, up to {LONGEST_STEP} s"
+        )
+    for name in ITERATIONS:
+        if (count := getattr(model.opt, name)) > MOST_ITERATIONS:
+            raise SceneError(f"option {name} is {count}; at most {MOST_ITERATIONS} are valid")
+    scene = build_scene(spec, model, annotations, path)
+    scene.welded_bodies |= mounted
+    return scene, model
+
+
+def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
+    """Compile; what MuJoCo warns of, as of deprecated attributes, goes to the log. Raises as `spec.compile`."""
+    with physics_warnings.collected() as told:
+        model = spec.compile()
+    for warning in told:
+        logger.log(level, "mujoco: %s", warning)
+    return model
+
+
+def prepare(spec: mujoco.MjSpec) -> None:
+    """Name what has no name, give joints an actuator, use radians, choose the integrator (see the module's text)."""
+    # Fusing would drop the names of URDF links that are fixed to another.
+    spec.compiler.fusestatic = False
+    _name_elements(spec)
+    _use_radians(spec)
+    for body in spec.bodies:
+        if (
+            body.sleep in _MAY_SLEEP
+        ):  # what has a motor must not: nothing wakes it when that gets a new target
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_AUTO
+    driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
+    for joint in spec.joints:
+        if (
+            joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+            and joint.name not in driven
+        ):
+            _add_motor(spec, joint.name)
+    if spec.option.integrator in _EXPLICIT:
+        spec.option.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+        logger.debug(
+            "integrator implicitfast is used in place of an explicit one: stiff joint motors need it"
+        )
+
+
+_EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
+_MAY_SLEEP = (mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED, mujoco.mjtSleepPolicy.mjSLEEP_INIT)
+_JOINT_DRIVES = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+
+
+def is_plain(actuator: Any) -> bool:
+    """True when gain and bias of an actuator may be rewritten to make it a velocity servo: no dynamics, one gear."""
+    return (
+        actuator.dyntype == mujoco.mjtDyn.mjDYN_NONE
+        and actuator.gaintype == mujoco.mjtGain.mjGAIN_FIXED
+        and actuator.biastype in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+        and actuator.gear[0] != 0
+        and actuator.delay == 0
+    )
+
+
+def _add_motor(spec: mujoco.MjSpec, joint: str) -> None:
+    motor = spec.add_actuator(name=ADDED_ACTUATOR + joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    motor.dyntype = mujoco.mjtDyn.mjDYN_NONE
+    motor.gainprm[:] = 0
+    motor.biasprm[:] = 0
+    # A file's default class may limit or gear every actuator; this one must be neutral.
+    motor.gear[:] = (1, 0, 0, 0, 0, 0)
+    motor.ctrllimited = motor.forcelimited = motor.actlimited = int(mujoco.mjtLimited.mjLIMITED_FALSE)
+
+
+def _name_elements(spec: mujoco.MjSpec) -> None:
+    bodies = [body for body in spec.bodies if body.name != "world"]
+    _give_names([b for b in bodies if b.geoms], "shape")
+    _give_names([b for b in bodies if not b.geoms], INTERNAL + "body")
+    _give_names([j for j in spec.joints if j.type != mujoco.mjtJoint.mjJNT_FREE], "joint")
+    _give_names([j for j in spec.joints if j.type == mujoco.mjtJoint.mjJNT_FREE], INTERNAL + "free")
+    _give_names(spec.cameras, "camera")
+    _give_names(spec.lights, "light")
+    for elements, stem in (
+        (spec.geoms, "geom"), (spec.sites, "site"), (spec.tendons, "tendon"), (spec.actuators, "actuator"),
+        (spec.equalities, "equality"), (spec.sensors, "sensor"),
+    ):  # fmt: skip
+        _give_names(elements, INTERNAL + stem)
+
+
+def _use_radians(spec: mujoco.MjSpec) -> None:
+    """Write angles as MuJoCo's compiler would: limits and references of joints, orientations as quaternions."""
+    turned = (*spec.bodies, *spec.geoms, *spec.sites, *spec.cameras, *spec.frames)
+    for joint in spec.joints:
+        if joint.compiler.degree:
+            if joint.type in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_BALL):
+                joint.range[:] = [math.radians(angle) for angle in joint.range]
+            if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
+                joint.ref, joint.springref = math.radians(joint.ref), math.radians(joint.springref)
+    for element in turned:
+        for quat, alternative in (("quat", "alt"), ("iquat", "ialt")):
+            orientation = getattr(element, alternative, None)
+            if orientation is not None and orientation.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
+                sequence, degree = element.compiler.eulerseq, bool(element.compiler.degree)
+                getattr(element, quat)[:] = spec.resolve_orientation(degree, sequence, orientation)
+                orientation.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    for element in (*spec.joints, *turned):
+        element.compiler.degree = False
+    spec.compiler.degree = False
+
+
+def _give_names(elements: Iterable[Any], stem: str) -> None:
+    elements = list(elements)
+    taken = {element.name for element in elements}
+    count = 0
+    for element in elements:
+        if not element.name:
+            count += 1
+            while f"{stem}{count}" in taken:
+                count += 1
+            element.name = f"{stem}{count}"
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,50 @@
+"""A scene file as one MJCF file: what a URDF becomes here, to be edited further."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from simx_server.scene.formats.annotations import SceneError
+from simx_server.scene.formats.loader import compile_spec, read_scene
+from simx_server.scene.formats.sources import Sources
+
+
+def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
+    """Write a scene as MJCF, with its annotations; meshes and textures stay where they are, named from there.
+
+    Raises SceneError: it cannot be read or written.
+    """
+    file = file.resolve()
+    spec = read_scene(file, sources)
+    try:
+        compile_spec(spec)
+        for assets, folder in (
+            (spec.meshes, spec.meshdir),
+            (spec.hfields, spec.meshdir),
+            (spec.skins, spec.meshdir),
+            (spec.textures, spec.texturedir),
+        ):
+            for asset in assets:
+                _rename_file(asset, file.parent / folder, target.parent)
+        spec.meshdir = spec.texturedir = ""
+        spec.modelfiledir = str(target.parent)
+        text = spec.to_xml()
+        target.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"'{target}' cannot be written: {error.strerror}") from None
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        raise SceneError(
+            f"'{file.name}' cannot be written as MJCF: {' '.join(str(error).split())}"
+        ) from error
+
+
+def _rename_file(asset: Any, folder: Path, target: Path) -> None:
+    if asset.file and (path := folder / asset.file).is_file():
+        try:
+            asset.file = Path(os.path.relpath(path.resolve(), target.resolve())).as_posix()
+        except ValueError:  # another drive of Windows
+            asset.file = path.resolve().as_posix()

@@ -1,0 +1,1 @@
+"""Poses, frames, inertia and looks of objects."""

@@ -1,0 +1,43 @@
+"""What a light gives: whether it is on, its colour and that of its highlights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+
+def light(sim: Simulation, handle: int) -> tuple[bool, list[float], list[float]]:
+    """(on, diffuse RGB, specular RGB), 0..1. Raises UnknownHandle, WrongKind."""
+    index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
+    return (
+        bool(model.light_active[index]),
+        model.light_diffuse[index].tolist(),
+        model.light_specular[index].tolist(),
+    )
+
+
+def set_light(
+    sim: Simulation,
+    handle: int,
+    on: bool,
+    diffuse: Sequence[float] | None = None,
+    specular: Sequence[float] | None = None,
+) -> None:
+    """None leaves a colour as it is. Raises UnknownHandle, WrongKind, CommandError for no colour."""
+    index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
+    for color, array in ((diffuse, model.light_diffuse), (specular, model.light_specular)):
+        if color is not None:
+            if len(color) < 3:
+                raise CommandError("a colour is {red, green, blue}, each 0 to 1")
+            array[index] = np.clip(color[:3], 0.0, 1.0)
+    model.light_active[index] = on
+    sim.model_edited()
+    sim.changed()

@@ -1,0 +1,1 @@
+"""Motion: profiles, moves, inverse kinematics and path planning."""

@@ -1,0 +1,224 @@
+"""Inverse kinematics in V-REP 3's way: the groups of the scene, by handle.
+
+A scene registers its groups with `simx:ik:NAME`, see `simx_server/kinematics`. CoppeliaSim 4's way is `sim_ik.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.kinematics import Calculation, Constraint, Group
+from simx_server.kinematics.search import asked_range, find_configs, straight_path
+from simx_server.kinematics.validity import as_pairs, of_joints
+from simx_server.scene.geometry.placing import object_pose
+from simx_server.scripting.api.base import ApiPart
+
+_JACOBIAN, _MANIPULABILITY = 0, 1
+
+
+class IkFunctions(ApiPart):
+    """Groups, by what sim.getIkGroupHandle gives."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "ik_x_constraint": 1,
+            "ik_y_constraint": 2,
+            "ik_z_constraint": 4,
+            "ik_alpha_beta_constraint": 8,
+            "ik_gamma_constraint": 16,
+            "ik_pseudo_inverse_method": 0,
+            "ik_damped_least_squares_method": 1,
+            "ik_jacobian_transpose_method": 2,
+            "ikresult_not_performed": 0,
+            "ikresult_success": 1,
+            "ikresult_fail": 2,
+        }
+    )
+
+    def getIkGroupHandle(self, name: str) -> int:
+        """Of a group that the scene registers. An unknown name is an error."""
+        return self._sim.ik_groups.find(self._adjusted(name))
+
+    def handleIkGroup(self, group: int) -> int:
+        """A sim.ikresult_* of one group; of sim.handle_all or sim.handle_all_except_explicit how many were handled.
+
+        The joints are put as near as they come to a target that is out of reach.
+        """
+        if group == c.sim_handle_all:
+            return self._sim.ik_groups.handle_all()
+        if group == c.sim_handle_all_except_explicit:
+            return self._sim.ik_groups.handle_automatic()
+        return int(self._sim.ik_groups.handle(group))
+
+    def checkIkGroup(self, group: int, joints: list[int]) -> tuple[int, list[float]]:
+        """As sim.handleIkGroup without moving anything: the result, and the values those joints would get."""
+        chosen, solution = self._sim.ik_groups.solve(self._sim.ik_groups.get(group))
+        values = dict(zip(chosen.handles, solution.values.tolist(), strict=True))
+        return int(solution.result), [
+            values[h] if h in values else self._sim.joints.position(h) for h in joints
+        ]
+
+    def setIkGroupProperties(
+        self, group: int, method: int, iterations: int, damping: float, _more: Any = None
+    ) -> int:
+        """Method (a sim.ik_*_method), most iterations and damping; until the simulation stops."""
+        self._sim.ik_groups.get(group).how = Calculation.checked(method, damping, iterations)
+        return 1
+
+    def setIkElementProperties(
+        self,
+        group: int,
+        tip: int,
+        constraints: int,
+        precision: list[float] | None = None,
+        weight: list[float] | None = None,
+        _more: Any = None,
+    ) -> int:
+        """Constraints (sum of sim.ik_*_constraint), precision {metres, radians}, weights {position, orientation}."""
+        chosen, handle = self._sim.ik_groups.get(group), self._self(tip)
+        for number, element in enumerate(chosen.elements):
+            if element.tip == handle:
+                element = replace(element, constraints=as_constraints(constraints))
+                if precision:
+                    element = replace(element, precision=as_pair(precision, "precision"))
+                if weight:
+                    element = replace(element, weights=as_pair(weight, "weight"))
+                chosen.elements[number] = element
+                return 1
+        raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
+
+    def getLinkDummy(self, dummy: int) -> int:
+        """The target of a tip, or the tip of a target, in a group of the scene; -1 for other dummies.
+
+        Partly: links of other kinds are not there.
+        """
+        handle = self._self(dummy)
+        self._sim.scene.get(handle)
+        for element in self._sim.ik_groups.elements():
+            if handle in (element.tip, element.target):
+                return element.target if handle == element.tip else element.tip
+        return -1
+
+    def setLinkDummy(self, dummy: int, target: int) -> int:
+        """Give a tip another target in all groups that have it; until the simulation stops.
+
+        Partly: only of tips of groups that the scene registers; -1, to have no target, is an error.
+        """
+        tip, goal = self._self(dummy), self._self(target)
+        self._sim.scene.get(goal)
+        if not self._sim.ik_groups.retarget(tip, goal):
+            name = self._sim.scene.get(tip).name
+            raise CommandError(f"'{name}' is the tip of no inverse kinematics group (simx:ik:NAME)")
+        return 1
+
+    def computeJacobian(self, group: int, _options: int = 0) -> int:
+        """0 when it could be computed, else an error; sim.getIkGroupMatrix has it.
+
+        Partly: of the constraints that the group has; the options are ignored.
+        """
+        self._matrix(self._sim.ik_groups.get(group))
+        return 0
+
+    def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
+        """{columns, rows} after the numbers, row by row: 0 the Jacobian, 1 the manipulability matrix J J^T.
+
+        Partly: always of the present state; columns are joints, those nearest to the base first (V-REP: last).
+        """
+        if options not in (_JACOBIAN, _MANIPULABILITY):
+            raise CommandError(f"{options} is not known; 0 is the Jacobian, 1 the manipulability matrix")
+        found = self._matrix(self._sim.ik_groups.get(group))
+        if options == _MANIPULABILITY:
+            found = found @ found.T
+        return found.ravel().tolist(), [found.shape[1], found.shape[0]]
+
+    def getConfigForTipPose(
+        self,
+        group: int,
+        joints: list[int],
+        _threshold: float,
+        milliseconds: int,
+        _metric: list[float] | None = None,
+        collision_pairs: list[int] | None = None,
+        _joint_options: list[int] | None = None,
+        low: list[float] | None = None,
+        ranges: list[float] | None = None,
+    ) -> list[float] | None:
+        """Values of the joints that bring the tip to the target, from random starts; nil when none is found in time.
+
+        `collision_pairs`: {entity, entity, ...} that must not meet; sim.handle_all stands for all others.
+
+        Partly: threshold, metric and joint options are ignored; every start is tried to its end.
+        """
+        chosen = self._sim.ik_groups.get(group)
+        usable, solver = self._sim.ik_groups.solver(chosen)
+        order = joint_order(usable.handles, joints)
+        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        found = find_configs(
+            solver,
+            usable,
+            self._goals(chosen),
+            self._sim.ik_groups.random,
+            seconds=abs(milliseconds) / 1000,
+            sampled=asked_range(low, ranges, order),
+            accepts=validity,
+            serve_others=self._sim.serve_others,
+        )
+        with self._at_no_cost():
+            values = next(found, None)
+        return None if values is None else values[order].tolist()
+
+    def generateIkPath(
+        self,
+        group: int,
+        joints: list[int],
+        count: int,
+        collision_pairs: list[int] | None = None,
+        _joint_options: list[int] | None = None,
+    ) -> list[float] | None:
+        """`count` configurations one after the other, whose tip goes straight from where it is to the target.
+
+        nil when it leaves the reach, or something meets.
+        """
+        chosen = self._sim.ik_groups.get(group)
+        usable, solver = self._sim.ik_groups.solver(chosen)
+        order = joint_order(usable.handles, joints)
+        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
+        start = self._sim.data.qpos[usable.addresses]
+        with self._at_no_cost():
+            path = straight_path(solver, start, tips, self._goals(chosen), count, validity)
+        return None if path is None else [value for values in path for value in values[order].tolist()]
+
+    def _goals(self, group: Group) -> list[Any]:
+        return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in group.elements]
+
+    def _matrix(self, group: Group) -> np.ndarray:
+        joints, solver = self._sim.ik_groups.solver(group)
+        return solver.look(self._sim.data.qpos[joints.addresses], self._goals(group))[1]
+
+
+def joint_order(usable: tuple[int, ...], joints: list[int]) -> list[int]:
+    """Where each of the asked joints is among those of the group, which must be the same."""
+    if sorted(usable) != sorted(joints):
+        raise CommandError(
+            f"the joints {sorted(joints)} are not those that the group moves, {sorted(usable)}; give each of these once"
+        )
+    return [usable.index(joint) for joint in joints]
+
+
+def as_constraints(number: int) -> Constraint:
+    if not 0 < number <= Constraint.POSE:
+        raise CommandError(f"{number} is no sum of constraints x 1, y 2, z 4, alpha_beta 8, gamma 16")
+    return Constraint(number)
+
+
+def as_pair(values: list[float], what: str) -> tuple[float, float]:
+    if len(values) != 2 or min(values) <= 0:
+        raise CommandError(f"a {what} is two numbers above 0, of position and orientation")
+    return values[0], values[1]

@@ -1,0 +1,106 @@
+"""Moving joints and objects within limits of velocity, acceleration and jerk; the calls wait until they are there.
+
+One step is made per pass, the first one at once. Limits are tables of one magnitude per joint; those of a pose are
+x, y, z in metres and the angle of the turn in radians. A jerk of 0 is no limit.
+"""
+
+from __future__ import annotations
+
+import math
+
+from simx_server.handlers import joints
+from simx_server.kinematics.profile import Goal, Profile
+from simx_server.scene.geometry import frames
+from simx_server.scripting.api.values.matrices import as_numbers, vector
+from simx_server.scripting.interpreter import Waiting
+
+from .moving import ARRIVED, Motion, Moving, Way, limits_of, lists, nearest, numbers, start_state
+from .profiles import synchronisation
+
+_TURN = 2 * math.pi
+_WAY = 4
+"""x, y, z and angle: what moves between two poses."""
+
+
+class MotionFunctions(Moving):
+    """They wait, so they work only in a thread. Joints in force mode with position control get target positions,
+    others positions."""
+
+    def rmlMoveToJointPositions(
+        self,
+        handles: list[int],
+        flags: int,
+        velocity: list[float] | None,
+        acceleration: list[float] | None,
+        max_velocity: list[float],
+        max_acceleration: list[float],
+        max_jerk: list[float],
+        goal: list[float],
+        goal_velocity: list[float] | None = None,
+        direction: list[float] | None = None,
+    ) -> Waiting:
+        """Gives 1, the positions, velocities and accelerations reached, and the seconds of the last pass not used.
+
+        `direction` of cyclic joints: 0 the shorter way, n > 0 upwards and n - 1 turns more, n < 0 downwards.
+        """
+        own, count = [self._self(each) for each in handles], len(handles)
+        now = [joints.get_joint_position(self._sim, each) for each in own]
+        ways = numbers(direction, count, "directions", [0.0] * count)
+        wanted = [
+            self._joint_goal(*each)
+            for each in zip(own, now, numbers(goal, count, "a goal"), ways, strict=True)
+        ]
+        motion = Motion(
+            Profile(
+                start_state(now, velocity, acceleration),
+                Goal(wanted, numbers(goal_velocity, count, "velocities at the goal", [0.0] * count)),
+                limits_of(max_velocity, max_acceleration, max_jerk, count, 0),
+                synchronisation(flags),
+            ),
+            lambda state: self._put_joints(own, state.position),
+        )
+        yield from self._carry_out(motion)
+        return ARRIVED, *lists(motion.state), motion.unused
+
+    def rmlMoveToPosition(
+        self,
+        handle: int,
+        relative_to: int,
+        flags: int,
+        velocity: list[float] | None,
+        acceleration: list[float] | None,
+        max_velocity: list[float],
+        max_acceleration: list[float],
+        max_jerk: list[float],
+        position: list[float] | None,
+        quaternion: list[float] | None = None,
+        goal_velocity: list[float] | None = None,
+    ) -> Waiting:
+        """Gives 1, the position, quaternion, velocity and acceleration reached, and the seconds of the last pass not
+        used. Nil for a position or quaternion: it stays."""
+        own, reference = self._self(handle), self._self(relative_to)
+        start = frames.get_pose(self._sim, own, reference)
+        goal = (
+            start[0] if position is None else vector(position, "a position"),
+            start[1] if quaternion is None else frames.wxyz_from_xyzw(quaternion),
+        )
+        way = Way(start, goal)
+        profile = Profile(
+            start_state([0.0] * _WAY, velocity, acceleration),
+            Goal(way.lengths, numbers(goal_velocity, _WAY, "velocities at the goal", [0.0] * _WAY)),
+            limits_of(max_velocity, max_acceleration, max_jerk, _WAY, 0),
+            synchronisation(flags),
+        )
+        motion = Motion(profile, lambda state: self._put_pose(own, reference, way.pose(state.position)))
+        yield from self._carry_out(motion)
+        reached = as_numbers(way.pose(motion.state.position))
+        _, *rates = lists(motion.state)
+        return ARRIVED, reached[:3], reached[3:], *rates, motion.unused
+
+    def _joint_goal(self, handle: int, now: float, goal: float, direction: float) -> float:
+        if not self._is_cyclic(handle):
+            return goal
+        if direction == 0:
+            return nearest(now, goal)
+        turns = direction - 1 if direction > 0 else direction
+        return now + (goal - now) % _TURN + turns * _TURN

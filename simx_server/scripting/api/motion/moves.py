@@ -1,0 +1,323 @@
+"""CoppeliaSim 4's motions: `sim.moveToConfig` and `sim.moveToPose`, which wait, and their single steps, which do not.
+
+Both forms of the arguments are taken: one after the other, as to 4.5, and a table with names, as since 4.6. A call-back
+ends the motion by giving true.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from simx_server.errors import CommandError
+from simx_server.handlers import joints
+from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation
+from simx_server.scene.geometry import frames
+from simx_server.scene.geometry.poses import Pose
+from simx_server.scripting.api.values.matrices import as_numbers, as_pose
+from simx_server.scripting.interpreter import Function, Waiting
+from simx_server.scripting.signature import (
+    describe,
+    to_bool,
+    to_first,
+    to_float,
+    to_function,
+    to_int,
+    to_list,
+    to_text,
+)
+
+from .moving import Motion, Moving, Way, limits_of, lists, nearest, numbers, start_state, stops
+from .profiles import synchronisation
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.simulation import Simulation
+
+_MATRIX = 12
+_NUMBERS = to_list(to_float)
+_FREE = Limits([9999.0], [99999.0], [9999999.0])
+"""What CoppeliaSim takes when a table names no limits: the motion is over in one step of `_FREE_STEP` seconds."""
+_FREE_STEP = 10.0
+
+
+class MoveFunctions(Moving):
+    """A table's fields: pos or joints, targetPos, vel, accel, targetVel, maxVel, maxAccel, maxJerk, minVel, minAccel,
+    flags, cyclicJoints, timeStep, callback; of a pose pose or object, relObject, targetPose, metric."""
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        super().__init__(sim, script)
+        self._motions: dict[int, tuple[Motion, dict[str, Any]]] = {}
+        self._next_motion = 1
+
+    def moveToConfig(
+        self,
+        flags: int | dict[str, Any],
+        position: list[float] | None = None,
+        velocity: list[float] | None = None,
+        acceleration: list[float] | None = None,
+        max_velocity: list[float] | None = None,
+        max_acceleration: list[float] | None = None,
+        max_jerk: list[float] | None = None,
+        goal: list[float] | None = None,
+        goal_velocity: list[float] | None = None,
+        callback: Function | str | None = None,
+        auxiliary: Any = None,
+        cyclic: list[bool] | None = None,
+        time_step: float = 0.0,
+    ) -> Waiting:
+        """Gives positions, velocities, accelerations and the seconds of the last step not used; called with a table,
+        that table as it is in the end.
+
+        callback(positions, velocities, accelerations, auxiliary), or with that table; joints named in a table are moved
+        without one.
+        """
+        if isinstance(flags, dict):
+            motion, data = self._configuration(flags)
+            yield from self._carry_out(motion)
+            return (data,)
+        now = position or []
+        count = len(now)
+        function = self._function(_given(callback, "a call-back"))
+        profile = Profile(
+            start_state(now, velocity, acceleration),
+            Goal(
+                _turned(now, numbers(goal, count, "a goal"), cyclic),
+                numbers(goal_velocity, count, "velocities at the goal", [0.0] * count),
+            ),
+            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
+            synchronisation(flags),
+        )
+        motion = Motion(profile, lambda state: stops(function, *lists(state), auxiliary), time_step)
+        yield from self._carry_out(motion)
+        return *lists(motion.state), motion.unused
+
+    def moveToPose(
+        self,
+        flags: int | dict[str, Any],
+        position: list[float] | None = None,
+        max_velocity: list[float] | None = None,
+        max_acceleration: list[float] | None = None,
+        max_jerk: list[float] | None = None,
+        goal: list[float] | None = None,
+        callback: Function | str | None = None,
+        auxiliary: Any = None,
+        metric: list[float] | None = None,
+        time_step: float = 0.0,
+    ) -> Waiting:
+        """Gives the pose and the seconds of the last step not used; called with a table, that table as it is then.
+
+        callback(pose, velocities, accelerations, auxiliary), or with that table; an object named in a table is moved
+        without one. Poses may be matrices. Limits are of x, y, z and the angle; with a metric (their factors) of the
+        one length they make. Partly: a table's field ik is an error; move the target of a sim IK group instead.
+        """
+        if isinstance(flags, dict):
+            motion, data = self._posed(flags)
+            yield from self._carry_out(motion)
+            return (data,)
+        way = Way(_pose(position, "a pose"), _pose(goal, "a goal"), metric)
+        count = len(way.lengths)
+        function = self._function(_given(callback, "a call-back"))
+        is_matrix = len(position or []) == _MATRIX
+        rest = [0.0] * count
+        profile = Profile(
+            State(rest, rest, rest),
+            Goal(way.lengths, rest),
+            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
+            synchronisation(flags),
+        )
+
+        def written(state: State) -> list[float]:
+            pose = way.pose(state.position)
+            return frames.matrix12(pose) if is_matrix else as_numbers(pose)
+
+        def put(state: State) -> bool:
+            return stops(function, written(state), *lists(state)[1:], auxiliary)
+
+        motion = Motion(profile, put, time_step)
+        yield from self._carry_out(motion)
+        return written(motion.state), motion.unused
+
+    def moveToConfig_init(self, parameters: dict[str, Any]) -> dict[str, Any]:
+        """What moveToConfig with a table begins with; gives the table for moveToConfig_step."""
+        return self._begin(*self._configuration(parameters))
+
+    def moveToConfig_step(self, data: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+        """0 on the way, 1 arrived, 2 ended by the call-back; and the table."""
+        motion, present = self._motion(data)
+        return motion.step(self._sim.time_step), present
+
+    def moveToConfig_cleanup(self, data: dict[str, Any]) -> None:
+        """Forget the motion."""
+        self._motions.pop(data.get("ruckigObj", 0), None)
+
+    moveToPose_step = moveToConfig_step
+    moveToPose_cleanup = moveToConfig_cleanup
+
+    def moveToPose_init(self, parameters: dict[str, Any]) -> dict[str, Any]:
+        """What moveToPose with a table begins with; gives the table for moveToPose_step."""
+        return self._begin(*self._posed(parameters))
+
+    def _begin(self, motion: Motion, data: dict[str, Any]) -> dict[str, Any]:
+        data["ruckigObj"] = self._next_motion
+        self._motions[self._next_motion] = motion, data
+        self._next_motion += 1
+        return data
+
+    def _motion(self, data: Mapping[str, Any]) -> tuple[Motion, dict[str, Any]]:
+        found = self._motions.get(data.get("ruckigObj", 0))
+        if found is None:
+            raise CommandError("this table is of no motion; take the one that the _init function gives")
+        return found
+
+    def _configuration(self, parameters: dict[str, Any]) -> tuple[Motion, dict[str, Any]]:
+        """The motion that a table describes, and the table that shows its state."""
+        own = [self._self(each) for each in _read(parameters, "joints", to_list(to_int), [])]
+        now = _read(parameters, "pos", _NUMBERS, None) or [
+            joints.get_joint_position(self._sim, each) for each in own
+        ]
+        if not now:
+            raise CommandError(
+                "the table needs pos (where the motion begins) or joints (whose positions those are)"
+            )
+        if own and len(own) != len(now):
+            raise CommandError(f"the table has {len(own)} joints but {len(now)} numbers in pos")
+        goal = _turned(
+            now,
+            _field(parameters, "targetPos", len(now)),
+            _read(parameters, "cyclicJoints", to_list(to_bool), None),
+        )
+        data, callback = self._opened(parameters)
+
+        def show(state: State) -> None:
+            data["pos"] = list(state.position)
+
+        def carry(state: State) -> None:
+            if own:
+                self._put_joints(own, state.position)
+
+        return self._described(data, callback, now, goal, show, carry)
+
+    def _posed(self, parameters: dict[str, Any]) -> tuple[Motion, dict[str, Any]]:
+        if "ik" in parameters:
+            raise CommandError(
+                "the field ik is not provided; move the target of an IK group, as the field object"
+            )
+        moved, given = _read(parameters, "object", to_int, None), _read(parameters, "pose", _NUMBERS, None)
+        handle, relative_to = (
+            None if moved is None else self._self(moved),
+            self._self(_read(parameters, "relObject", to_int, -1)),
+        )
+        if given:
+            start, handle = _pose(given, "pose"), None
+        elif handle is not None:
+            start = frames.get_pose(self._sim, handle, relative_to)
+        else:
+            raise CommandError("the table needs pose (where the motion begins) or object (what moves)")
+        goal = _pose(_read(parameters, "targetPose", _NUMBERS, None), "targetPose")
+        way = Way(start, goal, _read(parameters, "metric", _NUMBERS, None))
+        data, callback = self._opened(parameters)
+
+        def show(state: State) -> None:
+            data["pose"] = as_numbers(way.pose(state.position))
+            data["matrix"] = frames.matrix12(way.pose(state.position))
+
+        def carry(state: State) -> None:
+            if handle is not None:
+                self._put_pose(handle, relative_to, way.pose(state.position))
+
+        return self._described(data, callback, [0.0] * len(way.lengths), way.lengths, show, carry)
+
+    def _opened(self, parameters: dict[str, Any]) -> tuple[dict[str, Any], Function | None]:
+        """The table without its call-back, and that."""
+        callback = _read(parameters, "callback", to_first(to_function, to_text), None)
+        data = {name: value for name, value in parameters.items() if name != "callback"}
+        return data, None if callback is None else self._function(callback)
+
+    def _described(
+        self,
+        data: dict[str, Any],
+        callback: Function | None,
+        now: Sequence[float],
+        goal: list[float],
+        show: Any,
+        carry: Any,
+    ) -> tuple[Motion, dict[str, Any]]:
+        count = len(now)
+        limits, flags, seconds = _bounds(data, count)
+        rest = [0.0] * count
+        start = start_state(now, _read(data, "vel", _NUMBERS, None), _read(data, "accel", _NUMBERS, None))
+        profile = Profile(start, Goal(goal, _field(data, "targetVel", count, rest)), limits, flags)
+
+        def put(state: State) -> bool:
+            _, data["vel"], data["accel"] = lists(state)
+            data["timeLeft"] = motion.unused
+            show(state)
+            if callback is not None:
+                return stops(callback, data)
+            carry(state)
+            return False
+
+        motion = Motion(profile, put, seconds)
+        _, data["vel"], data["accel"] = lists(start)
+        show(start)
+        data["timeLeft"] = 0.0
+        return motion, data
+
+
+def _bounds(data: Mapping[str, Any], count: int) -> tuple[Limits, Synchronisation, float]:
+    """Limits, synchronisation and seconds per step that a table names."""
+    if not any(name in data for name in ("maxVel", "maxAccel", "maxJerk")):
+        free = (_FREE.velocity, _FREE.acceleration, _FREE.jerk)
+        return Limits(*([*each] * count for each in free)), Synchronisation.NONE, _FREE_STEP
+    most = [_field(data, name, count) for name in ("maxVel", "maxAccel", "maxJerk")]
+    least = [_field(data, name, count) if name in data else None for name in ("minVel", "minAccel")]
+    return (
+        Limits(*most, *least),
+        synchronisation(_read(data, "flags", to_int, -1)),
+        _read(data, "timeStep", to_float, 0.0),
+    )
+
+
+def _field(
+    data: Mapping[str, Any], name: str, count: int, default: Sequence[float] | None = None
+) -> list[float]:
+    """So many numbers of a table's field; a single one means all."""
+    value = data.get(name)
+    if isinstance(value, (int, float)):
+        value = [value] * count
+    return numbers(_read({name: value}, name, _NUMBERS, None), count, f"the field {name}", default)
+
+
+def _read(data: Mapping[str, Any], name: str, convert: Callable[[Any], Any], default: Any) -> Any:
+    """A field of a script's table, checked. Raises CommandError."""
+    value = data.get(name)
+    if value is None:
+        return default
+    try:
+        return convert(value)
+    except TypeError as problem:
+        raise CommandError(f"the field {name} must be {problem}, got {describe(value)}") from None
+
+
+def _turned(now: Sequence[float], goal: Sequence[float], cyclic: Sequence[bool] | None) -> list[float]:
+    """Cyclic joints take the shorter way."""
+    wraps = [False] * len(now) if cyclic is None else cyclic
+    return [
+        nearest(a, b) if index < len(wraps) and wraps[index] else b
+        for index, (a, b) in enumerate(zip(now, goal, strict=True))
+    ]
+
+
+def _given(value: Function | str | None, what: str) -> Function | str:
+    if value is None:
+        raise CommandError(f"{what} is needed: a function, or the name of one")
+    return value
+
+
+def _pose(values: Sequence[float] | None, what: str) -> Pose:
+    if values is not None and len(values) == _MATRIX:
+        return frames.pose_from_matrix12(values)
+    if values is None:
+        raise CommandError(f"{what} is needed: 7 numbers, or a matrix")
+    return as_pose(values)

@@ -1,0 +1,172 @@
+"""What the functions that move joints and objects share: a motion under way, and the way between two poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from simx_server.errors import CommandError
+from simx_server.handlers import joints
+from simx_server.handlers.objects import poses as handlers
+from simx_server.joints import JointMode
+from simx_server.kinematics.profile import Limits, Profile, State
+from simx_server.scene.geometry import poses
+from simx_server.scene.geometry.poses import Pose
+from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.interpreter import Function, Waiting
+
+from .profiles import MIN_ACCELERATION, MIN_VELOCITY
+
+ON_ITS_WAY, ARRIVED, ABORTED = 0, 1, 2
+"""What a step gives."""
+
+REVOLUTE = 10
+"""`sim_joint_revolute_subtype`."""
+
+_STRAIGHT = 1e-6
+"""Length of a way, by a script's metric, below which there is nothing to move."""
+
+Put = Callable[[State], bool]
+"""Does what a state of a motion means; true ends the motion."""
+
+
+class Motion:
+    """A profile under way, and what its states do."""
+
+    def __init__(self, profile: Profile, put: Put, seconds: float = 0.0) -> None:
+        """`seconds`: of one step; 0: a pass."""
+        self.profile = profile
+        self.state = profile.at(0.0)
+        self.unused = 0.0
+        """Of the last step's seconds, those after the arrival."""
+        self._put = put
+        self._seconds = seconds
+
+    def step(self, time_step: float) -> int:
+        """One of the results above. The motion ends at its goal, not up to a step behind it."""
+        profile = self.profile
+        profile.time += self._seconds or time_step
+        self.unused = max(0.0, -profile.time_left)
+        self.state = profile.goal() if profile.is_over else profile.at(profile.time)
+        if self._put(self.state):
+            return ABORTED
+        return ARRIVED if profile.is_over else ON_ITS_WAY
+
+
+class Way:
+    """From a pose to another: as x, y, z in metres and the angle of the turn; with a metric as one length."""
+
+    def __init__(self, start: Pose, goal: Pose, metric: Sequence[float] | None = None) -> None:
+        """`metric`: factors of x, y, z and the angle in that length."""
+        self._start, self._goal = start, goal
+        self._shift = poses.subtract(goal[0], start[0])
+        turn = poses.rotation_vector(poses.multiply(poses.conjugate(start[1]), goal[1]))
+        self._angle = math.hypot(*turn)
+        self._is_one = metric is not None
+        self.lengths = [*self._shift, self._angle]
+        if metric is not None:
+            if len(metric) != len(self.lengths):
+                raise CommandError(
+                    f"a metric is factors of x, y, z and the angle, 4 numbers, not {len(metric)}"
+                )
+            self.lengths = [math.hypot(*(a * b for a, b in zip(self.lengths, metric, strict=True)))]
+
+    def pose(self, done: Sequence[float]) -> Pose:
+        """Where one is after so much of each of the lengths."""
+        start, turn = self._start
+        if self._is_one:
+            share = done[0] / self.lengths[0] if self.lengths[0] > _STRAIGHT else 1.0
+            place = poses.add(start, poses.scale(self._shift, share))
+        else:
+            share = done[3] / self._angle if self._angle > _STRAIGHT else 1.0
+            place = poses.add(start, done[:3])
+        return place, poses.blend(turn, self._goal[1], share)
+
+
+class Moving(ApiPart):
+    """Carries motions out."""
+
+    def _carry_out(self, motion: Motion) -> Waiting:
+        """A step per pass until the end; also a pass after the last, so that no two motions share one."""
+        result = ON_ITS_WAY
+        while result == ON_ITS_WAY:
+            result = motion.step(self._sim.time_step)
+            yield
+        return (result,)
+
+    def _put_joints(self, handles: Sequence[int], positions: Sequence[float]) -> bool:
+        for handle, position in zip(handles, positions, strict=True):
+            if self._is_driven(handle):
+                joints.set_joint_target_position(self._sim, handle, position)
+            else:
+                joints.set_joint_position(self._sim, handle, position)
+        return False
+
+    def _put_pose(self, handle: int, relative_to: int, pose: Pose) -> bool:
+        handlers.set_object_pose(self._sim, handle, relative_to, pose)
+        return False
+
+    def _is_driven(self, handle: int) -> bool:
+        """Whether a motor goes for the joint's target position, or would when given one."""
+        state = self._sim.joints.state(handle)
+        return state.mode == JointMode.FORCE and (not state.annotated or (state.motor and state.control_loop))
+
+    def _is_cyclic(self, handle: int) -> bool:
+        return self._sim.joints.interval(handle)[0] and self._sim.joints.joint_type(handle) == REVOLUTE
+
+
+def stops(callback: Function, *arguments: Any) -> bool:
+    """Whether a call-back wants the motion to end: it gives anything but nil and false."""
+    results = callback(*arguments)
+    return bool(results) and results[0] is not None and results[0] is not False
+
+
+def nearest(now: float, goal: float) -> float:
+    """The angle that is `goal` but for whole turns, at most half a turn away."""
+    return now + math.remainder(goal - now, 2 * math.pi)
+
+
+def numbers(
+    values: Sequence[float] | None, count: int, what: str, default: Sequence[float] | None = None
+) -> list[float]:
+    """`count` of them; more are ignored, as V-REP did. Raises CommandError."""
+    found = default if values is None else values
+    if found is None or len(found) < count:
+        raise CommandError(f"{what}: {count} numbers are needed, not {0 if found is None else len(found)}")
+    return list(found[:count])
+
+
+def start_state(
+    position: Sequence[float], velocity: Sequence[float] | None, acceleration: Sequence[float] | None
+) -> State:
+    """Rest where a script says nothing."""
+    count = len(position)
+    rest = [0.0] * count
+    return State(
+        list(position),
+        numbers(velocity, count, "the present velocities", rest),
+        numbers(acceleration, count, "the present accelerations", rest),
+    )
+
+
+def limits_of(
+    velocity: Sequence[float], acceleration: Sequence[float], jerk: Sequence[float], count: int, flags: int
+) -> Limits:
+    """Negative bounds follow the others where the flags say so."""
+    tail = {
+        bit: numbers(values[count:], count, "negative bounds") if flags >= 0 and flags & bit else None
+        for bit, values in ((MIN_VELOCITY, velocity), (MIN_ACCELERATION, acceleration))
+    }
+    return Limits(
+        numbers(velocity, count, "the greatest velocities"),
+        numbers(acceleration, count, "the greatest accelerations"),
+        numbers(jerk, count, "the greatest jerks"),
+        tail[MIN_VELOCITY],
+        tail[MIN_ACCELERATION],
+    )
+
+
+def lists(state: State) -> tuple[list[float], list[float], list[float]]:
+    """As a script gets them."""
+    return list(state.position), list(state.velocity), list(state.acceleration)

@@ -1,0 +1,207 @@
+"""V-REP's oldest motions, which wait: one velocity and acceleration along the whole way, without a limit of jerk."""
+
+from __future__ import annotations
+
+import math
+
+from simx_client.protocol import constants
+from simx_server.errors import CommandError
+from simx_server.handlers import joints
+from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation, line
+from simx_server.scene.geometry import frames, poses
+from simx_server.scene.geometry.poses import Pose
+from simx_server.scripting.api.values.matrices import vector
+from simx_server.scripting.interpreter import Waiting
+
+from .moving import REVOLUTE, Motion, Moving, nearest, numbers
+
+_LENGTH_PER_ANGLE = 0.1 / math.radians(90)
+"""V-REP's default: a quarter turn is as long as 0.1 m."""
+_NO_LENGTH, _NO_ANGLE = 5e-5, math.radians(0.01)
+"""Below these V-REP takes a distance for none when the other is asked for instead."""
+_POSITION, _ORIENTATION = 1, 2
+
+
+class OldMoveFunctions(Moving):
+    """Each gives the seconds of the last pass that were not used. An acceleration of nil is no limit.
+
+    V-REP began the next such motion with those seconds; here it begins with a pass.
+    """
+
+    def moveToPosition(
+        self,
+        handle: int,
+        relative_to: int,
+        position: list[float] | None,
+        euler: list[float] | None,
+        velocity: float,
+        acceleration: float = 0.0,
+        method: list[float] | None = None,
+    ) -> Waiting:
+        """`method`: {a sim.distcalcmethod_*, m per rad}: what the velocity counts; nil: the distance if there is any,
+        else the angle with 0.1 m per quarter turn. Nil for position or Euler angles: as it is."""
+        if position is None and euler is None:
+            raise CommandError("a position, Euler angles or both must say where to")
+        own, reference = self._self(handle), self._self(relative_to)
+        start = frames.get_pose(self._sim, own, reference)
+        goal = (
+            start[0] if position is None else vector(position, "a position"),
+            start[1] if euler is None else frames.quat_from_euler(vector(euler, "Euler angles")),
+        )
+        kind, factor = (
+            (constants.sim_distcalcmethod_dl_if_nonzero, _LENGTH_PER_ANGLE)
+            if method is None
+            else numbers(method, 2, "a method")
+        )
+        length = _length(start, goal, int(kind), factor)
+
+        def put(state: State) -> bool:
+            share = state.position[0] / length
+            now = frames.get_pose(self._sim, own, reference)
+            place, turn = _between(start, goal, share)
+            return self._put_pose(
+                own, reference, (now[0] if position is None else place, now[1] if euler is None else turn)
+            )
+
+        if length == 0:
+            self._put_pose(own, reference, goal)
+            return (0.0,)
+        motion = Motion(line(length, velocity, abs(acceleration)), put)
+        yield from self._carry_out(motion)
+        return (motion.unused,)
+
+    def moveToJointPositions(
+        self,
+        handles: list[int],
+        goal: list[float],
+        velocity: float | list[float],
+        acceleration: float | list[float] = 0.0,
+        angle_to_length: float = 1.0,
+    ) -> Waiting:
+        """All arrive together, the longest way at this velocity; where velocities are a table, each by itself.
+
+        `angle_to_length`: m per rad, to tell which way is longest. Cyclic joints take the shorter way; goals outside
+        an interval mean its end.
+        """
+        own, count = [self._self(each) for each in handles], len(handles)
+        if not count:
+            raise CommandError("the table of joints is empty")
+        start = [joints.get_joint_position(self._sim, each) for each in own]
+        ends = [self._end(*each) for each in zip(own, start, numbers(goal, count, "a goal"), strict=True)]
+        if isinstance(velocity, list):
+            motion = self._each_by_itself(
+                own, start, ends, numbers(velocity, count, "velocities"), acceleration
+            )
+        else:
+            if isinstance(acceleration, list):
+                raise CommandError("with one velocity for all there is one acceleration; give tables of both")
+            motion = self._together(own, start, ends, velocity, acceleration, angle_to_length)
+        if motion is None:
+            return (0.0,)
+        yield from self._carry_out(motion)
+        return (motion.unused,)
+
+    def moveToObject(
+        self,
+        handle: int,
+        target: int,
+        what: int = 3,
+        distance_on_path: float | None = None,
+        velocity: float = 1.0,
+        acceleration: float = 0.0,
+    ) -> Waiting:
+        """To an object that may move meanwhile; velocity in ways per second. `what`: 1 position, 2 orientation, 3 both.
+
+        Partly: there are no path objects, so a distance on one is an error.
+        """
+        if distance_on_path is not None:
+            raise CommandError("there are no path objects; leave the distance on the path nil")
+        own, other = self._self(handle), self._self(target)
+        done = 0.0
+
+        def put(state: State) -> bool:
+            nonlocal done
+            share = 1.0 if done >= 1 else min(1.0, max(0.0, (state.position[0] - done) / (1 - done)))
+            done = state.position[0]
+            now = frames.get_pose(self._sim, own)
+            place, turn = _between(now, frames.get_pose(self._sim, other), share)
+            return self._put_pose(
+                own,
+                frames.WORLD,
+                (place if what & _POSITION else now[0], turn if what & _ORIENTATION else now[1]),
+            )
+
+        motion = Motion(line(1.0, velocity, abs(acceleration)), put)
+        yield from self._carry_out(motion)
+        return (motion.unused,)
+
+    def _together(
+        self,
+        own: list[int],
+        start: list[float],
+        ends: list[float],
+        velocity: float,
+        acceleration: float,
+        angle_to_length: float,
+    ) -> Motion | None:
+        length = max(
+            abs(end - begin)
+            * (abs(angle_to_length) if self._sim.joints.joint_type(each) == REVOLUTE else 1.0)
+            for each, begin, end in zip(own, start, ends, strict=True)
+        )
+        if length == 0:
+            return None
+
+        def put(state: State) -> bool:
+            share = state.position[0] / length
+            return self._put_joints(own, [a + (b - a) * share for a, b in zip(start, ends, strict=True)])
+
+        return Motion(line(length, velocity, abs(acceleration)), put)
+
+    def _each_by_itself(
+        self,
+        own: list[int],
+        start: list[float],
+        ends: list[float],
+        velocity: list[float],
+        acceleration: float | list[float],
+    ) -> Motion:
+        count = len(own)
+        bounds = acceleration if isinstance(acceleration, list) else [acceleration] * count
+        free = [abs(each) or math.inf for each in numbers(bounds, count, "accelerations")]
+        rest = [0.0] * count
+        limits = Limits([abs(each) for each in velocity], free, [math.inf] * count)
+        profile = Profile(State(start, rest, rest), Goal(ends, rest), limits, Synchronisation.NONE)
+        return Motion(profile, lambda state: self._put_joints(own, state.position))
+
+    def _end(self, handle: int, now: float, goal: float) -> float:
+        if self._is_cyclic(handle):
+            return nearest(now, goal)
+        _, least, extent = self._sim.joints.interval(handle)
+        return min(max(goal, least), least + extent)
+
+
+def _between(start: Pose, goal: Pose, share: float) -> Pose:
+    shift = poses.subtract(goal[0], start[0])
+    return poses.add(start[0], poses.scale(shift, share)), poses.blend(start[1], goal[1], share)
+
+
+def _length(start: Pose, goal: Pose, method: int, factor: float) -> float:
+    """How long V-REP's distance calculation methods take the way for, in metres."""
+    shift = math.hypot(*poses.subtract(goal[0], start[0]))
+    angle = math.hypot(*poses.rotation_vector(poses.multiply(poses.conjugate(start[1]), goal[1])))
+    turn = angle * factor
+    lengths = {
+        constants.sim_distcalcmethod_dl: shift,
+        constants.sim_distcalcmethod_dac: turn,
+        constants.sim_distcalcmethod_max_dl_dac: max(shift, turn),
+        constants.sim_distcalcmethod_dl_and_dac: shift + turn,
+        constants.sim_distcalcmethod_sqrt_dl2_and_dac2: math.hypot(shift, turn),
+        constants.sim_distcalcmethod_dl_if_nonzero: turn if shift < _NO_LENGTH else shift,
+        constants.sim_distcalcmethod_dac_if_nonzero: shift if turn < _NO_ANGLE else turn,
+    }
+    if method not in lengths:
+        raise CommandError(
+            f"{method} is no distance calculation method; they are {min(lengths)} to {max(lengths)}"
+        )
+    return lengths[method]

@@ -1,0 +1,44 @@
+"""``simExtOMPL_createTask`` and its like: V-REP 3's flat names for the functions of `simOMPL`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from simx_server.scripting.api.base import ApiPart
+
+from .ompl import ALGORITHMS, SPACE_KINDS, OmplFunctions
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.simulation import Simulation
+
+
+class FlatOmplFunctions(ApiPart):
+    """One method ``extOMPL_NAME`` for each of simOMPL; the tasks are another set than those of simOMPL."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            **{f"ompl_algorithm_{name}": number for name, number in ALGORITHMS.items()},
+            **{f"ompl_statespacetype_{name}": number for name, number in SPACE_KINDS.items()},
+        }
+    )
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        super().__init__(sim, script)
+        self._ompl = OmplFunctions(sim, script)
+
+
+def _flat(member: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(member)
+    def function(self: FlatOmplFunctions, *arguments: Any) -> Any:
+        return member(self._ompl, *arguments)
+
+    return function
+
+
+for _name, _member in vars(OmplFunctions).items():
+    if not _name.startswith("_") and callable(_member):
+        setattr(FlatOmplFunctions, f"extOMPL_{_name}", _flat(_member))

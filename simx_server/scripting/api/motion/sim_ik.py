@@ -1,0 +1,255 @@
+"""``simIK``: inverse kinematics in CoppeliaSim 4's way, on environments that are worlds of their own.
+
+An object has the same handle in an environment as in the scene, so the maps between the two map each to itself. The
+older names (``handleIkGroup``) and the newer ones (``handleGroup``) mean the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from simx_server.errors import CommandError
+from simx_server.kinematics import Calculation, Element, Result, Solution
+from simx_server.kinematics.environment import Environment, EnvironmentGroup
+from simx_server.scripting.api.base import ApiPart
+
+from .ik import as_constraints, as_pair
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.simulation import Simulation
+
+_ALL = -2
+_NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
+
+_UNDAMPED = 3
+"""The undamped pseudo inverse; here the plain one is as good as undamped."""
+
+
+class IkEnvironmentFunctions(ApiPart):
+    """Environments, groups and elements. Environments live as long as the script."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "constraint_x": 1,
+            "constraint_y": 2,
+            "constraint_z": 4,
+            "constraint_alpha_beta": 8,
+            "constraint_gamma": 16,
+            "constraint_position": 7,
+            "constraint_orientation": 24,
+            "constraint_pose": 31,
+            "method_pseudo_inverse": 0,
+            "method_damped_least_squares": 1,
+            "method_jacobian_transpose": 2,
+            "method_undamped_pseudo_inverse": _UNDAMPED,
+            "result_not_performed": 0,
+            "result_success": 1,
+            "result_fail": 2,
+            "calc_notperformed": 1,
+            "calc_cannotinvert": 2,
+            "calc_notwithintolerance": _NOT_WITHIN_TOLERANCE,
+            "calc_stepstoobig": 32,
+            "calc_limithit": _LIMIT_HIT,
+            "jointmode_passive": 0,
+            "jointmode_ik": 2,
+            "handle_all": _ALL,
+            "handle_parent": -11,
+            "handle_world": -1,
+            "handle_self": -4,
+        }
+    )
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        super().__init__(sim, script)
+        self._environments: dict[int, Environment] = {}
+
+    def createEnvironment(self, _flags: int = 0) -> int:
+        """An empty one."""
+        handle = max(self._environments, default=-1) + 1
+        self._environments[handle] = Environment(self._sim)
+        return handle
+
+    def eraseEnvironment(self, environment: int) -> None:
+        self._environment(environment)
+        del self._environments[environment]
+
+    def createGroup(self, environment: int, name: str = "") -> int:
+        groups = self._environment(environment).groups
+        handle = max(groups, default=0) + 1
+        groups[handle] = EnvironmentGroup(name or f"group{handle}")
+        return handle
+
+    def createIkGroup(self, environment: int, name: str = "") -> int:
+        return self.createGroup(environment, name)
+
+    def getGroupHandle(self, environment: int, name: str) -> int:
+        """Raises when there is none."""
+        groups = self._environment(environment).groups
+        for handle, group in groups.items():
+            if group.name == name:
+                return handle
+        known = ", ".join(group.name for group in groups.values()) or "none"
+        raise CommandError(f"no group '{name}'; groups of this environment: {known}")
+
+    def getIkGroupHandle(self, environment: int, name: str) -> int:
+        return self.getGroupHandle(environment, name)
+
+    def setGroupCalculation(
+        self, environment: int, group: int, method: int, damping: float, iterations: int
+    ) -> None:
+        """Method (a simIK.method_*), damping, most iterations. Partly: nothing is done beyond these."""
+        same = 0 if method == _UNDAMPED else method
+        self._group(environment, group).how = Calculation.checked(same, damping, iterations)
+
+    def setIkGroupCalculation(
+        self, environment: int, group: int, method: int, damping: float, iterations: int
+    ) -> None:
+        self.setGroupCalculation(environment, group, method, damping, iterations)
+
+    def getGroupCalculation(self, environment: int, group: int) -> tuple[int, float, int]:
+        how = self._group(environment, group).how
+        return int(how.method), how.damping, how.iterations
+
+    def getIkGroupCalculation(self, environment: int, group: int) -> tuple[int, float, int]:
+        return self.getGroupCalculation(environment, group)
+
+    def addElementFromScene(
+        self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
+    ) -> tuple[int, dict[int, int], dict[int, int]]:
+        """An element between objects of the scene; its number, and two maps of handles, each to itself.
+
+        All hinges and slides between base (-1: the world) and tip take part, whatever their mode is.
+        """
+        chosen = self._environment(environment)
+        element = Element(
+            self._self(tip),
+            self._self(target),
+            base if base == -1 else self._self(base),
+            as_constraints(constraints),
+        )
+        self._sim.scene.get(element.tip)
+        if element.target not in chosen.dummies:
+            self._sim.scene.get(element.target)
+        number = chosen.add(self._group(environment, group), element)
+        joints = chosen.joints(self._group(environment, group)).handles
+        same = {handle: handle for handle in (element.tip, element.target, *joints) if handle != -1}
+        if base != -1:
+            same[element.base] = element.base
+        return number, same, dict(same)
+
+    def addIkElementFromScene(
+        self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
+    ) -> tuple[int, dict[int, int], dict[int, int]]:
+        return self.addElementFromScene(environment, group, base, tip, target, constraints)
+
+    def setElementConstraints(self, environment: int, group: int, element: int, constraints: int) -> None:
+        self._change(environment, group, element, constraints=as_constraints(constraints))
+
+    def setIkElementConstraints(self, environment: int, group: int, element: int, constraints: int) -> None:
+        self.setElementConstraints(environment, group, element, constraints)
+
+    def setElementPrecision(self, environment: int, group: int, element: int, precision: list[float]) -> None:
+        """{metres, radians}."""
+        self._change(environment, group, element, precision=as_pair(precision, "precision"))
+
+    def setIkElementPrecision(
+        self, environment: int, group: int, element: int, precision: list[float]
+    ) -> None:
+        self.setElementPrecision(environment, group, element, precision)
+
+    def setElementWeights(self, environment: int, group: int, element: int, weights: list[float]) -> None:
+        """{position, orientation}. Partly: further weights of CoppeliaSim 4.5 are ignored."""
+        self._change(environment, group, element, weights=as_pair(weights[:2], "weight"))
+
+    def setIkElementWeights(self, environment: int, group: int, element: int, weights: list[float]) -> None:
+        self.setElementWeights(environment, group, element, weights)
+
+    def handleGroup(
+        self, environment: int, group: Any, options: dict[str, Any] | None = None
+    ) -> tuple[int, int, list[float]]:
+        """As handleGroups, of one."""
+        return self.handleGroups(environment, group, options)
+
+    def handleIkGroup(self, environment: int, group: int = _ALL) -> tuple[int, int, list[float]]:
+        """As handleGroup without options."""
+        return self.handleGroups(environment, group, None)
+
+    def handleGroups(
+        self, environment: int, groups: Any, options: dict[str, Any] | None = None
+    ) -> tuple[int, int, list[float]]:
+        """A simIK.result_*, bits simIK.calc_* that say why not, and the {metres, radians} that are left.
+
+        `groups`: one, a table of several, or simIK.handle_all. Options: `syncWorlds` takes over the scene's state
+        before and moves the scene's joints after it, in case of failure only with `allowError`.
+        """
+        chosen, asked = self._environment(environment), options or {}
+        wanted = self._groups(environment, groups)
+        if asked.get("syncWorlds"):
+            chosen.take_over(wanted)
+        answer = _summary([chosen.handle(group) for group in wanted])
+        if asked.get("syncWorlds") and (answer[0] == Result.SUCCESS or asked.get("allowError")):
+            chosen.give_back(wanted)
+        return answer
+
+    def applyIkEnvironmentToScene(self, environment: int, group: int, only_success: bool = False) -> int:
+        """Take over the scene's state, handle the group and move the scene's joints; the result."""
+        chosen, wanted = self._environment(environment), [self._group(environment, group)]
+        chosen.take_over(wanted)
+        result = chosen.handle(wanted[0]).result
+        if result == Result.SUCCESS or not only_success:
+            chosen.give_back(wanted)
+        return int(result)
+
+    def applySceneToIkEnvironment(self, environment: int, group: int) -> None:
+        self.syncFromSim(environment, [group])
+
+    def syncFromSim(self, environment: int, groups: Any) -> None:
+        """The scene's joint values and poses of targets become the environment's."""
+        self._environment(environment).take_over(self._groups(environment, groups))
+
+    def syncToSim(self, environment: int, groups: Any) -> None:
+        """The environment's joint values become the scene's; a joint in force mode gets them as target."""
+        self._environment(environment).give_back(self._groups(environment, groups))
+
+    def _environment(self, handle: int) -> Environment:
+        if handle not in self._environments:
+            known = ", ".join(map(str, self._environments)) or "none"
+            raise CommandError(f"no environment {handle}; those of this script: {known}")
+        return self._environments[handle]
+
+    def _group(self, environment: int, handle: int) -> EnvironmentGroup:
+        groups = self._environment(environment).groups
+        if handle not in groups:
+            raise CommandError(
+                f"no group {handle}; those of this environment: {', '.join(map(str, groups)) or 'none'}"
+            )
+        return groups[handle]
+
+    def _groups(self, environment: int, wanted: Any) -> list[EnvironmentGroup]:
+        handles = wanted if isinstance(wanted, list) else [wanted]
+        if handles == [_ALL]:
+            return list(self._environment(environment).groups.values())
+        return [self._group(environment, int(handle)) for handle in handles]
+
+    def _change(self, environment: int, group: int, element: int, **what: Any) -> None:
+        elements = self._group(environment, group).elements
+        if element not in elements:
+            raise CommandError(
+                f"no element {element}; those of this group: {', '.join(map(str, elements)) or 'none'}"
+            )
+        elements[element] = replace(elements[element], **what)
+
+
+def _summary(solutions: list[Solution]) -> tuple[int, int, list[float]]:
+    if not solutions:
+        return int(Result.NOT_PERFORMED), 1, [0.0, 0.0]
+    failed = any(solution.result != Result.SUCCESS for solution in solutions)
+    flags = 0
+    if failed:
+        flags = _NOT_WITHIN_TOLERANCE
+        flags |= _LIMIT_HIT if any(solution.is_at_limit for solution in solutions) else 0
+    left = [max(each.distance for each in solutions), max(each.angle for each in solutions)]
+    return int(Result.FAIL if failed else Result.SUCCESS), flags, left

@@ -1,0 +1,300 @@
+"""``simIK``: what is in an environment, and searching in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.kinematics.search import asked_range, find_configs, straight_path
+from simx_server.scene.geometry.frames import (
+    euler_from_quat,
+    matrix12,
+    pose_from_matrix12,
+    quat_from_euler,
+    wxyz_from_xyzw,
+    xyzw_from_wxyz,
+)
+from simx_server.scene.geometry.poses import Pose
+from simx_server.scripting.interpreter import Function
+
+from .ik import joint_order
+from .sim_ik import IkEnvironmentFunctions
+
+_PASSIVE, _IK = 0, 2
+_WORLD, _PARENT = -1, -11
+
+_TRIALS = 200
+"""Starts of findConfigs: where time is no limit, equal runs give equal tables. They take a UR5 about half a second."""
+
+_SECONDS = 0.5
+"""How long is searched when nothing else is said."""
+
+
+_Judge = Callable[[list[float]], bool]
+
+
+class SimIk(IkEnvironmentFunctions):
+    """The whole namespace."""
+
+    def createDummy(self, environment: int, name: str = "") -> int:
+        """Something with a pose that is in the environment only, to be a target."""
+        return self._environment(environment).create_dummy(name)
+
+    def getObjectHandle(self, environment: int, name: str) -> int:
+        for handle, known in self._environment(environment).dummies.items():
+            if known == name:
+                return handle
+        return self._sim.scene.resolve(self._adjusted(name), self._owner)
+
+    def doesObjectExist(self, environment: int, name: str) -> bool:
+        self._environment(environment)
+        return self._sim.scene.by_name(name) is not None
+
+    def getJointPosition(self, environment: int, joint: int) -> float:
+        return self._environment(environment).joint_position(joint)
+
+    def setJointPosition(self, environment: int, joint: int, position: float) -> None:
+        """In the environment; within the joint's interval."""
+        self._environment(environment).set_joint_position(joint, position)
+
+    def getJointInterval(self, environment: int, joint: int) -> tuple[bool, list[float]]:
+        cyclic, least, extent = self._environment(environment).interval(joint)
+        return cyclic, [least, extent]
+
+    def setJointInterval(self, environment: int, joint: int, cyclic: bool, interval: list[float]) -> None:
+        """In the environment: {least value, range}."""
+        if len(interval) < 2 and not cyclic:
+            raise CommandError("a joint's interval is {least value, range}")
+        least, extent = interval[:2] if interval else (-np.pi, 2 * np.pi)
+        self._environment(environment).set_interval(joint, cyclic, least, extent)
+
+    def getJointMode(self, environment: int, joint: int) -> int:
+        return _PASSIVE if joint in self._environment(environment).passive else _IK
+
+    def setJointMode(self, environment: int, joint: int, mode: int) -> None:
+        """simIK.jointmode_ik or simIK.jointmode_passive: a passive joint keeps still."""
+        if mode not in (_PASSIVE, _IK):
+            raise CommandError(f"{mode} is no mode here; give simIK.jointmode_ik or simIK.jointmode_passive")
+        passive = self._environment(environment).passive
+        passive.discard(joint) if mode == _IK else passive.add(joint)
+
+    def getObjectPose(self, environment: int, handle: int, relative_to: int = _WORLD) -> list[float]:
+        """{x, y, z, qx, qy, qz, qw}, with the joints where the environment has them."""
+        position, quat = self._pose(environment, handle, relative_to)
+        return [*position, *xyzw_from_wxyz(quat)]
+
+    def setObjectPose(self, environment: int, handle: int, relative_to: Any, pose: Any = None) -> None:
+        """Of a target. Arguments 3 and 4: reference and pose in this or in the other order; no reference: the world."""
+        reference, values = (pose, relative_to) if isinstance(relative_to, list) else (relative_to, pose)
+        x, y, z, *turn = _numbers(values, 7, "a pose is {x, y, z, qx, qy, qz, qw}")
+        new = ((x, y, z), wxyz_from_xyzw(turn))
+        self._place(environment, handle, _WORLD if reference is None else int(reference), new)
+
+    def getObjectMatrix(self, environment: int, handle: int, relative_to: int = _WORLD) -> list[float]:
+        """12 numbers, row-major 3 x 4."""
+        return matrix12(self._pose(environment, handle, relative_to))
+
+    def setObjectMatrix(self, environment: int, handle: int, relative_to: Any, matrix: Any = None) -> None:
+        """As setObjectPose, with 12 numbers."""
+        reference, values = (matrix, relative_to) if isinstance(relative_to, list) else (relative_to, matrix)
+        new = pose_from_matrix12(_numbers(values, 12, "a matrix is a table of 12 numbers"))
+        self._place(environment, handle, _WORLD if reference is None else int(reference), new)
+
+    def getObjectTransformation(
+        self, environment: int, handle: int, relative_to: int = _WORLD
+    ) -> tuple[list[float], list[float], list[float]]:
+        """Position, quaternion {x, y, z, w} and Euler angles."""
+        position, quat = self._pose(environment, handle, relative_to)
+        return list(position), xyzw_from_wxyz(quat), euler_from_quat(quat)
+
+    def setObjectTransformation(
+        self, environment: int, handle: int, relative_to: int, position: list[float], turn: list[float]
+    ) -> None:
+        """Of a target; `turn`: three Euler angles or a quaternion {x, y, z, w}."""
+        if len(position) != 3 or len(turn) not in (3, 4):
+            raise CommandError(
+                "give a position of 3 numbers, and 3 Euler angles or 4 numbers of a quaternion"
+            )
+        quat = quat_from_euler(turn) if len(turn) == 3 else wxyz_from_xyzw(turn)
+        x, y, z = position
+        self._place(environment, handle, relative_to, ((x, y, z), quat))
+
+    def getJacobian(self, environment: int, group: int) -> tuple[list[float], list[int]]:
+        """Row by row, and {rows, columns}; joints nearest to the base first."""
+        found = self._look(environment, group)[1]
+        return found.ravel().tolist(), list(found.shape)
+
+    def computeGroupJacobian(self, environment: int, group: int) -> tuple[list[float], list[float]]:
+        """The Jacobian row by row, and the error it is for: coordinates in the base's axes, turns about the tip's."""
+        error, found, _ = self._look(environment, group)
+        return found.ravel().tolist(), error.tolist()
+
+    def getManipulability(self, environment: int, group: int) -> float:
+        """sqrt(det(J J^T)), 0 where it is singular."""
+        found = self._look(environment, group)[1]
+        return float(np.sqrt(max(0.0, np.linalg.det(found @ found.T))))
+
+    def getConfigForTipPose(
+        self,
+        environment: int,
+        group: int,
+        joints: list[int],
+        _threshold: float = 0.1,
+        seconds: float = _SECONDS,
+        _metric: list[float] | None = None,
+        callback: str | Function | None = None,
+        data: Any = None,
+        _joint_options: list[int] | None = None,
+        low: list[float] | None = None,
+        ranges: list[float] | None = None,
+    ) -> list[float] | None:
+        """Joint values for the targets from random starts; nil when none is found in that time.
+
+        `callback`: function(values, data) that says whether they will do. `low` and `ranges` are those of the random
+        starts. Partly: threshold, metric and joint options are ignored; every start is tried to its end.
+        """
+        found = self._search(
+            environment, group, joints, abs(seconds), self._judge(callback, data), (low, ranges)
+        )
+        return found[0] if found else None
+
+    def findConfig(
+        self,
+        environment: int,
+        group: int,
+        joints: list[int],
+        threshold: float = 0.1,
+        seconds: float = _SECONDS,
+        metric: list[float] | None = None,
+        callback: str | Function | None = None,
+        data: Any = None,
+    ) -> list[float] | None:
+        """As getConfigForTipPose. Partly: as that."""
+        return self.getConfigForTipPose(
+            environment, group, joints, threshold, seconds, metric, callback, data
+        )
+
+    def findConfigs(
+        self,
+        environment: int,
+        group: int,
+        joints: list[int],
+        options: dict[str, Any] | None = None,
+        _others: Any = None,
+    ) -> list[list[float]]:
+        """A table of joint values for the targets, that nearest to the present ones first; empty when there is none.
+
+        Options: `maxTime` in seconds, `findMultiple`, `cb` a function(values) that says whether they will do. The first
+        trial is from the present values. Partly: after 200 trials it ends, also when there is time left.
+        """
+        asked = options or {}
+        (seconds,) = _numbers([asked.get("maxTime", 0.1)], 1, "maxTime is a number of seconds")
+        many = bool(asked.get("findMultiple"))
+        return self._search(
+            environment, group, joints, seconds, self._judge(asked.get("cb")), many=many, near=True
+        )
+
+    def generatePath(
+        self,
+        environment: int,
+        group: int,
+        joints: list[int],
+        _tip: int,
+        count: int,
+        callback: str | Function | None = None,
+        data: Any = None,
+    ) -> list[float] | None:
+        """`count` configurations, one after the other, whose tip goes straight from where it is to the target.
+
+        nil (CoppeliaSim 4.5: an empty table) when it leaves the reach or the callback refuses one.
+        """
+        chosen, wanted = self._environment(environment), self._group(environment, group)
+        begin, goals = chosen.tips(wanted), chosen.goals(wanted)
+        usable, solver = chosen.solver(wanted, tuple(joints))
+        order = joint_order(usable.handles, joints)
+        start = np.array([chosen.joint_position(handle) for handle in usable.handles])
+        accepts = _ordered(self._judge(callback, data), order)
+        with self._at_no_cost():
+            path = straight_path(solver, start, begin, goals, count, accepts)
+        return None if path is None else [value for values in path for value in values[order].tolist()]
+
+    def _search(
+        self,
+        environment: int,
+        group: int,
+        joints: list[int],
+        seconds: float,
+        judge: _Judge | None,
+        sampled: tuple[list[float] | None, list[float] | None] = (None, None),
+        *,
+        many: bool = False,
+        near: bool = False,
+    ) -> list[list[float]]:
+        chosen, wanted = self._environment(environment), self._group(environment, group)
+        goals = chosen.goals(wanted)
+        usable, solver = chosen.solver(wanted, tuple(joints))
+        order = joint_order(usable.handles, joints)
+        start = np.array([chosen.joint_position(handle) for handle in usable.handles])
+        found = find_configs(
+            solver,
+            usable,
+            goals,
+            self._sim.ik_groups.random,
+            seconds=seconds,
+            trials=_TRIALS if near else None,
+            start=start if near else None,
+            sampled=asked_range(*sampled, order),
+            accepts=_ordered(judge, order),
+            serve_others=self._sim.serve_others,
+        )
+        with self._at_no_cost():
+            chosen_ones = list(found if many else islice(found, 1))
+        chosen_ones.sort(key=lambda values: float(np.linalg.norm(values - start)))
+        return [values[order].tolist() for values in chosen_ones]
+
+    def _judge(self, callback: Any, *extra: Any) -> _Judge | None:
+        """What a script's function says of joint values; None without one."""
+        if callback is None:
+            return None
+        function = self._function(callback)
+
+        def judge(values: list[float]) -> bool:
+            answer = function(values, *extra)
+            return bool(answer and answer[0])
+
+        return judge
+
+    def _look(self, environment: int, group: int) -> Any:
+        chosen, wanted = self._environment(environment), self._group(environment, group)
+        goals = chosen.goals(wanted)
+        usable, solver = chosen.solver(wanted)
+        values = np.array([chosen.joint_position(handle) for handle in usable.handles])
+        return solver.look(values, goals)
+
+    def _reference(self, handle: int, relative_to: int) -> int:
+        return self._sim.scene.get(handle).parent if relative_to == _PARENT else relative_to
+
+    def _pose(self, environment: int, handle: int, relative_to: int) -> Pose:
+        return self._environment(environment).pose(handle, self._reference(handle, relative_to))
+
+    def _place(self, environment: int, handle: int, relative_to: int, pose: Pose) -> None:
+        self._environment(environment).set_pose(handle, self._reference(handle, relative_to), pose)
+
+
+def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:
+    """The same of our joint values; `order`: where each of the script's joints is among them."""
+    return None if judge is None else lambda values: judge(values[order].tolist())
+
+
+def _numbers(values: Any, count: int, what: str) -> list[float]:
+    """Finite ones of what may be anything. Raises CommandError."""
+    if isinstance(values, list) and len(values) == count:
+        good = [v for v in values if isinstance(v, int | float) and math.isfinite(v)]
+        if len(good) == count:
+            return [float(value) for value in good]
+    raise CommandError(what)

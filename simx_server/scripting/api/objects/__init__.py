@@ -1,0 +1,1 @@
+"""Objects of the scene: finding, moving, measuring and changing them."""

@@ -1,0 +1,94 @@
+"""Drawing objects: points, lines and the like, for whoever shows the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.parts.drawing import Color
+from simx_server.scripting.api.base import ApiPart
+
+_ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
+"""sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
+
+_BLACK: Color = (0.0, 0.0, 0.0)
+_WHITE: Color = (1.0, 1.0, 1.0)
+
+
+class DrawingFunctions(ApiPart):
+    """Metres in the world, colours 0..1. Everything drawn goes with the run."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "handleflag_addmultiple": _ADD_MULTIPLE,
+        "handleflag_setmultiple": _SET_MULTIPLE,
+        "drawing_linestrip": 8,
+        "drawing_trianglepts": 9,
+        "drawing_quadpts": 10,
+        "drawing_discpts": 11,
+        "drawing_cubepts": 12,
+        "drawing_spherepts": 7,
+        "drawing_local": 0x800000,
+    }
+
+    def addDrawingObject(
+        self,
+        kind: int,
+        size: float,
+        tolerance: float,
+        parent: int = -1,
+        most: int = 0,
+        color: list[float] | None = None,
+        _reserved: list[float] | None = None,
+        specular: list[float] | None = None,
+        emission: list[float] | None = None,
+    ) -> int:
+        """`kind`: a sim.drawing_* plus flags; `tolerance` (m): items this near to another are left out; `most`: items.
+
+        Partly: it is kept, and shown by whoever shows the scene; pictures of vision sensors are without it.
+        """
+        return self._sim.drawings.create(
+            kind,
+            size,
+            tolerance,
+            self._self(parent),
+            most,
+            _color(color, _WHITE),
+            _color(specular, _BLACK),
+            _color(emission, _BLACK),
+        )
+
+    def addDrawingObjectItem(self, handle: int, item: list[float] | None) -> int:
+        """1, or 0 when the object is full or has such an item; nil removes all items.
+
+        With sim.handleflag_addmultiple or setmultiple on the handle the numbers are many items, added or in place of
+        those that are there. Positions come first, then a normal (or quaternion), colours, size, transparency.
+        """
+        drawings = self._sim.drawings
+        plain = handle & ~(_ADD_MULTIPLE | _SET_MULTIPLE)
+        if item is None or handle & _SET_MULTIPLE:
+            drawings.clear(plain)
+        if not item:
+            return 1
+        size = drawings.get(plain).layout.size
+        if plain == handle:
+            item = item[:size]
+        return int(drawings.draw(plain, item))
+
+    def removeDrawingObject(self, handle: int) -> int:
+        """One, or with sim.handle_all every one."""
+        if handle == c.sim_handle_all:
+            self._sim.drawings.remove_all()
+        else:
+            self._sim.drawings.remove(handle)
+        return 1
+
+
+def _color(given: list[float] | None, default: Color) -> Color:
+    if given is None:
+        return default
+    if len(given) < 3:
+        raise CommandError("a colour is {red, green, blue}, each 0 to 1")
+    red, green, blue = given[:3]
+    return red, green, blue

@@ -1,0 +1,155 @@
+"""Joints: positions, targets, forces, intervals, modes, dependencies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from simx_server.errors import CommandError
+from simx_server.handlers import joints
+from simx_server.joints import JointMode
+from simx_server.scripting.api.base import ApiPart
+
+_HYBRID = 1
+"""Bit 0 of the options of sim.setJointMode."""
+
+
+class JointFunctions(ApiPart):
+    """Radians or metres, their rates per second, N m or N. What sets something gives 1, as in V-REP 3."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "jointmode_kinematic": 0,
+        "jointmode_dynamic": 5,
+        "jointdynctrl_free": 0,
+        "jointdynctrl_force": 1,
+        "jointdynctrl_velocity": 4,
+        "jointdynctrl_position": 8,
+        "jointdynctrl_spring": 12,
+    }
+
+    def getJointPosition(self, joint: int) -> float:
+        """Cyclic joints in -pi..pi. Raises for spherical joints."""
+        return joints.get_joint_position(self._sim, self._self(joint))
+
+    def setJointPosition(self, joint: int, position: float) -> int:
+        """At once, within the limits; a controller drives it back."""
+        joints.set_joint_position(self._sim, self._self(joint), position)
+        return 1
+
+    def getJointTargetPosition(self, joint: int) -> float:
+        """Where the position controller drives the joint."""
+        return self._sim.joints.target_position(self._self(joint))
+
+    def setJointTargetPosition(self, joint: int, position: float) -> int:
+        """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
+        joints.set_joint_target_position(self._sim, self._self(joint), position)
+        return 1
+
+    def getJointTargetVelocity(self, joint: int) -> float:
+        """As set last, also where it has no effect."""
+        return self._sim.joints.target_velocity(self._self(joint))
+
+    def setJointTargetVelocity(self, joint: int, velocity: float) -> int:
+        """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
+        joints.set_joint_target_velocity(self._sim, self._self(joint), velocity)
+        return 1
+
+    def getJointVelocity(self, joint: int) -> float:
+        """Over the last pass; 0 when stopped. CoppeliaSim 4's function for V-REP's parameter 2012."""
+        return self._sim.joints.velocity(self._self(joint))
+
+    def getJointForce(self, joint: int) -> float:
+        """Force of the motor, mean of the last simulation step; negative while it pushes towards greater positions.
+
+        0, where V-REP gave nil, before there was one.
+        """
+        return joints.get_joint_force(self._sim, self._self(joint))
+
+    def setJointForce(self, joint: int, force: float) -> int:
+        """The most the motor exerts, as a magnitude."""
+        joints.set_joint_force(self._sim, self._self(joint), force)
+        return 1
+
+    def setJointMaxForce(self, joint: int, force: float) -> int:
+        """The same as sim.setJointForce."""
+        return self.setJointForce(joint, force)
+
+    def setJointTargetForce(self, joint: int, force: float) -> int:
+        """Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity gives the direction."""
+        return self.setJointForce(joint, force)
+
+    def getJointMaxForce(self, joint: int) -> float:
+        """1e9 for a joint without a limit."""
+        return joints.get_joint_max_force(self._sim, self._self(joint))
+
+    def getJointTargetForce(self, joint: int) -> float:
+        """The same as sim.getJointMaxForce."""
+        return self.getJointMaxForce(joint)
+
+    def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
+        """Whether it is cyclic, and {least value, range}."""
+        cyclic, least, extent = self._sim.joints.interval(self._self(joint))
+        return cyclic, [least, extent]
+
+    def setJointInterval(self, joint: int, cyclic: bool, interval: list[float]) -> int:
+        """`interval`: {least value, range}."""
+        if len(interval) < 2:
+            raise CommandError("a joint's interval is {least value, range}")
+        self._sim.joints.set_interval(self._self(joint), cyclic, interval[0], interval[1])
+        return 1
+
+    def getJointMode(self, joint: int) -> tuple[int, int]:
+        """A sim.jointmode_* and the options: bit 0 when a motor drives it outside force mode."""
+        handle = self._self(joint)
+        return int(self._sim.joints.mode(handle)), _HYBRID if self._sim.joints.is_hybrid(handle) else 0
+
+    def setJointMode(self, joint: int, mode: int, options: int = 0) -> int:
+        """`mode`: a sim.jointmode_*; bit 0 of `options`: hybrid operation."""
+        handle = self._self(joint)
+        if mode not in tuple(JointMode):
+            known = ", ".join(f"{int(each)} {each.name.lower()}" for each in JointMode)
+            raise CommandError(f"{mode} is no joint mode; those are {known}")
+        self._sim.joints.set_mode(handle, JointMode(mode))
+        if self._sim.joints.joint_type(handle) != _SPHERICAL:
+            self._sim.joints.change(handle, hybrid=bool(options & _HYBRID))
+        return 1
+
+    def getJointType(self, joint: int) -> int:
+        """sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype."""
+        return self._sim.joints.joint_type(self._self(joint))
+
+    def getJointMatrix(self, joint: int) -> list[float]:
+        """12 numbers, row-major 3 x 4: the turn or shift that the joint value is."""
+        return joints.get_joint_matrix(self._sim, self._self(joint))
+
+    def setSphericalJointMatrix(self, joint: int, matrix: list[float]) -> int:
+        """12 numbers; the translation is ignored."""
+        joints.set_spherical_joint_matrix(self._sim, self._self(joint), matrix)
+        return 1
+
+    def getSphericalJointMatrix(self, joint: int) -> list[float]:
+        """As sim.getJointMatrix, of spherical joints only."""
+        handle = self._self(joint)
+        if self.getJointType(handle) != _SPHERICAL:
+            name = self._sim.scene.get(handle).name
+            raise CommandError(f"'{name}' is no spherical joint; use sim.getJointMatrix")
+        return self.getJointMatrix(handle)
+
+    def getJointDependency(self, joint: int) -> tuple[int, float, float]:
+        """Master (-1: none), offset and factor: position = offset + factor * master's position. Since CoppeliaSim 4."""
+        state = self._sim.joints.state(self._self(joint))
+        return state.master, state.shift, state.factor
+
+    def setJointDependency(self, joint: int, master: int, offset: float = 0.0, factor: float = 1.0) -> int:
+        """For joints in dependent mode; master -1 ends the dependency. Since CoppeliaSim 4.
+
+        Partly: the coupling carries forces only if the scene annotates the joint with mode=dependent.
+        """
+        self._sim.joints.set_dependency(
+            self._self(joint), master=self._self(master), shift=offset, factor=factor
+        )
+        return 1
+
+
+_SPHERICAL = 12
+"""`sim_joint_spherical_subtype`."""

@@ -1,0 +1,86 @@
+"""Names, aliases and paths of objects, and V-REP 3's numbers of copies."""
+
+from __future__ import annotations
+
+from simx_server.errors import CommandError
+from simx_server.scene import names
+from simx_server.scene.editing import renaming
+from simx_server.scripting.api.base import ApiPart
+
+
+class ObjectNameFunctions(ApiPart):
+    """Old names are unique (``name``, ``name#0``), aliases need not be."""
+
+    _name_suffix: int | None = None
+    """What the script said its names end in; None: as its object's name does."""
+
+    def getObjectName(self, handle: int) -> str:
+        return self._sim.scene.get(self._self(handle)).name
+
+    def setObjectName(self, handle: int, name: str) -> None:
+        """The alias becomes the same without its number. A stop takes back what a run renamed."""
+        renaming.rename(self._sim, self._self(handle), name)
+
+    def getObjectAlias(self, handle: int, options: int = -1) -> str:
+        """-1 the alias; 0 with its index where siblings have the same one; 1 the shortest path that means this
+        object; 2 the full path; 3 ``alias__handle__`` where it is not unique, 4 always; 5 a short path for people.
+
+        Partly: the forms 6 to 9, with numbers in braces, are not made.
+        """
+        scene, handle = self._sim.scene, self._self(handle)
+        alias = scene.get(handle).alias
+        match options:
+            case -1:
+                return alias
+            case 0:
+                return names.path_of(scene, handle).rsplit("/", 1)[1]
+            case 1:
+                return self._short_path(handle)
+            case 2:
+                return names.path_of(scene, handle)
+            case 3 | 4:
+                alone = sum(item.alias == alias for item in scene.objects.values()) == 1
+                return alias if alone and options == 3 else f"{alias}__{handle}__"
+            case 5:
+                parts = names.path_of(scene, handle).split("/")[1:]
+                return "/" + ("/".join(parts) if len(parts) < 3 else f"{parts[0]}/ ... /{parts[-1]}")
+            case _:
+                raise CommandError(f"the form of an alias is -1 to 5, not {options}")
+
+    def setObjectAlias(self, handle: int, alias: str) -> None:
+        """The old name stays. A stop takes back what a run changed."""
+        renaming.set_alias(self._sim, self._self(handle), alias)
+
+    def getNameSuffix(self, name: str | None = None) -> tuple[int, str] | int:
+        """The number behind # (-1: none) and the name without it; without a name, the script's own number."""
+        if name is None:
+            if self._name_suffix is not None:
+                return self._name_suffix
+            item = self._sim.scene.objects.get(self._owner)
+            return _split(item.name)[0] if item is not None else -1
+        return _split(name)
+
+    def setNameSuffix(self, suffix: int) -> None:
+        """The number that names without # end in from now on, in this script; -1: none."""
+        self._name_suffix = max(suffix, -1)
+
+    def _adjusted(self, name: str) -> str:
+        if self._name_suffix is None or "#" in name or name.startswith(("/", ".", ":")):
+            return super()._adjusted(name)
+        plain, at, rest = name.partition("@")
+        return name if self._name_suffix == -1 else f"{plain}#{self._name_suffix}{at}{rest}"
+
+    def _short_path(self, handle: int) -> str:
+        parts = names.path_of(self._sim.scene, handle).split("/")[1:]
+        for count in range(1, len(parts)):
+            path = "/" + "/".join(parts[-count:])
+            if self._sim.scene.resolve(path) == handle:
+                return path
+        return "/" + "/".join(parts)
+
+
+def _split(name: str) -> tuple[int, str]:
+    plain, mark, digits = name.rpartition("#")
+    if mark and digits.isdigit():
+        return int(digits), plain
+    return -1, plain if mark and not digits else name

@@ -1,0 +1,182 @@
+"""Numbered parameters and properties of objects. What the numbers mean: `handlers/parameter_tables.py`."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import bounding_box
+from simx_server.handlers.objects import object_parameters as parameters
+from simx_server.handlers.objects.parameter_tables import entries_of
+from simx_server.parts.custom_data import HIDDEN
+from simx_server.scene import properties
+from simx_server.scene.editing import renaming
+from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.api.base import ApiPart
+
+_SPECIAL = {
+    "collidable": c.sim_objectspecialproperty_collidable,
+    "measurable": c.sim_objectspecialproperty_measurable,
+    "detectable": c.sim_objectspecialproperty_detectable_all,
+}
+"""What the scene says of a shape to the bits that say the same."""
+
+_PROPERTY = HIDDEN + "property"
+"""Under which name what setObjectProperty says is kept."""
+
+
+class ObjectParameterFunctions(ApiPart):
+    """Reading gives nil where an object of this kind has no such parameter; the names of V-REP 3, which end in
+    Parameter, give 1 and the value, or 0."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "objectspecialproperty_detectable": 496,
+            "objintparam_visible": 36,
+            "jointintparam_dynctrlmode": 2039,
+            "dummyfloatparam_size": 10002,
+            "rendermode_opengl": 0,
+            "rendermode_auxchannels": 1,
+            "rendermode_colorcoded": 2,
+            "rendermode_povray": 3,
+            "rendermode_opengl3": 7,
+        }
+    )
+
+    def getObjectInt32Param(self, handle: int, parameter: int) -> int | None:
+        own = self._self(handle)
+        if self._is_of_another_kind(own, parameter):
+            return None
+        return parameters.get_object_int_parameter(self._sim, own, parameter)
+
+    def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> int:
+        parameters.set_object_int_parameter(self._sim, self._self(handle), parameter, value)
+        return 1
+
+    def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
+        own = self._self(handle)
+        if self._is_of_another_kind(own, parameter):
+            return None
+        return parameters.get_object_float_parameter(self._sim, own, parameter)
+
+    def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
+        parameters.set_object_float_parameter(self._sim, self._self(handle), parameter, value)
+        return 1
+
+    def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
+        """An integer parameter that is a switch."""
+        value = self.getObjectInt32Param(handle, parameter)
+        return None if value is None else value != 0
+
+    def setObjectBoolParam(self, handle: int, parameter: int, value: bool) -> int:
+        return self.setObjectInt32Param(handle, parameter, int(value))
+
+    def getObjectStringParam(self, handle: int, parameter: int) -> str:
+        """Not here: no object has a string parameter."""
+        raise self._no_text(handle, parameter)
+
+    def setObjectStringParam(self, handle: int, parameter: int, _value: bytes) -> None:
+        """Not here: no object has a string parameter."""
+        raise self._no_text(handle, parameter)
+
+    def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
+        value = self.getObjectInt32Param(handle, parameter)
+        return int(value is not None), value
+
+    def setObjectInt32Parameter(self, handle: int, parameter: int, value: int) -> int:
+        self.setObjectInt32Param(handle, parameter, value)
+        return 1
+
+    def getObjectIntParameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
+        return self.getObjectInt32Parameter(handle, parameter)
+
+    def setObjectIntParameter(self, handle: int, parameter: int, value: int) -> int:
+        return self.setObjectInt32Parameter(handle, parameter, value)
+
+    def getObjectFloatParameter(self, handle: int, parameter: int) -> tuple[int, float | None]:
+        value = self.getObjectFloatParam(handle, parameter)
+        return int(value is not None), value
+
+    def setObjectFloatParameter(self, handle: int, parameter: int, value: float) -> int:
+        self.setObjectFloatParam(handle, parameter, value)
+        return 1
+
+    def getObjectStringParameter(self, handle: int, parameter: int) -> str:
+        """Not here: no object has a string parameter."""
+        return self.getObjectStringParam(handle, parameter)
+
+    def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
+        """Not here: no object has a string parameter."""
+        self.setObjectStringParam(handle, parameter, value)
+
+    def getObjectSpecialProperty(self, handle: int) -> int:
+        """Bits sim.objectspecialproperty_: whether it is collidable, measurable, detectable and renderable itself,
+        whatever the models say that it belongs to."""
+        own = self._self(handle)
+        item = self._sim.scene.get(own)
+        if item.kind != ObjectKind.SHAPE:
+            return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
+        note = item.annotations.get("shape", {})
+        bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
+        seen = self._sim.object_settings.is_drawn(own) and not properties.is_unseen(item)
+        return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
+
+    def setObjectSpecialProperty(self, handle: int, bits: int) -> int:
+        """Taken back by the stop.
+
+        Partly: the five kinds of detection are one here, on when any of them is; a shape that the scene file hides from
+        pictures stays hidden.
+        """
+        own = self._self(handle)
+        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
+        said = {name: bool(bits & bit) for name, bit in _SPECIAL.items()}
+        said["renderable"] = bool(bits & c.sim_objectspecialproperty_renderable)
+        renaming.annotate(self._sim, own, "shape", dict(said))
+        properties.apply(self._sim)
+        self._sim.changed()
+        return 1
+
+    def getObjectProperty(self, handle: int) -> int:
+        """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
+        kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
+        return int(kept) if kept else c.sim_objectproperty_selectable
+
+    def setObjectProperty(self, handle: int, bits: int) -> int:
+        """Partly: the bits are kept, but nothing here acts on them."""
+        self._sim.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
+        return 1
+
+    def getObjectSizeValues(self, handle: int) -> list[float]:
+        """Metres along the axes of the object's own frame."""
+        least, greatest = bounding_box.of_object(self._sim, self._self(handle))
+        return [high - low for low, high in zip(least, greatest, strict=True)]
+
+    def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
+        """Size of the box around a shape, in metres, and the pose of its middle in the shape's frame."""
+        own = self._self(handle)
+        self._sim.scene.get_kind(own, ObjectKind.SHAPE)
+        least, greatest = bounding_box.of_object(self._sim, own)
+        middle = [(low + high) / 2 for low, high in zip(least, greatest, strict=True)]
+        return self.getObjectSizeValues(own), [*middle, 0.0, 0.0, 0.0, 1.0]
+
+    def getModelBB(self, handle: int) -> list[float]:
+        """Size of the box around an object and all below it, in metres along the axes of the object's frame."""
+        least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)
+        return [high - low for low, high in zip(least, greatest, strict=True)]
+
+    def getObjectSizeFactor(self, handle: int) -> float:
+        """1: nothing here scales objects."""
+        self._sim.scene.get(self._self(handle))
+        return 1.0
+
+    def _is_of_another_kind(self, handle: int, parameter: int) -> bool:
+        kind = self._sim.scene.get(handle).kind
+        return parameter not in entries_of(kind) and any(parameter in entries_of(each) for each in ObjectKind)
+
+    def _no_text(self, handle: int, parameter: int) -> CommandError:
+        name = self._sim.scene.get(self._self(handle)).name
+        return CommandError(
+            f"string parameter {parameter} of '{name}': objects have no parameters here that are text; names are read "
+            "with sim.getObjectName, text of your own with sim.readCustomDataBlock"
+        )

@@ -1,0 +1,146 @@
+"""Where objects are and how they move.
+
+A handle may carry flags: `sim.handleflag_reljointbaseframe` (a reference joint's fixed frame) and
+`sim.handleflag_wxyzquat` (quaternions w, x, y, z). Relative to: -1 or sim.handle_world the world, sim.handle_parent
+the parent, sim.handle_self the script's object, else an object. Setters take V-REP's order (object, relative to, value)
+and CoppeliaSim's later one (object, value, relative to; the world when left out).
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import poses as handlers
+from simx_server.scene.geometry import frames, poses
+from simx_server.scene.geometry.poses import Pose
+from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.api.values.matrices import as_numbers, as_pose
+
+_WXYZ = 0x1000000
+"""`sim_handleflag_wxyzquat` of later versions; in V-REP 3 it was one with the flag for a joint's fixed frame."""
+
+_INVERSE = -14
+"""`sim_handle_inverse`: in place of a reference, the world seen from the object."""
+
+
+class PoseFunctions(ApiPart):
+    """Positions in metres, angles in radians, quaternions (x, y, z, w), matrices of 12 numbers."""
+
+    CONSTANTS = MappingProxyType(
+        {
+            "handle_world": -1,
+            "handle_inverse": -14,
+            "handleflag_wxyzquat": 0x1000000,
+            "handleflag_wxyzquaternion": 0x400000,
+            "handleflag_reljointbaseframe": 0x400000,
+        }
+    )
+
+    def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
+        return handlers.get_object_position(self._sim, self._plain(handle), self._self(relative_to))
+
+    def setObjectPosition(
+        self, handle: int, relative_to: int | list[float], position: list[float] | int = -1
+    ) -> int:
+        value, reference = _ordered(relative_to, position, "a position")
+        handlers.set_object_position(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
+
+    def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
+        """Euler angles."""
+        return handlers.get_object_orientation(self._sim, self._plain(handle), self._self(relative_to))
+
+    def setObjectOrientation(
+        self, handle: int, relative_to: int | list[float], euler: list[float] | int = -1
+    ) -> int:
+        value, reference = _ordered(relative_to, euler, "Euler angles")
+        handlers.set_object_orientation(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
+
+    def getObjectQuaternion(self, handle: int, relative_to: int = -1) -> list[float]:
+        quat = handlers.get_object_quaternion(self._sim, self._plain(handle), self._self(relative_to))
+        return _w_first(quat) if _is_w_first(handle) else quat
+
+    def setObjectQuaternion(
+        self, handle: int, relative_to: int | list[float], quaternion: list[float] | int = -1
+    ) -> int:
+        value, reference = _ordered(relative_to, quaternion, "a quaternion")
+        if _is_w_first(handle):
+            value = _w_last(value)
+        handlers.set_object_quaternion(self._sim, self._plain(handle), self._self(reference), value)
+        return 1
+
+    def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
+        """x, y, z, then the quaternion."""
+        numbers = as_numbers(self._pose(handle, relative_to))
+        return [*numbers[:3], *_w_first(numbers[3:])] if _is_w_first(handle) else numbers
+
+    def setObjectPose(self, handle: int, relative_to: int | list[float], pose: list[float] | int = -1) -> int:
+        value, reference = _ordered(relative_to, pose, "a pose")
+        if _is_w_first(handle):
+            value = [*value[:3], *_w_last(value[3:])]
+        handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), as_pose(value))
+        return 1
+
+    def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
+        return frames.matrix12(self._pose(handle, relative_to))
+
+    def setObjectMatrix(
+        self, handle: int, relative_to: int | list[float], matrix: list[float] | int = -1
+    ) -> int:
+        value, reference = _ordered(relative_to, matrix, "a matrix")
+        pose = frames.pose_from_matrix12(value)
+        handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), pose)
+        return 1
+
+    def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
+        """Linear m/s and angular rad/s over the last pass, world axes; Euler rates, with sim.handleflag_axis added
+        to the handle the angular velocity of physics."""
+        return handlers.get_object_velocity(self._sim, self._self(handle))
+
+    def getVelocity(self, shape: int) -> tuple[list[float], list[float]]:
+        """Linear m/s and the angular velocity of physics, rad/s, world axes.
+
+        Partly: the mean over the last pass, where V-REP gave that at its end.
+        """
+        linear, _, angular = self._sim.measured_velocity(self._self(shape))
+        return linear, angular
+
+    def resetDynamicObject(self, handle: int) -> None:
+        """The object and all below it lose their velocity. Only within a run; sim.handle_all means every object."""
+        handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
+        for each in handles:
+            handlers.reset_dynamic_object(self._sim, each)
+
+    def _plain(self, handle: int) -> int:
+        """The handle without the flag that only concerns the order of a quaternion's numbers."""
+        return self._self(handle & ~_WXYZ if _is_w_first(handle) else handle)
+
+    def _pose(self, handle: int, relative_to: int) -> Pose:
+        if relative_to == _INVERSE:
+            return poses.inverse(frames.get_pose(self._sim, self._plain(handle)))
+        return frames.get_pose(self._sim, self._plain(handle), self._self(relative_to))
+
+
+def _is_w_first(handle: int) -> bool:
+    return handle > 0 and bool(handle & _WXYZ)
+
+
+def _w_first(quat_xyzw: list[float]) -> list[float]:
+    return [quat_xyzw[3], *quat_xyzw[:3]]
+
+
+def _w_last(quat_wxyz: list[float]) -> list[float]:
+    return [*quat_wxyz[1:], *quat_wxyz[:1]]
+
+
+def _ordered(first: int | list[float], second: int | list[float], what: str) -> tuple[list[float], int]:
+    """The value and the reference, in whichever order they came."""
+    if isinstance(first, list) and isinstance(second, int):
+        return first, second
+    if isinstance(first, int) and isinstance(second, list):
+        return second, first
+    raise CommandError(
+        f"besides the handle, one argument must be {what} (a table) and one a reference (a handle)"
+    )

@@ -1,0 +1,58 @@
+"""The selection of objects: what a person would have clicked at; clients see the same one."""
+
+from __future__ import annotations
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import objects
+from simx_server.scripting.api.base import ApiPart
+
+
+class SelectionFunctions(ApiPart):
+    """Lists of handles in order of selection; handles of no object are ignored."""
+
+    def getObjectSelection(self) -> list[int]:
+        return objects.get_object_selection(self._sim)
+
+    def setObjectSelection(self, handles: list[int] | None = None) -> None:
+        objects.set_object_selection(self._sim, [self._self(handle) for handle in handles or []])
+
+    def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> None:
+        """A list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain (with all
+        above) and one handle."""
+        objects.set_object_selection(self._sim, [*self.getObjectSelection(), *self._meant(what, handle)])
+
+    def removeObjectFromSelection(self, what: int | list[int], handle: int = -1) -> None:
+        """As addObjectToSelection."""
+        gone = self._meant(what, handle)
+        kept = [each for each in self.getObjectSelection() if each not in gone]
+        objects.set_object_selection(self._sim, kept)
+
+    def getObjectLastSelection(self) -> int:
+        """-1 when nothing is selected."""
+        return (self.getObjectSelection() or [-1])[-1]
+
+    def getObjectSelectionSize(self) -> int:
+        return len(self.getObjectSelection())
+
+    def _meant(self, what: int | list[int], handle: int) -> list[int]:
+        scene = self._sim.scene
+        if isinstance(what, list):
+            return [self._self(each) for each in what]
+        if what == c.sim_handle_all:
+            return list(scene.objects)
+        base = self._self(handle)
+        if what == c.sim_handle_single:
+            return [scene.get(base).handle]
+        if what == c.sim_handle_tree:
+            return [scene.get(base).handle, *scene.descendants(base)]
+        if what == c.sim_handle_chain:
+            chain: list[int] = []
+            while base != -1:
+                chain.append(base)
+                base = scene.get(base).parent
+            return chain
+        raise CommandError(
+            f"{what} says no objects; give a table of handles, sim.handle_all, or sim.handle_single, "
+            "sim.handle_tree or sim.handle_chain with a handle"
+        )

@@ -1,0 +1,120 @@
+"""Proximity and force sensors: a state, then what was measured."""
+
+from __future__ import annotations
+
+import math
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.handlers import sensors
+from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.api.base import ApiPart
+from simx_server.sensors.proximity.detection import Detection
+
+Detected = tuple[int, float, list[float], int, list[float]]
+"""1, distance, point and object, outward normal; point and normal in the sensor's frame."""
+
+_NOTHING = 0
+_NOT_HANDLED = -1
+
+_FRONT, _BACK, _LIMITED_ANGLE = 1, 2, 8
+"""Bits of the mode of sim.checkProximitySensorEx. 4, fast detection, is ignored: it is never approximate here."""
+
+
+class SensorFunctions(ApiPart):
+    """As in V-REP 3 a detection has five results, no detection one."""
+
+    def readProximitySensor(self, sensor: int) -> Detected | int:
+        """0 for nothing, -1 when it was not handled yet. CoppeliaSim 4 gives five results also for nothing."""
+        handle = self._proximity_sensor(sensor)
+        try:
+            found = self._sim.proximity.read(handle)
+        except CommandError:
+            return _NOT_HANDLED  # the handle is good, so this is the only reason
+        return _results(found)
+
+    def handleProximitySensor(self, sensor: int) -> Detected | int:
+        """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit the nearest detection of all."""
+        if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
+            return _results(self._sim.proximity.handle(self._proximity_sensor(sensor)))
+        found = [self._sim.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
+        return _results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
+
+    def resetProximitySensor(self, sensor: int) -> int:
+        """Forget what was detected, until the next handling; also for sim.handle_all and its like."""
+        if sensor in (c.sim_handle_all, c.sim_handle_all_except_explicit):
+            for handle in self._proximity_sensors(sensor):
+                self._sim.proximity.reset(handle)
+        else:
+            self._sim.proximity.reset(self._proximity_sensor(sensor))
+        return 1
+
+    def checkProximitySensor(self, sensor: int, entity: int) -> Detected | int:
+        """Whether an object, a collection or sim.handle_all is detected now; what handling found is left alone.
+
+        The object and the normal are results of CoppeliaSim 4 only.
+        """
+        return _results(self._sim.proximity.check(self._proximity_sensor(sensor), self._self(entity)))
+
+    def checkProximitySensorEx(
+        self, sensor: int, entity: int, mode: int, threshold: float, max_angle: float
+    ) -> Detected | int:
+        """Bits of `mode`: 1 front faces, 2 back faces, 8 angle of the normal below `max_angle` (rad).
+
+        `threshold`: metres; something nearer blinds the sensor. Raises CommandError for a mode without faces.
+        """
+        faces = {_FRONT: "front", _BACK: "back", _FRONT | _BACK: "both"}.get(mode & (_FRONT | _BACK))
+        if faces is None:
+            raise CommandError("the mode must have bit 0 (front faces) or bit 1 (back faces) set")
+        limited = mode & _LIMITED_ANGLE and max_angle < math.pi / 2
+        found = self._sim.proximity.check(
+            self._proximity_sensor(sensor),
+            self._self(entity),
+            faces=faces,
+            least_cosine=math.cos(max_angle) if limited else 0.0,
+            least_distance=max(0.0, threshold),
+        )
+        return _results(found)
+
+    def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
+        """Bit 0: values are there, bit 1: broken; force (N) and torque (N m), zeros where V-REP gave no values."""
+        return sensors.read_force_sensor(self._sim, self._self(sensor))
+
+    def breakForceSensor(self, sensor: int) -> int:
+        """What it holds comes apart until the stop."""
+        sensors.break_force_sensor(self._sim, self._self(sensor))
+        return 1
+
+    def getExplicitHandling(self, sensor: int) -> int:
+        """1 when a proximity or vision sensor, or an IK group, is left to scripts, else 0."""
+        handle = self._self(sensor)
+        if handle in self._sim.ik_groups:
+            return int(self._sim.ik_groups.get(handle).explicit)
+        if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
+            return int(self._sim.vision.settings(handle).explicit)
+        return int(self._sim.proximity.is_explicit(handle))
+
+    def setExplicitHandling(self, sensor: int, flags: int) -> int:
+        """Bit 0 leaves a proximity or vision sensor, or an IK group, to scripts."""
+        handle, explicit = self._self(sensor), bool(flags & 1)
+        if handle in self._sim.ik_groups:
+            self._sim.ik_groups.get(handle).explicit = explicit
+        elif self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
+            self._sim.vision.change(handle, explicit=explicit)
+        else:
+            self._sim.proximity.set_explicit(handle, explicit)
+        return 1
+
+    def _proximity_sensor(self, sensor: int) -> int:
+        return self._sim.scene.get_kind(self._self(sensor), ObjectKind.PROXIMITY_SENSOR).handle
+
+    def _proximity_sensors(self, which: int) -> list[int]:
+        handles = self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR)
+        everything = which == c.sim_handle_all
+        return [handle for handle in handles if everything or not self._sim.proximity.is_explicit(handle)]
+
+
+def _results(found: Detection | None) -> Detected | int:
+    if found is None:
+        return _NOTHING
+    return 1, math.hypot(*found.point), list(found.point), found.handle, list(found.normal)

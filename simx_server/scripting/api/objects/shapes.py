@@ -1,0 +1,266 @@
+"""Shapes and other objects that a script makes; colours, meshes and masses of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, NoReturn
+
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.handlers.files import read_mesh
+from simx_server.handlers.objects import shape_properties
+from simx_server.scene.editing import creating, creating_parts
+from simx_server.scene.editing.creating import Body
+from simx_server.scene.geometry import lights, shape_looks
+from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.api.base import ApiPart
+
+_PURE = ("cuboid", "spheroid", "cylinder", "cone")
+"""Types of sim.createPureShape, from 0."""
+
+_PRIMITIVES = {1: "plane", 2: "disc", 3: "cuboid", 4: "spheroid", 5: "cylinder", 6: "cone", 8: "capsule"}
+"""sim.primitiveshape_*."""
+
+_RESPONDABLE, _STATIC = 8, 16
+"""Bits of the options of sim.createPureShape."""
+
+_COMPOUND, _IS_PURE, _CONVEX = 1, 2, 4
+"""Bits of the result of sim.getShapeGeomInfo."""
+
+_MANY = "@compound"
+"""Ends the name of a colour that means all parts of a compound shape."""
+
+
+class ShapeFunctions(ApiPart):
+    """Metres, kilograms, colours 0..1. What a run creates is gone after its stop."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "colorcomponent_ambient": 0,
+        "colorcomponent_ambient_diffuse": 0,
+        "colorcomponent_diffuse": 1,
+        "colorcomponent_specular": 2,
+        "colorcomponent_emission": 3,
+        "colorcomponent_transparency": 4,
+        "colorcomponent_auxiliary": 5,
+        **{
+            f"{start}_{shape}": number
+            for start in ("pure_primitive", "primitiveshape")
+            for number, shape in enumerate(
+                ("none", "plane", "disc", "cuboid", "spheroid", "cylinder", "cone", "heightfield", "capsule")
+            )
+        },
+    }
+
+    def createPureShape(
+        self, kind: int, options: int, sizes: list[float], mass: float, _precision: list[int] | None = None
+    ) -> int:
+        """0 cuboid, 1 sphere, 2 cylinder, 3 cone; bit 3 of `options`: respondable, bit 4: static.
+
+        Partly: how edges and back faces are drawn, and open ends of cylinders, are ignored.
+        """
+        if not 0 <= kind < len(_PURE):
+            raise CommandError(f"a pure shape is 0 cuboid, 1 sphere, 2 cylinder or 3 cone, not {kind}")
+        body = Body(static=bool(options & _STATIC), respondable=bool(options & _RESPONDABLE), mass=mass)
+        return creating.create_primitive(self._sim, _PURE[kind], sizes, body)
+
+    def createPrimitiveShape(self, kind: int, sizes: list[float], _options: int = 0) -> int:
+        """A sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4.
+
+        Partly: planes and discs are 1 mm thick; how edges and back faces are drawn is ignored.
+        """
+        if kind not in _PRIMITIVES:
+            known = ", ".join(f"{number} {word}" for number, word in _PRIMITIVES.items())
+            raise CommandError(f"{kind} is no primitive shape; those are {known}")
+        return creating.create_primitive(self._sim, _PRIMITIVES[kind], sizes, Body())
+
+    def createMeshShape(
+        self, _options: int, _shading_angle: float, vertices: list[float], indices: list[int]
+    ) -> int:
+        """Static, not respondable, where its points are, with its frame in the middle of them, not turned.
+
+        Partly: how it is shaded and drawn is ignored.
+        """
+        if len(vertices) % 3 or len(indices) % 3:
+            raise CommandError("vertices are x, y, z of each point, indices three for each triangle")
+        points, faces = np.array(vertices, float).reshape(-1, 3), np.array(indices, int).reshape(-1, 3)
+        return creating.create_mesh(self._sim, points, faces, "Shape", Body())
+
+    def createShape(
+        self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
+    ) -> int:
+        """CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
+        return self.createMeshShape(options, shading_angle, vertices, indices)
+
+    def createHeightfieldShape(
+        self,
+        _options: int,
+        _shading_angle: float,
+        x_count: int,
+        y_count: int,
+        x_size: float,
+        heights: list[float],
+    ) -> int:
+        """Static; `heights` are rows along y of `x_count` points each. Partly: how it is drawn is ignored."""
+        if x_count < 2 or y_count < 2 or len(heights) < x_count * y_count:
+            raise CommandError(
+                f"{x_count} x {y_count} points need {x_count * y_count} heights, not {len(heights)}"
+            )
+        field = np.array(heights[: x_count * y_count], float).reshape(y_count, x_count)
+        return creating.create_height_field(self._sim, field, x_size)
+
+    def importMesh(
+        self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
+    ) -> tuple[list[list[float]], list[list[int]]]:
+        """Points and indices, one table each in a table, of an STL or OBJ file of the workspace.
+
+        Partly: other formats are not read, equal points are not joined.
+        """
+        points, faces = self._mesh(path, scaling)
+        return [points.ravel().tolist()], [faces.ravel().tolist()]
+
+    def importShape(self, _format: int, path: str, _options: int, _tolerance: float, scaling: float) -> int:
+        """A static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
+        points, faces = self._mesh(path, scaling)
+        return creating.create_mesh(self._sim, points, faces, "Shape", Body())
+
+    def createJoint(
+        self,
+        kind: int,
+        mode: int,
+        options: int,
+        _sizes: list[float] | None = None,
+        _color: list[float] | None = None,
+        _other_color: list[float] | None = None,
+    ) -> int:
+        """At the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
+
+        It carries what gets it as parent: a static shape, or the first dynamic one, which it links.
+        Partly: sizes and colours are ignored.
+        """
+        return creating_parts.create_joint(self._sim, kind, mode, hybrid=bool(options & 1))
+
+    def createProximitySensor(
+        self,
+        kind: int,
+        _detected: int,
+        options: int,
+        _counts: list[int],
+        sizes: list[float],
+        _color: list[float] | None = None,
+    ) -> int:
+        """At the origin, looking along z. Partly: what it detects (ultrasonic, laser, ...) and colours are ignored."""
+        return creating_parts.create_proximity_sensor(self._sim, kind, options, sizes)
+
+    def createVisionSensor(
+        self, options: int, counts: list[int], view: list[float], _color: list[float] | None = None
+    ) -> int:
+        """At the origin, looking along z. Partly: fog, own lights, background and sizes of the box are ignored."""
+        return creating_parts.create_vision_sensor(self._sim, options, counts, view)
+
+    def createForceSensor(
+        self, options: int, counts: list[int], limits: list[float], _color: list[float] | None = None
+    ) -> int:
+        """At the origin. Partly: size and colours are ignored."""
+        return creating_parts.create_force_sensor(self._sim, options, counts, limits)
+
+    def createPath(self, _attributes: int) -> NoReturn:
+        """Not here: scenes have no path objects."""
+        raise CommandError("there are no path objects here; keep the points in a table and interpolate them")
+
+    def groupShapes(self, _shapes: list[int]) -> NoReturn:
+        """Not here: shapes get a common parent instead."""
+        raise CommandError("shapes cannot be grouped; give them a common parent with sim.setObjectParent")
+
+    def ungroupShape(self, _shape: int) -> NoReturn:
+        """Not here: a scene file makes the parts separate bodies."""
+        raise CommandError("shapes cannot be ungrouped; make the parts separate bodies in the scene file")
+
+    def setShapeMaterial(self, _shape: int, _material: int) -> NoReturn:
+        """Not here: the scene file says friction and the like, for each geom."""
+        raise CommandError(
+            "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
+        )
+
+    def setShapeTexture(
+        self, _shape: int, _texture: int, _mapping: int, _options: int, _scaling: list[float]
+    ) -> NoReturn:
+        """Not here: textures are those of the scene file."""
+        raise CommandError("textures cannot be changed; give the geom a material in the scene file")
+
+    def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
+        """Points in the shape's frame, indices, and three normals for each triangle."""
+        points, faces = shape_looks.triangles(self._sim, self._self(shape))
+        corners = points[faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+        return points.ravel().tolist(), faces.ravel().tolist(), np.repeat(normals, 3, axis=0).ravel().tolist()
+
+    def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
+        """Bits 0 compound, 1 pure, 2 convex; the sim.pure_primitive_* of a single one; its sizes x, y, z and 0."""
+        handle = self._self(shape)
+        number, sizes = shape_looks.pure_type(self._sim, handle)
+        bits = _COMPOUND if shape_properties.is_compound(self._sim, handle) else 0
+        bits |= _IS_PURE if number else 0
+        bits |= _CONVEX if shape_looks.is_convex(self._sim, handle) else 0
+        return bits, number, [*sizes, 0.0]
+
+    def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]] | int:
+        """1 and {red, green, blue}; 0 for a named colour, which no shape has.
+
+        Partly: components 0 (ambient and diffuse) and 4 (transparency).
+        """
+        handle = self._shape(shape)
+        return 0 if _is_named(name) else (1, shape_looks.color(self._sim, handle, component))
+
+    def setShapeColor(self, shape: int, name: str | None, component: int, color: list[float]) -> int:
+        """1; 0 for a named colour. Transparency is {0} for opaque to {1}. Partly: as sim.getShapeColor."""
+        handle = self._shape(shape)
+        if _is_named(name):
+            return 0
+        shape_looks.set_color(self._sim, handle, component, color)
+        return 1
+
+    def setObjectColor(self, handle: int, _index: int, component: int, color: list[float]) -> bool:
+        """CoppeliaSim 4's form, for shapes. Partly: shapes only, components as sim.getShapeColor."""
+        shape_looks.set_color(self._sim, self._shape(handle), component, color)
+        return True
+
+    def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
+        """1 when it is on, {0, 0, 0}, its colour, the colour of its highlights."""
+        on, diffuse, specular = lights.light(self._sim, self._self(light))
+        return int(on), [0.0] * 3, diffuse, specular
+
+    def setLightParameters(
+        self,
+        light: int,
+        on: int,
+        _ambient: list[float] | None = None,
+        diffuse: list[float] | None = None,
+        specular: list[float] | None = None,
+    ) -> int:
+        """Nil leaves a colour as it is."""
+        lights.set_light(self._sim, self._self(light), bool(on), diffuse, specular)
+        return 1
+
+    def getShapeMass(self, shape: int) -> float:
+        """Kilograms. Since CoppeliaSim 4."""
+        return shape_properties.get_mass(self._sim, self._self(shape))
+
+    def setShapeMass(self, shape: int, mass: float) -> None:
+        """The inertia changes in proportion. Since CoppeliaSim 4."""
+        shape_properties.set_mass(self._sim, self._self(shape), mass)
+
+    def _shape(self, handle: int) -> int:
+        return self._sim.scene.get_kind(self._self(handle), ObjectKind.SHAPE).handle
+
+    def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3) in metres and faces (m, 3)."""
+        (mesh,) = read_mesh(self._sim, path).scene.spec.meshes
+        points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
+        return points, np.array(mesh.userface, int).reshape(-1, 3)
+
+
+def _is_named(name: str | None) -> bool:
+    return bool(name) and not str(name).endswith(_MANY)

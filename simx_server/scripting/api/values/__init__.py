@@ -1,0 +1,1 @@
+"""Arithmetic on plain values: bits, buffers, matrices, packed strings."""

@@ -1,0 +1,1 @@
+"""Vision sensors and their images."""

@@ -1,0 +1,257 @@
+"""``simVision``: filters of a sensor's work image, and what they find in it (V-REP's vision plugin)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.geometry import frames
+from simx_server.scene.geometry.poses import matrix
+from simx_server.sensors.vision import image_filters as filters
+from simx_server.sensors.vision import image_findings as findings
+from simx_server.sensors.vision.image import fovy_from_perspective_angle
+
+from .sim_vision_images import WorkImages, numbers
+
+_IN_THE_WORLD = 0x800000
+"""sim.handleflag_abscoords."""
+
+
+class ImageFilters(WorkImages):
+    """They change the work image. Sizes and shifts are shares of the image, colours RGB or, if not `rgb`, HSL."""
+
+    def horizontalFlipWorkImg(self, sensor: int) -> bool:
+        """Left and right change places."""
+        work = self._work(sensor)
+        work.image = work.image[:, ::-1].copy()
+        return False
+
+    def verticalFlipWorkImg(self, sensor: int) -> bool:
+        """Top and bottom change places."""
+        work = self._work(sensor)
+        work.image = work.image[::-1].copy()
+        return False
+
+    def uniformImgToWorkImg(self, sensor: int, color: list[float]) -> bool:
+        work = self._work(sensor)
+        work.image = np.tile(numbers(color, 3, "a colour"), (*work.image.shape[:2], 1)).astype(float)
+        return False
+
+    def normalizeWorkImg(self, sensor: int) -> bool:
+        """The least component becomes 0, the greatest 1."""
+        work = self._work(sensor)
+        work.image = filters.normalised(work.image)
+        return False
+
+    def colorSegmentationOnWorkImg(self, sensor: int, max_distance: float) -> bool:
+        """Colours nearer to each other than that (in RGB) become one."""
+        work = self._work(sensor)
+        with self._at_no_cost():
+            work.image = filters.with_fewer_colours(work.image, max_distance)
+        return False
+
+    def intensityScaleOnWorkImg(self, sensor: int, start: float, end: float, grey: bool) -> bool:
+        """Intensity 0..1 becomes `start`..`end`: in grey, or from black over blue and red to yellow."""
+        work = self._work(sensor)
+        work.image = filters.intensity_scaled(work.image, start, end, grey)
+        return False
+
+    def selectiveColorOnWorkImg(
+        self, sensor: int, color: list[float], tolerance: list[float], rgb: bool, keep: bool, to_buffer1: bool
+    ) -> bool:
+        """Keep or take away the pixels of a colour; what goes becomes black, and is put into buffer 1 if wanted."""
+        work = self._work(sensor)
+        wanted = numbers(color, 3, "a colour"), numbers(tolerance, 3, "a tolerance")
+        return self._keep(work, filters.is_coloured(work.image, *wanted, rgb) == keep, to_buffer1)
+
+    def scaleAndOffsetWorkImg(
+        self, sensor: int, before: list[float], scale: list[float], after: list[float], rgb: bool
+    ) -> bool:
+        """Each component becomes (value + before) * scale + after, within 0..1."""
+        work = self._work(sensor)
+        steps = [numbers(values, 3, "an offset or a scale") for values in (before, scale, after)]
+        work.image = filters.scaled_and_offset(work.image, steps[0], steps[1], steps[2], rgb)
+        return False
+
+    def sharpenWorkImg(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.image = np.clip(filters.convolved(work.image, filters.SHARPEN), 0.0, 1.0)
+        return False
+
+    def edgeDetectionOnWorkImg(self, sensor: int, threshold: float) -> bool:
+        """White where a pixel is that much brighter than its neighbours (24 of it against 3 of each), else black."""
+        work = self._work(sensor)
+        edges = filters.intensity(filters.convolved(work.image, filters.EDGES)) > threshold
+        work.image = filters.as_grey(edges.astype(float))
+        return False
+
+    def matrix3x3OnWorkImg(
+        self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None = None
+    ) -> bool:
+        """Each pixel becomes its neighbours' sum by weight, so many times; without a matrix it is blurred."""
+        return self._convolve(sensor, passes, multiplier, matrix, 3)
+
+    def matrix5x5OnWorkImg(
+        self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None = None
+    ) -> bool:
+        """As simVision.matrix3x3OnWorkImg with 25 numbers."""
+        return self._convolve(sensor, passes, multiplier, matrix, 5)
+
+    def shiftWorkImg(self, sensor: int, shift: list[float], wrap: bool) -> bool:
+        work = self._work(sensor)
+        across, up = numbers(shift, 2, "a shift")
+        work.image = filters.shifted(work.image, across, up, wrap)
+        return False
+
+    def resizeWorkImg(self, sensor: int, scale: list[float]) -> bool:
+        """Stretched about the middle; the resolution stays."""
+        work = self._work(sensor)
+        across, up = numbers(scale, 2, "a scale")
+        if across <= 0 or up <= 0:
+            raise CommandError(f"factors of an image's size are above 0, not {across} and {up}")
+        work.image = filters.resized(work.image, across, up)
+        return False
+
+    def rotateWorkImg(self, sensor: int, angle: float) -> bool:
+        """Anticlockwise about the middle, radians."""
+        work = self._work(sensor)
+        work.image = filters.rotated(work.image, angle)
+        return False
+
+    def circularCutWorkImg(self, sensor: int, radius: float, to_buffer1: bool) -> bool:
+        """What is outside a circle becomes black; radius 1 touches the nearer sides."""
+        work = self._work(sensor)
+        return self._keep(work, filters.within_circle(work.image.shape, radius), to_buffer1)
+
+    def rectangularCutWorkImg(self, sensor: int, sizes: list[float], to_buffer1: bool) -> bool:
+        """What is outside a rectangle about the middle becomes black."""
+        work = self._work(sensor)
+        width, height = numbers(sizes, 2, "a size")
+        return self._keep(work, filters.within_rectangle(work.image.shape, width, height), to_buffer1)
+
+    def _convolve(
+        self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None, side: int
+    ) -> bool:
+        work = self._work(sensor)
+        if matrix is None:
+            kernel = filters.blur_kernel(side)
+        else:
+            kernel = np.array(numbers(matrix, side * side, "the matrix")).reshape(side, side)
+        with self._at_no_cost():
+            for _ in range(min(passes, 100)):
+                work.image = filters.convolved(work.image, kernel * multiplier)
+        work.image = np.clip(work.image, 0.0, 1.0)
+        return False
+
+
+class SimVision(ImageFilters):
+    """What is found comes packed (sim.unpackFloatTable), ready for the packedPackets of sysCall_vision."""
+
+    def binaryWorkImg(
+        self,
+        sensor: int,
+        threshold: float,
+        proportion: float,
+        proportion_tolerance: float,
+        x: float,
+        x_tolerance: float,
+        y: float,
+        y_tolerance: float,
+        angle: float,
+        angle_tolerance: float,
+        roundness: float,
+        triggers: bool,
+        overlay: list[float] | None = None,
+    ) -> tuple[bool, bytes]:
+        """White from that intensity on, else black. Of the white: share of the image, x and y of its centre, angle of
+        its axis, roundness. It triggers when all are as wanted, and it is not rounder."""
+        work = self._work(sensor)
+        bright = filters.intensity(work.image) >= threshold
+        found = findings.patch(bright)
+        work.image = filters.as_grey(bright.astype(float))
+        if overlay and found.proportion:
+            work.image = findings.with_axis(work.image, found, numbers(overlay, 3, "a colour"))
+        turn = (angle - found.angle + np.pi) % (2 * np.pi) - np.pi
+        is_as_wanted = (
+            abs(proportion - found.proportion) < proportion_tolerance
+            and abs(x - found.x) < x_tolerance
+            and abs(y - found.y) < y_tolerance
+            and abs(turn) < angle_tolerance
+            and found.roundness <= roundness
+        )
+        packet = [found.proportion, found.x, found.y, found.angle, found.roundness]
+        return triggers and bool(is_as_wanted), _packed(packet)
+
+    def blobDetectionOnWorkImg(
+        self,
+        sensor: int,
+        threshold: float,
+        least_size: float,
+        paint_apart: bool,
+        overlay: list[float] | None = None,
+    ) -> tuple[bool, bytes]:
+        """Pixels of at least that intensity that touch each other. The packet: how many blobs, 6, and of each its share
+        of the image, angle, x and y of the centre, width and height of the smallest rectangle about it."""
+        work = self._work(sensor)
+        with self._at_no_cost():
+            bright = filters.intensity(work.image) >= threshold
+            found = findings.blobs(bright, least_size)
+        if paint_apart:
+            work.image = findings.painted_apart(found, work.image.shape)
+        else:
+            kept = sum((blob.mask for blob in found), np.zeros_like(bright))
+            self._keep(work, kept | ~bright, False)
+        if overlay:
+            work.image = findings.with_rectangles(work.image, found, numbers(overlay, 3, "a colour"))
+        return False, _packed([len(found), 6, *(number for blob in found for number in blob.numbers)])
+
+    def changedPixelsOnWorkImg(self, sensor: int, threshold: float) -> tuple[bool, bytes] | bool:
+        """What has changed by that share against buffer 2, which takes it over. The packet, for each such pixel: 1 or
+        -1 (brighter, darker), x and y in pixels; none without a change. The image: white, black, else grey."""
+        work = self._work(sensor)
+        packet, work.image, work.buffer2 = findings.changes(work.image, work.buffer2, threshold)
+        return (False, _packed(packet)) if packet else False
+
+    def coordinatesFromWorkImg(
+        self, sensor: int, points: list[int], even_angles: bool, colors: bool = False
+    ) -> tuple[bool, bytes] | tuple[bool, bytes, bytes]:
+        """Points of a work image that is the depth. The packet: how many across and up, then of each x, y, z and the
+        distance in metres, in the sensor's frame, or in the world with sim.handleflag_abscoords added to the handle.
+        With `colors` also a string of RGB bytes from buffer 1, and three bytes more, as in CoppeliaSim."""
+        handle, work = self._sensor(sensor), self._work(sensor)
+        settings = self._sim.vision.settings(handle)
+        if len(points) < 2 or min(points) < 1:
+            raise CommandError("the numbers of points are two integers above 0, across and up")
+        across, up = points[:2]
+        size = settings.orthographic_size
+        if size is not None:
+            per_pixel = size / max(settings.width, settings.height)
+            half = settings.width * per_pixel / 2, settings.height * per_pixel / 2
+        else:
+            fovy = fovy_from_perspective_angle(settings.angle, settings.width, settings.height)
+            half_height = float(np.tan(np.radians(fovy) / 2))
+            half = half_height * settings.width / settings.height, half_height
+        with self._at_no_cost():
+            found, pixels = findings.coordinates(
+                filters.intensity(work.image),
+                (settings.near, settings.far),
+                half,
+                (across, up),
+                is_perspective=size is None,
+                even_angles=even_angles and size is None,
+            )
+        if sensor > 0 and bool(sensor & _IN_THE_WORLD):
+            position, quaternion = frames.get_pose(self._sim, handle)
+            found[:, :3] = found[:, :3] @ np.array(matrix(quaternion)).T + np.array(position)
+        packet = _packed([across, up, *found.ravel()])
+        if not colors:
+            return False, packet
+        shown = np.clip(work.buffer1[pixels[:, 0], pixels[:, 1]], 0.0, 1.0) * 255.1
+        return False, packet, shown.astype(np.uint8).tobytes() + bytes(3)
+
+
+def _packed(values: Sequence[float]) -> bytes:
+    return struct.pack(f"<{len(values)}f", *values)

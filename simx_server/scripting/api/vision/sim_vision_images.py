@@ -1,0 +1,163 @@
+"""``simVision``: a script's work image of each sensor, its two buffers, and what passes between them and the sensor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.callbacks.images import wait_for
+from simx_server.sensors.vision import image_filters as filters
+from simx_server.sensors.vision.image_filters import Image, Mask
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.simulation import Simulation
+
+_PLAIN = 0xFFFFF
+"""A handle without flags."""
+
+
+@dataclass
+class Work:
+    """What a script works on for one sensor; images are (height, width, 3), 0..1."""
+
+    image: Image
+    buffer1: Image
+    buffer2: Image
+
+
+class WorkImages(ApiPart):
+    """Rows come bottom first, colours are 0..1. The first result of each function is whether the sensor should detect.
+
+    A work image begins with simVision.sensorImgToWorkImg or simVision.sensorDepthMapToWorkImg, buffers are black first.
+    All are the script's own and end with it.
+    """
+
+    def __init__(self, sim: Simulation, script: Script) -> None:
+        super().__init__(sim, script)
+        self._works: dict[int, Work] = {}
+
+    def sensorImgToWorkImg(self, sensor: int) -> bool:
+        """The sensor's image, as other clients see it now."""
+        handle = self._sensor(sensor)
+        (width, height), data = wait_for(self._sim, self._sim.vision.image(handle, as_grey=False))
+        return self._begin(handle, np.frombuffer(data, np.uint8).reshape(height, width, 3) / 255.0)
+
+    def sensorDepthMapToWorkImg(self, sensor: int) -> bool:
+        """The depth in grey: 0 at the near plane, 1 at the far one."""
+        handle = self._sensor(sensor)
+        (width, height), data = wait_for(self._sim, self._sim.vision.depth(handle))
+        depth = np.frombuffer(data, "<f4").reshape(height, width).astype(float)
+        return self._begin(handle, filters.as_grey(depth))
+
+    def workImgToSensorImg(self, sensor: int, remove: bool = True) -> bool:
+        """Clients get this image until the sensor is handled next. The work image stays, whatever `remove` says."""
+        handle, work = self._sensor(sensor), self._work(sensor)
+        settings = self._sim.vision.settings(handle)
+        if work.image.shape != (settings.height, settings.width, 3):
+            raise CommandError(
+                "the sensor's resolution has changed since simVision.sensorImgToWorkImg; call that again"
+            )
+        pixels = np.rint(np.clip(work.image, 0.0, 1.0) * 255.0).astype(np.uint8)
+        self._sim.vision.filter_image(handle, pixels)
+        return False
+
+    def workImgToBuffer1(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.buffer1 = work.image.copy()
+        return False
+
+    def workImgToBuffer2(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.buffer2 = work.image.copy()
+        return False
+
+    def swapBuffers(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.buffer1, work.buffer2 = work.buffer2, work.buffer1
+        return False
+
+    def buffer1ToWorkImg(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.image = work.buffer1.copy()
+        return False
+
+    def buffer2ToWorkImg(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.image = work.buffer2.copy()
+        return False
+
+    def swapWorkImgWithBuffer1(self, sensor: int) -> bool:
+        work = self._work(sensor)
+        work.image, work.buffer1 = work.buffer1, work.image
+        return False
+
+    def addWorkImgToBuffer1(self, sensor: int) -> bool:
+        """At most 1."""
+        work = self._work(sensor)
+        work.buffer1 = np.minimum(work.buffer1 + work.image, 1.0)
+        return False
+
+    def subtractWorkImgFromBuffer1(self, sensor: int) -> bool:
+        """At least 0."""
+        work = self._work(sensor)
+        work.buffer1 = np.maximum(work.buffer1 - work.image, 0.0)
+        return False
+
+    def addBuffer1ToWorkImg(self, sensor: int) -> bool:
+        """At most 1."""
+        work = self._work(sensor)
+        work.image = np.minimum(work.image + work.buffer1, 1.0)
+        return False
+
+    def subtractBuffer1FromWorkImg(self, sensor: int) -> bool:
+        """At least 0."""
+        work = self._work(sensor)
+        work.image = np.maximum(work.image - work.buffer1, 0.0)
+        return False
+
+    def multiplyWorkImgWithBuffer1(self, sensor: int) -> bool:
+        """At most 1."""
+        work = self._work(sensor)
+        work.image = np.minimum(work.image * work.buffer1, 1.0)
+        return False
+
+    def _begin(self, handle: int, image: Image) -> bool:
+        work = self._works.get(handle)
+        if work is None or work.image.shape != image.shape:
+            self._works[handle] = Work(image, np.zeros_like(image), np.zeros_like(image))
+        else:
+            work.image = image
+        return False
+
+    def _sensor(self, sensor: int) -> int:
+        plain = sensor & _PLAIN if sensor >= 0 else sensor
+        return self._sim.scene.get_kind(self._self(plain), ObjectKind.VISION_SENSOR).handle
+
+    def _work(self, sensor: int) -> Work:
+        handle = self._sensor(sensor)
+        if handle not in self._works:
+            raise CommandError(
+                "the sensor has no work image yet; call simVision.sensorImgToWorkImg or "
+                "simVision.sensorDepthMapToWorkImg first"
+            )
+        return self._works[handle]
+
+    def _keep(self, work: Work, stays: Mask, to_buffer1: bool) -> bool:
+        """Black out the rest of the work image; buffer 1 gets that rest if wanted."""
+        if to_buffer1:
+            work.buffer1 = np.where(stays[..., np.newaxis], 0.0, work.image)
+        work.image = np.where(stays[..., np.newaxis], work.image, 0.0)
+        return False
+
+
+def numbers(values: list[float], count: int, what: str) -> list[float]:
+    """So many numbers. Raises CommandError."""
+    if len(values) < count:
+        raise CommandError(f"{what} has {count} numbers, not {len(values)}")
+    return values[:count]

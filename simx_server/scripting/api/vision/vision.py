@@ -1,0 +1,245 @@
+"""Vision sensors: handling, statistics, pictures and depth.
+
+Pictures are made on the render thread, which never waits for the physics: a script that asks for one waits until this
+pass's picture is there, so that the same script always gets the same numbers. The wait has an end
+(`pictures.PATIENCE`) and does not count as processor time of the script.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.handlers import vision
+from simx_server.scene.objects import ObjectKind
+from simx_server.scripting.api.base import ApiPart
+from simx_server.scripting.callbacks.images import wait_for
+
+_T = TypeVar("_T")
+
+_FLAG_GREY = _FLAG_STRING = 0x400000
+"""sim.handleflag_greyscale of images, sim.handleflag_codedstring of depth."""
+_FLAG_METRES = 0x800000
+_FLAGS = 0xFF00000 | _FLAG_GREY | _FLAG_METRES
+
+_AS_STRING = 1
+_GREY = _METRES = 1
+"""Bit 0 of the options of CoppeliaSim 4's functions."""
+
+
+class VisionFunctions(ApiPart):
+    """Rows come bottom first. Regions: x and y of the lower left pixel, width and height; 0, 0 is the whole picture."""
+
+    CONSTANTS: ClassVar[Mapping[str, int]] = {
+        "handleflag_greyscale": _FLAG_GREY,
+        "handleflag_codedstring": _FLAG_STRING,
+        "handleflag_depthbuffer": _FLAG_METRES,
+        "handleflag_depthbuffermeters": _FLAG_METRES,
+    }
+
+    def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
+        """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics.
+
+        Partly: with sim.handle_all the number of sensors that detect is always 0.
+        """
+        if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
+            self._sim.vision.handle(self._vision_sensor(sensor))
+            return self.readVisionSensor(sensor)
+        for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+            settings = self._sim.vision.settings(handle)
+            if not settings.explicit and not settings.external:
+                if settings.picture is None:
+                    self._sim.vision.change(handle)  # a new picture is made when somebody asks
+                elif (
+                    settings.picture_pass <= self._sim.pass_count
+                ):  # else a script has judged this pass's already
+                    self._sim.vision.handle(handle)
+            elif sensor == c.sim_handle_all:
+                self._sim.vision.handle(handle)
+        return (0,)
+
+    def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
+        """1 if it detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if not handled."""
+        handle = self._vision_sensor(sensor)
+        self._sim.physics_calls.refuse("a vision sensor cannot be read", step_only=True)
+        try:
+            future = self._sim.vision.read(handle)
+        except CommandError:
+            return (-1,)  # the handle is good, so this is the only reason
+        triggered, packets = wait_for(self._sim, future)
+        return int(triggered), *packets
+
+    def resetVisionSensor(self, sensor: int) -> int:
+        """Forget a picture that was handled or set; also for sim.handle_all and its like."""
+        if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
+            self._sim.vision.change(self._vision_sensor(sensor))
+            return 1
+        for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+            if sensor == c.sim_handle_all or not self._sim.vision.settings(handle).explicit:
+                self._sim.vision.change(handle)
+        return 1
+
+    def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
+        """1 if it detects, else 0, and the statistics of a picture made now.
+
+        Partly: the entity must be sim.handle_all; pictures that show a part of the scene alone are not made.
+        """
+        handle = self._vision_sensor(sensor)
+        _check_entity(entity)
+        triggered, packets = wait_for(self._sim, self._sim.vision.check(handle))
+        return int(triggered), *packets
+
+    def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
+        """The picture (numbers 0..1) or the depth (0..1) of now. Partly: as sim.checkVisionSensor, and what a sensor
+        keeps that is handled explicitly is given in place of a new picture."""
+        handle = self._vision_sensor(sensor)
+        _check_entity(entity)
+        if wants_image:
+            return (self._pixels(handle, None, None, grey=False).ravel() / 255.0).tolist()
+        return self._depth(handle, None, None, metres=False).ravel().tolist()
+
+    def getVisionSensorResolution(self, sensor: int) -> list[int]:
+        """{width, height} in pixels."""
+        settings = self._sim.vision.settings(self._vision_sensor(sensor))
+        return [settings.width, settings.height]
+
+    def getVisionSensorRes(self, sensor: int) -> list[int]:
+        """CoppeliaSim 4's name of sim.getVisionSensorResolution."""
+        return self.getVisionSensorResolution(sensor)
+
+    def getVisionSensorImage(
+        self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
+    ) -> list[float] | bytes:
+        """Numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added."""
+        pixels = self._pixels(sensor, [x, y], [width, height], grey=_has(sensor, _FLAG_GREY))
+        return pixels.tobytes() if kind == _AS_STRING else (pixels.ravel() / 255.0).tolist()
+
+    def getVisionSensorCharImage(
+        self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, cut_off: float = 0.0
+    ) -> tuple[bytes, int, int]:
+        """A string of bytes, and the sensor's width and height. `cut_off` above 0 adds an alpha channel to the pixels:
+        0 where the depth (0..1) is above it, else 255."""
+        pixels = self._pixels(sensor, [x, y], [width, height], _has(sensor, _FLAG_GREY), cut_off)
+        across, up = self.getVisionSensorResolution(sensor)
+        return pixels.tobytes(), across, up
+
+    def getVisionSensorImg(
+        self,
+        sensor: int,
+        options: int = 0,
+        cut_off: float = 0.0,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+    ) -> tuple[bytes, list[int]]:
+        """CoppeliaSim 4's form: bytes and {width, height}; bit 0 of `options`: grey."""
+        pixels = self._pixels(sensor, position, size, bool(options & _GREY), cut_off)
+        return pixels.tobytes(), [pixels.shape[1], pixels.shape[0]]
+
+    def setVisionSensorImage(self, sensor: int, image: list[float] | bytes) -> int:
+        """Numbers 0..1 or a string of bytes; grey with sim.handleflag_greyscale. It stays until the next handling."""
+        if isinstance(image, bytes):
+            return self.setVisionSensorCharImage(sensor, image)
+        numbers = np.clip(np.array(image, float), 0.0, 1.0) * 255.0
+        return self.setVisionSensorCharImage(sensor, numbers.round().astype(np.uint8).tobytes())
+
+    def setVisionSensorCharImage(self, sensor: int, image: bytes) -> int:
+        """As sim.setVisionSensorImage with bytes. Raises CommandError for too few."""
+        width, height = self.getVisionSensorResolution(sensor)
+        grey = _has(sensor, _FLAG_GREY)
+        wanted = width * height * (1 if grey else 3)
+        vision.set_vision_sensor_image(self._sim, self._vision_sensor(sensor), image[:wanted], int(grey))
+        return 1
+
+    def setVisionSensorImg(self, sensor: int, image: bytes | list[float], options: int = 0) -> int:
+        """CoppeliaSim 4's form; bit 0 of `options`: grey. Partly: only whole pictures can be set."""
+        flag = _FLAG_GREY if options & _GREY else 0
+        return self.setVisionSensorImage(self._vision_sensor(sensor) | flag, image)
+
+    def getVisionSensorDepthBuffer(
+        self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0
+    ) -> list[float] | bytes:
+        """0 at the near plane, 1 at the far one; with sim.handleflag_depthbuffermeters added metres.
+
+        A table, or with sim.handleflag_codedstring a string of little-endian float32.
+        """
+        depth = self._depth(sensor, [x, y], [width, height], _has(sensor, _FLAG_METRES))
+        return depth.astype("<f4").tobytes() if _has(sensor, _FLAG_STRING) else depth.ravel().tolist()
+
+    def getVisionSensorDepth(
+        self,
+        sensor: int,
+        options: int = 0,
+        position: list[int] | None = None,
+        size: list[int] | None = None,
+    ) -> tuple[bytes, list[int]]:
+        """CoppeliaSim 4's form: a string of little-endian float32 and {width, height}; bit 0 of `options`: metres."""
+        depth = self._depth(sensor, position, size, bool(options & _METRES))
+        return depth.astype("<f4").tobytes(), [depth.shape[1], depth.shape[0]]
+
+    def _vision_sensor(self, sensor: int) -> int:
+        plain = sensor & ~_FLAGS if sensor > 0 else sensor
+        return self._sim.scene.get_kind(self._self(plain), ObjectKind.VISION_SENSOR).handle
+
+    def _pixels(
+        self,
+        sensor: int,
+        position: list[int] | None,
+        size: list[int] | None,
+        grey: bool,
+        cut_off: float = 0.0,
+    ) -> NDArray[np.uint8]:
+        """(height, width, channels) of a region."""
+        handle = self._vision_sensor(sensor)
+        future = self._sim.vision.image(handle, as_grey=grey)
+        (width, height), data = wait_for(self._sim, future)
+        pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
+        if cut_off <= 0.0:
+            return pixels
+        near = self._depth(handle, position, size, metres=False) <= cut_off
+        return np.concatenate([pixels, np.where(near, 255, 0).astype(np.uint8)[..., np.newaxis]], axis=2)
+
+    def _depth(
+        self, sensor: int, position: list[int] | None, size: list[int] | None, metres: bool
+    ) -> NDArray[np.float32]:
+        """(height, width) of a region."""
+        handle = self._vision_sensor(sensor)
+        (width, height), data = wait_for(self._sim, self._sim.vision.depth(handle))
+        depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
+        if not metres:
+            return depth
+        settings = self._sim.vision.settings(handle)
+        return depth * np.float32(settings.far - settings.near) + np.float32(settings.near)
+
+
+def _check_entity(entity: int) -> None:
+    if entity != c.sim_handle_all:
+        raise CommandError(
+            "pictures of single entities are not available; give sim.handle_all, or check with a proximity sensor"
+        )
+
+
+def _has(sensor: int, flag: int) -> bool:
+    return sensor > 0 and bool(sensor & flag)
+
+
+def _region(
+    picture: NDArray[_T],  # type: ignore[type-var]
+    position: list[int] | None,
+    size: list[int] | None,
+) -> NDArray[_T]:  # type: ignore[type-var]
+    """Raises CommandError when it is not within the picture."""
+    height, width = picture.shape[:2]
+    x, y, *_ = [*(position or ()), 0, 0]
+    across, up, *_ = [*(size or ()), 0, 0]
+    if across == up == 0:
+        across, up = width, height
+    if not (0 <= x < x + across <= width and 0 <= y < y + up <= height):
+        raise CommandError(
+            f"the region at {x}, {y} of {across} x {up} pixels is not within a picture of {width} x {height}"
+        )
+    return picture[y : y + up, x : x + across]

@@ -1,0 +1,1 @@
+"""Scripts that physics or cameras call, and scripts that wait for an image."""

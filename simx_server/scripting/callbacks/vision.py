@@ -1,0 +1,134 @@
+"""Scripts that judge pictures (``sysCall_vision``), and those told of detections (``sysCall_trigger``).
+
+A vision sensor whose script has one of the two is rendered in each pass, after physics and before the scripts'
+sensing; all others stay as lazy as they are. The first packet is of the picture as it was rendered; what the script
+returns decides whether the sensor detects, and its packets follow. Handled explicitly, or with external input, the
+sensor's script is asked when a script handles it, or when an image is set. Of a child and a customization script the
+first that returns something has decided.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from simx_server.errors import CommandError
+from simx_server.scene.objects import ObjectKind
+from simx_server.sensors.vision.vision_settings import Verdict
+
+from .images import wait_for
+
+if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
+    from simx_server.world.simulation import Simulation
+
+VISION = "sysCall_vision"
+TRIGGER = "sysCall_trigger"
+
+Notify = Callable[..., list[Any] | None]
+"""Calls a function of an object's scripts: handle, function, arguments; what the first that returned anything gave."""
+
+
+class VisionCallBacks:
+    """The sensors with such scripts."""
+
+    def __init__(self, sim: Simulation, notify: Notify) -> None:
+        self._sim = sim
+        self._notify = notify
+        self._judged: frozenset[int] = frozenset()
+        self._told: frozenset[int] = frozenset()
+        self._asked: set[int] = set()
+        """Whose scripts are judging a picture just now: an image that they set is not judged again."""
+
+    def watch(self, scripts: list[Script]) -> None:
+        """Scripts have begun or ended."""
+        self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
+        self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
+        self._sim.vision.on_picture = self._judge
+
+    def sense(self) -> None:
+        """The sensing of a pass: all pictures are asked for before the first script waits for one."""
+        sim = self._sim
+        concerned = self._judged | self._told
+        if not concerned:
+            return
+        sensors = [one for one in sim.scene.of_kind(ObjectKind.VISION_SENSOR) if one in concerned]
+        for handle in [handle for handle in sensors if sim.vision.sense(handle)]:
+            self._judge(handle)
+        for handle in sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
+            if handle in self._told:
+                self._tell_of_proximity(handle)
+
+    def _judge(self, handle: int) -> None:
+        """A sensor has a new picture."""
+        if handle not in self._judged | self._told or handle in self._asked:
+            return
+        self._asked.add(handle)
+        try:
+            self._sim.vision.judge(handle, self._verdict(handle))
+            if handle in self._told:
+                self._tell_of_vision(handle)
+        finally:
+            self._asked.discard(handle)
+
+    def _verdict(self, handle: int) -> Verdict:
+        if handle not in self._judged:
+            return Verdict(None)
+        answer = _table(self._notify(handle, VISION, self._known(handle)))
+        packets = answer.get("packedPackets")
+        found = packets if isinstance(packets, list) else []
+        detects = answer.get("trigger")
+        return Verdict(
+            None if detects is None else bool(detects),
+            tuple(_numbers(packet) for packet in found if isinstance(packet, bytes)),
+        )
+
+    def _known(self, handle: int) -> dict[str, Any]:
+        settings = self._sim.vision.settings(handle)
+        return {
+            "handle": handle,
+            "resolution": [settings.width, settings.height],
+            "clippingPlanes": [settings.near, settings.far],
+            "viewAngle": settings.angle,
+            "orthoSize": settings.orthographic_size or 0.0,
+            "perspectiveOperation": settings.orthographic_size is None,
+        }
+
+    def _tell_of_vision(self, handle: int) -> None:
+        sim = self._sim
+        try:
+            detects, packets = wait_for(sim, sim.vision.read(handle))
+        except CommandError as problem:
+            sim.status_bar.add(f"{TRIGGER} of '{sim.scene.get(handle).name}' is not called: {problem}")
+            return
+        if not detects:
+            return
+        packed = [struct.pack(f"<{len(packet)}f", *packet) for packet in packets]
+        answer = _table(self._notify(handle, TRIGGER, {"handle": handle, "packedPackets": packed}))
+        if answer.get("trigger") is False:
+            sim.vision.judge(handle, Verdict(False, tuple(packets[1:])))
+
+    def _tell_of_proximity(self, handle: int) -> None:
+        try:
+            found = self._sim.proximity.read(handle)
+        except CommandError:
+            return  # it is handled explicitly and was not handled yet
+        if found is not None:
+            known = {
+                "handle": handle,
+                "detectedObjectHandle": found.handle,
+                "detectedPoint": list(found.point),
+                "normalVector": list(found.normal),
+            }
+            self._notify(handle, TRIGGER, known)
+
+
+def _table(results: list[Any] | None) -> dict[Any, Any]:
+    """The first result, when it is a table with names."""
+    return results[0] if results and isinstance(results[0], dict) else {}
+
+
+def _numbers(packet: bytes) -> list[float]:
+    """Of sim.packFloatTable; a rest of less than four bytes is left out."""
+    return list(struct.unpack_from(f"<{len(packet) // 4}f", packet))

@@ -1,0 +1,1 @@
+"""Scripts in Lua: the interpreter, its sandbox and its limits."""

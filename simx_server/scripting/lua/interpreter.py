@@ -1,0 +1,386 @@
+"""One Lua 5.4 interpreter for one script: a sandbox with a time limit and a memory limit.
+
+What a script gets and gives is said by `interpreter.py`; this file knows no simulation. A table of Lua crosses as a
+list when its keys are 1, 2 ... without a gap (or when it is empty), else as a dict; a Python list or dict arrives as a
+table.
+"""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import logging
+import re
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+from simx_client.protocol.cli.installing import package_line
+from simx_server.errors import CommandError
+from simx_server.scripting.interpreter import (
+    ENDING_LIMIT,
+    MAX_DEPTH,
+    MEMORY_LIMIT,
+    NOT_IN_A_THREAD,
+    PATIENCE,
+    TIME_LIMIT,
+    Api,
+    ScriptError,
+    Waiting,
+    no_such_plugin,
+    refusal,
+)
+
+from .debug import DEBUG
+from .library import LIBRARY
+from .sandbox import GUARD
+from .sources import too_much
+from .text import TEXT
+from .turns import with_turns
+from .watch import WATCH
+
+logger = logging.getLogger(__name__)
+
+_PLUGIN = re.compile(r"attempt to index a nil value \(global '(sim[A-Z]\w*)'\)$")
+_OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
+
+
+def load_lupa() -> Any:
+    """The lupa module for Lua 5.4; ScriptError with the install line when there is none."""
+    try:
+        return importlib.import_module("lupa.lua54")
+    except ImportError as problem:
+        raise ScriptError(
+            f"Lua scripts need the package lupa, which is not installed: {package_line('lupa')}"
+        ) from problem
+
+
+_PARTS = {"watch": WATCH, "text": TEXT, "debug": DEBUG, "library": LIBRARY}
+"""Of the sandbox, each a chunk of its own."""
+
+
+class LuaFunction:
+    """A function that a script handed out; see `interpreter.Function`."""
+
+    def __init__(self, interpreter: LuaInterpreter, function: Any) -> None:
+        self.interpreter = interpreter
+        self.function = function
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        return self.interpreter.apply(self, arguments)
+
+
+_T = TypeVar("_T")
+
+_FAILED = (False, b"failed inside the server; its log says why")
+"""What a script is told of a fault of the server's."""
+
+_MANY = 5000
+"""Items of a table that cross within about 3 ms; after as many the clock is looked at."""
+
+_LONGEST_LINE = 100_000
+"""Bytes of a line that is printed, and of an error's text."""
+
+_CALL_TIME = 10e-6
+"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 6 to 10 microseconds."""
+
+
+_TURN_TIME = 0.2e-6
+"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes half of that."""
+
+
+class LuaInterpreter:
+    """The state of one running script; see `interpreter.Interpreter`."""
+
+    def __init__(self, name: str, api: Api, *, time_limit: float = TIME_LIMIT) -> None:
+        self.name = name
+        self._api = api
+        self._time_limit = time_limit
+        self._depth = 0
+        self._has_ended = False
+        self._deadline = 0.0
+        self._serve_next = 0.0
+        self._end_by = 0.0
+        self._waiting: dict[int, Waiting] = {}
+        self._tokens = itertools.count(1)
+        lupa = load_lupa()
+        self._lua_type = lupa.lua_type
+        self._memory_error: type[Exception] = lupa.LuaMemoryError
+        self._raised: BaseException | None = None
+        self._face: Any
+        self._runtime: Any = lupa.LuaRuntime(
+            encoding=None,
+            unpack_returned_tuples=True,
+            register_eval=False,
+            register_builtins=False,
+            attribute_filter=_deny,
+            max_memory=MEMORY_LIMIT,
+        )
+        known = {
+            space: {name: False if constant is None else constant for name, constant in names.items()}
+            for space, names in api.namespaces().items()
+        }
+        load = self._runtime.globals()[b"load"]
+        guard = load(GUARD, b"=sandbox", b"t")
+        face = guard(
+            self._sealed(self._late, True),
+            self._invoke,
+            self._proceed,
+            self._sealed(self._print, None),
+            self._sealed(self._module, _FAILED),
+            self._sealed(with_turns, None),
+            self._sealed(self._is_tired, False),
+            self._sealed(_refuse, b"failed inside the server; its log says why"),
+            MAX_DEPTH,
+            self._to_lua(known),
+            self._to_lua(_PARTS),
+        )
+        # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
+        self._face = dict(face.items())
+
+    def close(self) -> None:
+        """Free the Lua state; when the script runs, at the end of that call.
+
+        The state and this object hold each other in a way Python's collector cannot see.
+        """
+        self._has_ended = True
+        if not self._depth:
+            self._face = self._runtime = None
+            self._waiting.clear()
+
+    def run(self, source: bytes) -> None:
+        """Execute the script's text, which defines its functions. Raises ScriptError."""
+        self._enter(b"run", source, b"@" + self.name.encode())
+
+    def has(self, function: str) -> bool:
+        """Whether a function of this name exists; dots reach into tables."""
+        return not self._has_ended and bool(self._face[b"has"](function.encode()))
+
+    def call(self, function: str, *arguments: Any) -> list[Any]:
+        """Call a function with plain values; all its results as plain values. Raises ScriptError."""
+        return self._enter(b"call", function.encode(), *map(self._to_lua, arguments))
+
+    def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
+        """Call a function that was handed out."""
+        return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
+
+    def start_thread(self, function: str) -> None:
+        """Make a function the script's thread."""
+        self._enter(b"start_thread", function.encode())
+
+    def resume(self) -> bool:
+        """Let the thread go on until it waits; True while it is still alive."""
+        return bool(self._enter(b"resume")[0])
+
+    def _enter(self, action: bytes, *arguments: Any) -> list[Any]:
+        if self._has_ended:
+            raise ScriptError(f"{self.name}: the script has ended")
+        if not self._depth:
+            self._deadline = time.thread_time() + self._time_limit
+            self._api.switching.spent = 0.0
+            self._api.switching.calls = 0
+            self._serve_next = time.monotonic() + PATIENCE
+            self._end_by = time.monotonic() + ENDING_LIMIT
+        self._depth += 1
+        try:
+            answer = self._face[action](*arguments)
+        except self._memory_error:
+            raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
+        finally:
+            self._depth -= 1
+            if self._has_ended:
+                self.close()
+            if self._raised and not self._depth:
+                raised, self._raised = self._raised, None
+                raise raised
+        ok, *results = answer if isinstance(answer, tuple) else (answer,)
+        if ok is not True:
+            raise ScriptError(self._explain(_shown(results[0])))
+        return [self._from_lua(value) for value in results]
+
+    def _sealed(self, action: Callable[..., Any], failed: Any) -> Callable[..., Any]:
+        """What Lua is given instead of a function of Python: it never raises, for lupa hands exceptions to scripts.
+
+        Args:
+            action: the function.
+            failed: what is returned when it raised.
+        """
+
+        def call(*arguments: Any) -> Any:
+            try:
+                return action(*arguments)
+            except Exception:
+                logger.exception("a call of script %s failed inside the server", self.name)
+            except BaseException as interruption:  # it goes on when the script has been left
+                self._raised = interruption
+            return failed
+
+        return call
+
+    def _late(self) -> bool:
+        """The hook's look at the clock; others are served meanwhile, at no cost to the script."""
+        if self._raised:
+            return True
+        if time.monotonic() > self._serve_next:
+            before = time.thread_time()
+            self._api.serve_others()
+            self._deadline += time.thread_time() - before
+            self._serve_next = time.monotonic() + PATIENCE
+            if self._api.is_ending and time.monotonic() > self._end_by:
+                return True
+        return time.thread_time() > self._deadline + self._api.switching.spent
+
+    def _is_tired(self, turns: int) -> bool:
+        return self._api.switching.is_tired(turns * _TURN_TIME)
+
+    def _print(self, text: bytes) -> None:
+        self._api.output(_shown(text))
+
+    def _module(self, name: bytes) -> tuple[Any, ...]:
+        try:
+            source = self._api.module(_text(name))
+        except CommandError as problem:
+            return False, f"require '{_text(name)}': {problem}".encode("utf-8", "replace")
+        except ValueError:  # no file can have this name
+            source = None
+        if source is None:
+            return False, f"require '{_text(name)}': there is no such module beside the scene".encode(
+                "utf-8", "replace"
+            )
+        return True, source
+
+    def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
+        """Run one function of the API: ``(status, ...)`` as `sandbox.py` says, never an exception.
+
+        Lua's ``pcall`` would hand an exception to the script as an object and lose it for the log.
+        """
+        function = _text(name)
+
+        def act() -> tuple[Any, ...]:
+            results = self._api.invoke(function, [self._from_lua(value) for value in arguments])
+            if isinstance(results, Generator):
+                if not level:
+                    raise CommandError(NOT_IN_A_THREAD)
+                token = next(self._tokens)
+                self._waiting[token] = results
+                return self._advance(token)
+            is_over = level > 0 and self._api.switching.gives_way(_CALL_TIME)
+            return (b"switch" if is_over and level == 1 else True, *map(self._to_lua, results))
+
+        return self._answer(function, act)
+
+    def _proceed(self, token: int) -> tuple[Any, ...]:
+        return self._answer("sim", lambda: self._advance(token))
+
+    def _advance(self, token: int) -> tuple[Any, ...]:
+        try:
+            next(self._waiting[token])
+        except StopIteration as end:
+            del self._waiting[token]
+            return (True, *map(self._to_lua, end.value or ()))
+        except BaseException:
+            del self._waiting[token]
+            raise
+        return b"wait", token
+
+    def _answer(self, function: str, act: Callable[[], tuple[Any, ...]]) -> tuple[Any, ...]:
+        try:
+            return act()
+        except CommandError as problem:
+            return False, refusal(function, problem).encode("utf-8", "surrogateescape")
+        except Exception:
+            logger.exception("%s failed inside script %s", function, self.name)
+            return False, f"{function}: failed inside the server; its log says why".encode()
+        except BaseException as interruption:  # as in `_sealed`
+            self._raised = interruption
+            return _FAILED
+
+    def _to_lua(self, value: Any) -> Any:
+        """A value that lupa makes a value of Lua: anything else it would hand to the script as an object of Python."""
+        kind = type(value)
+        if kind is float or kind is bytes or kind is bool or value is None:
+            return value
+        if kind is int and -(1 << 63) <= value < 1 << 63:
+            return value
+        if isinstance(value, str):
+            return value.encode("utf-8", "surrogateescape")
+        if isinstance(value, (list, tuple)):
+            return self._runtime.table_from([self._to_lua(item) for item in self._breathing(value)])
+        if isinstance(value, dict):
+            items = self._breathing(value.items())
+            return self._runtime.table_from(
+                {self._to_lua(key): self._to_lua(item) for key, item in items if item is not None}
+            )
+        if isinstance(value, LuaFunction):
+            if value.interpreter is not self:
+                raise CommandError("a function of one script cannot be given to another")
+            return value.function
+        if isinstance(value, Integral):
+            number = int(value)
+            return number if -(1 << 63) <= number < 1 << 63 else float(number)
+        if isinstance(value, Real):
+            return float(value)
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return bytes(value)
+        raise TypeError(f"a {type(value).__name__} cannot enter a script")
+
+    def _from_lua(self, value: Any) -> Any:
+        kind = self._lua_type(value)
+        if kind == "table":
+            items = dict(self._breathing(value.items()))
+            try:
+                return [self._from_lua(items[i]) for i in self._breathing(range(1, len(items) + 1))]
+            except KeyError:  # it has a gap, or names
+                return {_key(key): self._from_lua(item) for key, item in self._breathing(items.items())}
+        if kind == "function":
+            return LuaFunction(self, value)
+        if kind is not None:
+            raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
+        return value
+
+    def _breathing(self, items: Iterable[_T]) -> Iterable[_T]:
+        """The items of a table that crosses; a large one takes long, so others are served between its items."""
+        if isinstance(items, Sized) and len(items) < _MANY:
+            return items
+        return self._with_turns_of_others(items)
+
+    def _with_turns_of_others(self, items: Iterable[_T]) -> Iterator[_T]:
+        for number, item in enumerate(items, 1):
+            if number % _MANY == 0 and self._late():
+                raise ScriptError(f"{self.name}: took too long and was stopped (a very large table?)")
+            yield item
+
+    def _explain(self, problem: str) -> str:
+        """With the file's name in front, as Lua puts it for most; old names that do not exist get their advice."""
+        missing = _OLD_NAME.search(problem)
+        if missing:
+            try:
+                self._api.invoke(f"sim.{missing[1].lower()}{missing[2]}", [])
+            except CommandError as advice:
+                problem = f"{problem[: missing.start()]}sim{missing[1]}{missing[2]}: {advice}"
+        plugin = _PLUGIN.search(problem)
+        if plugin:
+            problem = f"{problem}: {no_such_plugin(plugin[1], self._api)}"
+        return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
+
+
+def _deny(_object: object, name: Any, _is_setting: bool) -> Any:
+    raise AttributeError(f"scripts cannot reach {_text(name)}")
+
+
+def _key(key: bytes | int) -> str | int:
+    return key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key
+
+
+def _refuse(source: bytes) -> bytes | None:
+    reason = too_much(source)
+    return None if reason is None else reason.encode()
+
+
+def _shown(text: bytes) -> str:
+    return _text(text if len(text) <= _LONGEST_LINE else text[:_LONGEST_LINE] + b"...")
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -1,0 +1,262 @@
+"""Lua's standard library as scripts get it: without files, and with no single call that takes long by itself.
+
+No hook strikes within a C function, so what takes more than linear time, or linear time on something huge, is done
+in Lua there, where the hook looks at the clock and others are served. The limits are such that the C function
+stays below about 0.05 s.
+"""
+
+from .patterns import PATTERNS
+
+LIBRARY = (
+    rb"""
+local world, where, look, compile = ...
+local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs, pcall, select, tostring, tonumber
+local sort, concat, rep, unpack, move, insert, remove, match, metatable =
+    table.sort, table.concat, string.rep, table.unpack, table.move, table.insert, table.remove, string.match,
+    debug.getmetatable
+local format, find, sub, byte, gmatch, collect, getinfo, mathtype = string.format, string.find, string.sub,
+    string.byte, string.gmatch, collectgarbage, debug.getinfo, math.type
+
+local LONG_LIST, LONG_CHUNK, LONG_REPEAT, LONG_FORMAT, MANY, LONG_KEY = 10000, 200000, 16000000, 1000, 1000, 1000
+
+-- What a C function raises is told with the script's line, not with one of this text.
+local function finish(ok, ...)
+    if ok then return ... end
+    local problem = ...
+    if type(problem) ~= "string" then error(problem, 0) end
+    local number, name, rest = match(problem, "^bad argument #(%d+) to '%w+%.(%w+)'(.*)$")
+    if number then                                              -- with the numbers and names of Lua's own calls
+        if not getinfo(1, "t").istailcall and getinfo(2, "n").namewhat == "method" then number = number - 1 end
+        problem = "bad argument #" .. number .. " to '" .. name .. "'" .. rest
+    end
+    if not match(problem, "^[^\n]-:%d+: ") then problem = where() .. problem end
+    error(problem, 0)
+end
+
+for _, library in pairs { "math", "string", "table", "utf8" } do
+    world[library] = {}
+    for key, value in pairs(_G[library]) do world[library][key] = value end
+end
+world.string.dump = nil
+getmetatable("").__index = world.string
+world.math.pow = function(x, y) return x ^ y end
+world.math.ldexp = function(x, e) return x * 2.0 ^ e end
+world.math.log10 = function(x) return math.log(x, 10) end
+world.math.atan2 = math.atan
+world.table.getn = function(t) return #t end
+world.table.maxn = function(t)
+    local greatest = 0
+    for key in pairs(t) do
+        if type(key) == "number" and key > greatest then greatest = key end
+    end
+    return greatest
+end
+world.math.randomseed(1)
+
+world.os = { clock = os.clock, difftime = os.difftime, time = os.time }
+local date = os.date
+function world.os.date(...)
+    local pattern = ...
+    if type(pattern) == "string" and #pattern > LONG_FORMAT then
+        error(where() .. "os.date: a format of more than " .. LONG_FORMAT .. " bytes", 0)
+    end
+    return finish(pcall(date, ...))
+end
+
+-- The collector stays as it is set: memory that a script takes has to be noticed (`lua_watch.py`).
+local TUNED = {
+    stop = 0, restart = 0, isrunning = true, setpause = 200, setstepmul = 100, incremental = "incremental",
+    generational = "incremental",
+}
+function world.collectgarbage(option, ...)
+    if TUNED[option] ~= nil then return TUNED[option] end
+    if option == "count" then return collect("count") end
+    look()
+    if option == "step" then return finish(pcall(collect, "step")) end
+    return finish(pcall(collect, option, ...))
+end
+
+local function no_files(_, name) error(where() .. "io." .. tostring(name) .. ": scripts have no files", 0) end
+world.io = setmetatable({}, { __index = no_files, __metatable = false })
+
+-- The text that a function gives in pieces, until it gives none.
+local function gather(reader)
+    local pieces, size = {}, 0
+    repeat
+        local piece = reader()
+        if piece ~= nil and type(piece) ~= "string" then error(where() .. "reader function must return a string", 0) end
+        pieces[#pieces + 1] = piece
+        size = size + #(piece or "")
+    until piece == nil or piece == "" or size > LONG_CHUNK
+    return concat(pieces)
+end
+
+function world.load(chunk, name, _, environment)
+    if type(chunk) == "function" then
+        local ok, text = pcall(gather, chunk)
+        if not ok then return nil, text end
+        chunk, name = text, name == nil and "=(load)" or name
+    elseif type(chunk) ~= "string" then
+        error(where() .. "bad argument #1 to 'load' (function expected, got " .. type(chunk) .. ")", 0)
+    end
+    if #chunk > LONG_CHUNK then return nil, "a chunk of more than " .. LONG_CHUNK .. " bytes cannot be loaded" end
+    look()
+    return compile(chunk, name == nil and chunk or name, environment == nil and world or environment)
+end
+world.loadstring = world.load
+
+local function before(a, b) return a < b end
+
+-- A comparison of C would hide from the hook, and with a metatable a list may be longer than it says.
+function world.table.sort(list, comes_before)
+    local is_long = type(list) == "table" and (metatable(list) or #list > LONG_LIST)
+    if type(list) == "table" and not is_long and comes_before == nil then
+        for i = 1, #list do
+            local value = list[i]
+            if type(value) == "string" and #value > LONG_KEY then
+                is_long = true
+                look(#value)
+                break
+            end
+        end
+    end
+    if is_long then
+        local given = comes_before
+        comes_before = type(given) == "function" and function(a, b) return given(a, b) end or given or before
+    end
+    return finish(pcall(sort, list, comes_before))
+end
+
+function world.table.concat(list, separator, first, last)
+    if type(list) ~= "table" then return finish(pcall(concat, list)) end
+    first, last = tonumber(first) or 1, tonumber(last) or #list
+    if last - (first + 0.0) < LONG_LIST then return finish(pcall(concat, list, separator, first, last)) end
+    local parts = {}
+    for start = first, last, LONG_LIST do
+        local stop = start + LONG_LIST - 1
+        parts[#parts + 1] = finish(pcall(concat, list, separator, start, stop < last and stop or last))
+        look()
+    end
+    return finish(pcall(concat, parts, separator))
+end
+
+-- As long as lists are, or say that they are: piece by piece, the last one first where that one would be overwritten.
+function world.table.move(list, first, last, to, other)
+    local from, stop, goal = tonumber(first), tonumber(last), tonumber(to)
+    if not (from and stop and goal) or stop - (from + 0.0) < LONG_LIST then
+        return finish(pcall(move, list, first, last, to, other or list))
+    end
+    local target = other or list
+    local is_backwards = goal > from and goal <= stop and target == list
+    local count = (stop - from) // LONG_LIST
+    for i = 0, count do
+        local start = from + LONG_LIST * (is_backwards and count - i or i)
+        local piece = start + LONG_LIST - 1
+        finish(pcall(move, list, start, piece < stop and piece or stop, goal + start - from, target))
+        look()
+    end
+    return target
+end
+
+function world.table.insert(list, ...)
+    local position, value = ...
+    local place = tonumber(position)
+    if type(list) ~= "table" or select("#", ...) ~= 2 or not place then return finish(pcall(insert, list, ...)) end
+    local length = #list
+    if place < 1 or place > length + 1 then
+        error(where() .. "bad argument #2 to 'insert' (position out of bounds)", 0)
+    end
+    world.table.move(list, place, length, place + 1)
+    list[place] = value
+end
+
+function world.table.remove(list, ...)
+    local place = tonumber((...))
+    if type(list) ~= "table" or not place then return finish(pcall(remove, list, ...)) end
+    local length = #list
+    if place ~= length and (place < 1 or place > length + 1) and not (length == 0 and place == 0) then
+        error(where() .. "bad argument #2 to 'remove' (position out of bounds)", 0)
+    end
+    local value = list[place]
+    world.table.move(list, place + 1, length, place)
+    list[place > length and place or length] = nil
+    return value
+end
+
+function world.table.unpack(list, first, last)
+    if type(list) == "table" and (tonumber(last) or #list) - (tonumber(first) or 1) > LONG_LIST then
+        look(LONG_CHUNK)
+    end
+    return finish(pcall(unpack, list, first, last))
+end
+world.unpack = world.table.unpack
+
+function world.string.rep(text, count, separator)
+    local each, times = #tostring(text or "") + #tostring(separator or ""), tonumber(count) or 0
+    local size = each * (times + 0.0)
+    if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
+    if size > LONG_CHUNK then look(size) end
+    -- Nothing, however often, is nothing; C would count to the end.
+    return finish(pcall(rep, text, each == 0 and times > 1 and 1 or count, separator))
+end
+
+-- Goes through a whole text within C.
+local function with_a_look(change)
+    return function(text, ...)
+        if type(text) == "string" and #text > LONG_CHUNK then look(#text) end
+        return finish(pcall(change, text, ...))
+    end
+end
+for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = with_a_look(world.string[name]) end
+for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
+world.tonumber = with_a_look(tonumber)
+
+function world.string.byte(text, first, last)
+    if last == nil and type(text) == "string" and (first == nil or mathtype(first)) then return byte(text, first) end
+    if type(text) == "string" and #text > LONG_LIST then look(#text) end
+    return finish(pcall(byte, text, first, last))
+end
+
+-- A conversion takes up to a few microseconds, and one by %q goes through the text byte by byte.
+function world.string.format(...)
+    local pattern, count = (...), select("#", ...)
+    if type(pattern) ~= "string" then return (finish(pcall(format, ...))) end
+    if count > MANY + 1 or #pattern > LONG_CHUNK then
+        error(where() .. "string.format: more than " .. MANY .. " values, or a format of more than " .. LONG_CHUNK
+            .. " bytes", 0)
+    end
+    if find(pattern, "q", 1, true) then
+        for i = 2, count do
+            local value = select(i, ...)
+            if type(value) == "string" and #value > LONG_CHUNK then
+                error(where() .. "string.format: %q of a text of more than " .. LONG_CHUNK .. " bytes", 0)
+            end
+        end
+    end
+    return (finish(pcall(format, ...)))
+end
+
+-- A short format may ask for a text as long as memory is.
+for _, name in pairs { "pack", "unpack", "packsize" } do
+    local action = string[name]
+    world.string[name] = function(...)
+        local pattern = ...
+        if type(pattern) == "string" then
+            if #pattern > 5 * LONG_CHUNK then
+                error(where() .. "string." .. name .. ": a format of more than " .. 5 * LONG_CHUNK .. " bytes", 0)
+            end
+            if #pattern > LONG_KEY then look(#pattern) end
+            if not find(pattern, "c", 1, true) then return finish(pcall(action, ...)) end
+            for size in gmatch(pattern, "c(%d+)") do
+                if #size > 8 or tonumber(size) > LONG_REPEAT then
+                    error(where() .. "string." .. name .. ": a text of more than " .. LONG_REPEAT .. " bytes", 0)
+                end
+            end
+        end
+        return finish(pcall(action, ...))
+    end
+end
+"""
+    + PATTERNS
+)
+"""A Lua chunk that is called with the script's world and a function that says where the script is."""

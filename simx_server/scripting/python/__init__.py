@@ -1,0 +1,1 @@
+"""Scripts in Python: each in a confined process. The modules ``python_*`` run in that process."""

@@ -1,0 +1,357 @@
+"""One Python script, in a process of its own as CoppeliaSim has it; see `interpreter.Interpreter`.
+
+What a script finds: ``sim`` and the other namespaces (also by ``import sim`` and ``require('sim')``), ``self`` to keep
+things in, modules beside the scene, Python's library and the installed packages. Its global functions ``sysCall_init``
+and so on are the call-backs. There are no flat old names: Python came after them.
+
+Several results of a function of the server are a tuple, one is itself, none is None. Strings: every ``str`` leaves as
+bytes; what comes is ``str`` when it is text (UTF-8 without control characters) and ``bytes`` otherwise, but results of
+functions that pack, and of those that give pictures, buffers or data blocks, are always ``bytes``. CoppeliaSim's choice
+between the two depends on the data as well. Lists, dicts and numbers are what they are, arrays of numpy leave as lists.
+
+What a script may do is in `python_guard.py`, how long in `python_process.py`. A script that was killed has ended: each
+later call says why. An error inside it leaves it usable.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import textwrap
+import time
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+from simx_server.errors import CommandError
+from simx_server.scripting.interpreter import (
+    NOT_IN_A_THREAD,
+    TIME_LIMIT,
+    Api,
+    ScriptError,
+    Waiting,
+    no_such_plugin,
+    refusal,
+)
+
+from .process import PythonProcess
+from .python_wire import MAX_DEPTH, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker, WireError
+
+logger = logging.getLogger(__name__)
+
+_GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
+"""Functions whose results are bytes even when these could be text."""
+
+_PLUGIN = re.compile(r": (?:NameError: name|ModuleNotFoundError: No module named) '(sim[A-Z]\w*)'[^\n]*$")
+
+_LONGEST_TEXT = 1 << 16
+"""Characters of one line that a script prints, and of an error."""
+
+_LONGEST_NAME = 200
+"""Characters of the name of a function; a longer one is none, and what is near it takes long to find."""
+
+_MOST_TURNS = 1 << 20
+
+_WALLS = ("no_new_privs", "landlock", "seccomp")
+
+_LONG_LIST = 16
+_NUMBERS = {int, float, bool, type(None)}
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+
+
+class PythonFunction:
+    """A function that a script handed out; see `interpreter.Function`."""
+
+    def __init__(self, interpreter: PythonInterpreter, number: int) -> None:
+        self.interpreter = interpreter
+        self.number = number
+
+    def __call__(self, *arguments: Any) -> list[Any]:
+        return self.interpreter.apply(self, arguments)
+
+
+_CALL_TIME = 40e-6
+"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 20 to 40 microseconds."""
+
+
+_TURN_TIME = 0.5e-6
+"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes a quarter of that."""
+
+
+class PythonInterpreter:
+    """The parent's side of one running script."""
+
+    def __init__(
+        self, name: str, api: Api, *, time_limit: float = TIME_LIMIT, folder: Path | None = None
+    ) -> None:
+        """`folder`: the scene's, whose files the script may read; None: none.
+
+        The process starts here and gets ready while the server goes on.
+        """
+        self.name = name
+        self._api = api
+        self._names: set[str] = set()
+        self._depth = 0
+        self._in_thread = False
+        self._thread = ""
+        """The thread's function while it has not begun."""
+        self._held: list[Any] | Waiting | None = None
+        """What the waiting thread will be answered: its results, or what is not over yet."""
+        self._held_call = ""
+        self._turns = 0
+        """Of the thread's loops, since its resumption."""
+        self._is_warned = False
+        self._process = PythonProcess(
+            name,
+            Packer(self._number_of),
+            Unpacker(self._function_of, MAX_TEXT, MAX_NUMBERS),
+            api.serve_others,
+            lambda: api.is_ending,
+            time_limit,
+        )
+        self._process.begin()
+        known = {space: dict(names) for space, names in api.namespaces().items()}
+        self._process.send("hello", name, known, None if folder is None else str(folder))
+
+    def close(self) -> None:
+        """End the script's process."""
+        self._process.ended = self._process.ended or f"{self.name}: the script has ended"
+        self._forget_thread()
+        self._process.close()
+
+    def run(self, source: bytes) -> None:
+        """Execute the script's text; one that is indented as a whole, as in a scene's file, is moved to the left."""
+        first = next((line for line in source.splitlines() if line.strip()), b"")
+        if first[:1].isspace():
+            source = textwrap.dedent(source.decode("utf-8", "surrogateescape")).encode(
+                "utf-8", "surrogateescape"
+            )
+        self._ask("run", source)
+
+    def has(self, function: str) -> bool:
+        """Whether a function of this name exists; dots reach into objects, modules and dicts.
+
+        What existed when the process ended still counts: its next call says why there is none any more.
+        """
+        if self._process.ended or ("." not in function and not self._depth):
+            return function in self._names
+        return self._ask("has", function) == [True]
+
+    def call(self, function: str, *arguments: Any) -> list[Any]:
+        """Call a function with plain values; its results. Raises ScriptError."""
+        return self._ask("call", function, [_to_script(value) for value in arguments])
+
+    def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
+        """Call a function that was handed out."""
+        return self._ask("call_number", function.number, [_to_script(value) for value in arguments])
+
+    def start_thread(self, function: str) -> None:
+        """Make a function the script's thread; what an earlier one was waiting for raises there and ends it."""
+        if not self.has(function):
+            raise ScriptError(f"{self.name}: has no function '{function}'")
+        if self._held is not None:
+            self._forget_thread()
+            self._ask("abandon")
+        self._thread = function
+
+    def resume(self) -> bool:
+        """Let the thread go on until it waits; True while it is still alive."""
+        if self._depth:
+            raise ScriptError(f"{self.name}: its thread cannot go on while another function of it runs")
+        self._turns = 0
+        if self._thread:
+            function, self._thread = self._thread, ""
+            self._ask("thread", function, in_thread=True)
+        elif self._held is not None:
+            held, self._held = self._held, None
+            answer = self._advance(self._held_call, held) if isinstance(held, Generator) else held
+            if answer is not None:
+                self._ask(*answer, in_thread=True)
+        return self._held is not None
+
+    def _forget_thread(self) -> None:
+        held, self._held, self._thread = self._held, None, ""
+        if isinstance(held, Generator):
+            held.close()
+
+    def _ask(self, *message: Any, in_thread: bool = False) -> list[Any]:
+        """Send a request and serve the script until it is done, or until its thread waits."""
+        if self._process.ended:
+            raise ScriptError(self._process.ended)
+        if not self._depth:
+            self._process.begin()
+            self._api.switching.calls = 0
+        outer, self._in_thread = self._in_thread, in_thread
+        self._depth += 1
+        try:
+            self._process.send(*message)
+            return self._serve()
+        except WireError as problem:
+            raise self._process.kill(f"{self.name}: its process sent {problem}") from problem
+        except (TypeError, ValueError) as problem:
+            raise ScriptError(f"{self.name}: {problem}") from problem
+        finally:
+            self._depth -= 1
+            self._in_thread = outer
+            if not self._depth:
+                self._process.finish()
+
+    def _serve(self) -> list[Any]:
+        while True:
+            kind, *rest = self._process.receive()
+            match kind, rest:
+                case "invoke", [str(name), list(arguments)]:
+                    _from_script(arguments)
+                    self._process.serve_when_due()
+                    answer = self._invoke(name[:_LONGEST_NAME], arguments)
+                    if answer is None:
+                        return []
+                    self._process.serve_when_due()
+                    try:
+                        self._process.send(*answer)
+                    except (TypeError, ValueError) as problem:  # a result that cannot travel
+                        self._process.send("refused", f"{name[:_LONGEST_NAME]}: {problem}")
+                case "turns", [int(turns)] if 0 < turns <= _MOST_TURNS:
+                    self._turns += turns
+                    if self._in_thread and self._api.switching.is_tired(self._turns * _TURN_TIME):
+                        self._held = ["ok", []]
+                        return []
+                    self._process.send("ok", [])
+                case "ready", [list(told)]:
+                    missing = [wall for wall in _WALLS if wall in told]
+                    if missing and not self._is_warned:
+                        self._is_warned = True
+                        logger.warning(
+                            "%s runs without the kernel's %s: nothing but Python itself confines it, so run only "
+                            "scripts whose author you trust",
+                            self.name,
+                            " and ".join(missing),
+                        )
+                case "print", [str(text)]:
+                    self._api.output(_clean(text))
+                case "module", [str(name)]:
+                    self._process.send(*self._module(name))
+                case "done", [list(results), names]:
+                    self._learn(names)
+                    return _from_script(results)
+                case "failed", [str(text), names]:
+                    self._learn(names)
+                    raise ScriptError(self._explain(_clean(text)))
+                case _:
+                    raise self._process.kill(f"{self.name}: its process sent an unknown message")
+
+    def _explain(self, text: str) -> str:
+        plugin = _PLUGIN.search(text)
+        return f"{text}: {no_such_plugin(plugin[1], self._api)}" if plugin else text
+
+    def _learn(self, names: Any) -> None:
+        if isinstance(names, list):
+            self._names = {name for name in names if isinstance(name, str)}
+
+    def _invoke(self, name: str, arguments: list[Any]) -> list[Any] | None:
+        """The answer to a call of the API; None when the thread is to wait for it."""
+        began, spent = time.monotonic(), self._api.switching.spent
+        try:
+            results = self._api.invoke(name, arguments)
+            if self._api.switching.spent > spent:
+                self._process.grant(time.monotonic() - began)
+            if isinstance(results, Generator):
+                if not self._in_thread:
+                    raise CommandError(NOT_IN_A_THREAD)
+                return self._advance(name, results)
+            answer = [
+                "ok",
+                [_to_script(value, as_bytes=bool(_GIVES_BYTES.search(name))) for value in results],
+            ]
+        except Exception as problem:
+            return self._refusal(name, problem)
+        if self._in_thread and self._api.switching.gives_way(_CALL_TIME):
+            self._held = answer
+            return None
+        return answer
+
+    def _advance(self, name: str, waiting: Waiting) -> list[Any] | None:
+        try:
+            next(waiting)
+        except StopIteration as end:
+            return ["ok", [_to_script(value) for value in end.value or ()]]
+        except Exception as problem:
+            return self._refusal(name, problem)
+        self._held, self._held_call = waiting, name
+        return None
+
+    def _refusal(self, name: str, problem: Exception) -> list[Any]:
+        if isinstance(problem, CommandError):
+            return ["refused", refusal(name, problem)]
+        logger.error("%s failed inside script %s", name, self.name, exc_info=problem)
+        return ["refused", f"{name}: failed inside the server; its log says why"]
+
+    def _module(self, name: str) -> list[Any]:
+        try:
+            return ["ok", [self._api.module(name)]]
+        except (CommandError, ValueError) as problem:  # a name that no file can have
+            return ["refused", f"import {name}: {problem}"]
+
+    def _number_of(self, value: Any) -> int:
+        if isinstance(value, PythonFunction):
+            if value.interpreter is self:
+                return value.number
+            raise TypeError("a function of one script cannot be given to another")
+        raise TypeError(f"a {type(value).__name__} cannot enter a script in Python")
+
+    def _function_of(self, number: int) -> PythonFunction:
+        if not isinstance(number, int):
+            raise TypeError
+        return PythonFunction(self, number)
+
+
+def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
+    """Every string as bytes, in place. Raises WireError for what is nested deeper than a correct side sends."""
+    if type(value) is str:
+        return _encoded(value)
+    if type(value) is list:
+        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+            return value
+        places: Any = enumerate(value)
+    elif type(value) is dict:
+        places = value.items()
+    else:
+        return value
+    if depth == 0:
+        raise WireError("a list that is nested too deeply")
+    for place, item in places:
+        if type(item) is str or (type(item) in (list, dict) and item):
+            value[place] = _from_script(item, depth - 1)
+    return value
+
+
+def _clean(text: str) -> str:
+    """What a log can hold, whatever the process sent."""
+    return text[:_LONGEST_TEXT].encode("utf-8", "replace").decode()
+
+
+def _encoded(text: str) -> bytes:
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:  # a lone surrogate of another kind, which no text has
+        return text.encode("utf-8", "replace")
+
+
+def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
+    """Text as str, other strings as bytes; see the module's text."""
+    if isinstance(value, bytes):
+        if as_bytes:
+            return value
+        try:
+            text = value.decode()
+        except UnicodeDecodeError:
+            return value
+        return value if _CONTROL.search(text) else text
+    if isinstance(value, (list, tuple)):
+        if len(value) > _LONG_LIST and set(map(type, value)) <= _NUMBERS:
+            return value
+        return [_to_script(item, as_bytes=as_bytes) for item in value]
+    if isinstance(value, dict):
+        return {_to_script(key): _to_script(item, as_bytes=as_bytes) for key, item in value.items()}
+    return value

@@ -1,0 +1,1 @@
+"""Collision and distance between objects."""

@@ -1,0 +1,174 @@
+"""Collision of, and least distance between, objects at one instant.
+
+All geoms of a shape count, whether they collide in the physics or not. Convex geoms are solid and measured by MuJoCo;
+meshes that are not convex and height fields are surfaces, measured triangle by triangle. Of V-REP's other objects
+only dummies can be measured: as points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from simx_server.scene.objects import ObjectKind
+from simx_server.sensors.instant import Instant
+from simx_server.sensors.proximity.detection import detect
+from simx_server.sensors.proximity.optics import Optics
+from simx_server.sensors.proximity.volume import cone
+from simx_server.sensors.triangles import Array, plane_triangles
+
+from .triangle_pairs import Gap, least_gap
+
+FAR = 1e6
+"""Metres; what is farther away is not measured."""
+
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
+_ALL_AROUND = Optics("cone", 0.0, FAR, cone(2 * math.pi, FAR))
+_UNKNOWN = Gap(math.inf, np.zeros(3), np.zeros(3))
+
+
+class Nearest(NamedTuple):
+    """Where two sets of objects come nearest."""
+
+    distance: float
+    """Metres, 0 where they meet."""
+    first: Array
+    second: Array
+    """(3,) each, in the world; where they overlap one point between the two surfaces."""
+    objects: tuple[int, int]
+    """Handles of the objects that the points belong to."""
+
+
+class _Found(NamedTuple):
+    """The best pair of geoms so far; the distance is negative where convex ones overlap."""
+
+    gap: Gap
+    geoms: tuple[int, int]
+
+
+def is_colliding(instant: Instant, first: Collection[int], second: Collection[int]) -> bool:
+    """Whether any shape of the first objects meets any of the second ones; no object meets itself."""
+    return colliding_pair(instant, first, second) is not None
+
+
+def colliding_pair(
+    instant: Instant, first: Collection[int], second: Collection[int]
+) -> tuple[int, int] | None:
+    """Handles of one shape of the first objects and one of the second that meet, or None."""
+    found = _least(instant, first, second, limit=0.0, stop=0.0)
+    return _owners(instant, found) if found.gap.distance <= 0.0 else None
+
+
+def distance(instant: Instant, first: Collection[int], second: Collection[int]) -> float | None:
+    """Least distance in metres, 0 where they meet; None when there is nothing to measure."""
+    found = nearest(instant, first, second)
+    return None if found is None else found.distance
+
+
+def nearest(instant: Instant, first: Collection[int], second: Collection[int]) -> Nearest | None:
+    """The least distance and where it is; None when there is nothing to measure."""
+    found = _least(instant, first, second, limit=FAR, stop=0.0)
+    best: list[Nearest] = []
+    if found.gap.distance < FAR:
+        one, other = found.gap.first, found.gap.second
+        if found.gap.distance <= 0.0:
+            one = other = (one + other) / 2
+        best.append(Nearest(max(0.0, found.gap.distance), one, other, _owners(instant, found)))
+    points, others = _points(instant, first), _points(instant, second)
+    for handle, place in points.items():
+        best += _from_point(instant, handle, place, set(second) - {handle})
+        for other, there in others.items():
+            if other != handle:
+                best.append(Nearest(math.dist(place, there), place, there, (handle, other)))
+    for handle, place in others.items():
+        for away, mine, theirs, (one, other) in _from_point(instant, handle, place, set(first) - {handle}):
+            best.append(Nearest(away, theirs, mine, (other, one)))
+    return min(best, key=lambda each: each.distance, default=None)
+
+
+def _owners(instant: Instant, found: _Found) -> tuple[int, int]:
+    one, other = found.geoms
+    return int(instant.surroundings.owners[one]), int(instant.surroundings.owners[other])
+
+
+def _least(
+    instant: Instant, first: Collection[int], second: Collection[int], *, limit: float, stop: float
+) -> _Found:
+    """Least signed distance between geoms of two sets of objects; anything above `limit` when there is none."""
+    owners, model = instant.surroundings.owners, instant.model
+    mine, theirs = instant.geoms_of(first), instant.geoms_of(second)
+    best = _Found(_UNKNOWN, (-1, -1))
+    if len(mine) == 0 or len(theirs) == 0:
+        return best
+    away = instant.geom_xpos[mine, np.newaxis] - instant.geom_xpos[theirs]
+    reach, other_reach = model.geom_rbound[mine], model.geom_rbound[theirs]
+    lower = np.sqrt(np.einsum("nmi,nmi->nm", away, away)) - reach[:, np.newaxis] - other_reach
+    lower[reach <= 0.0, :] = lower[:, other_reach <= 0.0] = -np.inf
+    lower[owners[mine, np.newaxis] == owners[theirs]] = np.inf
+    for index in np.argsort(lower, axis=None):
+        row, column = divmod(int(index), len(theirs))
+        least = best.gap.distance
+        if lower[row, column] > min(least, limit) or least <= stop:
+            break
+        geoms = int(mine[row]), int(theirs[column])
+        gap = _between(instant, *geoms, min(least, max(limit, 1e-3)))
+        if gap.distance < least:
+            best = _Found(gap, geoms)
+    return best
+
+
+def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -> bool:
+    """Whether two geoms (MuJoCo ids) come nearer than the margin (m), whosever they are."""
+    return _between(instant, first, second, margin + 1e-3).distance <= margin
+
+
+def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
+    """Signed distance of two geoms and where; infinity when it is above `limit`."""
+    triangles = instant.surroundings.triangles
+    if triangles.is_solid(first) and triangles.is_solid(second):
+        if int(instant.model.geom_type[first]) == int(instant.model.geom_type[second]) == _PLANE:
+            return _UNKNOWN
+        ends = np.zeros(6)
+        away = mujoco.mj_geomDistance(instant.model, instant.data, first, second, limit, ends)
+        found = Gap(away, ends[:3], ends[3:])
+    else:
+        found = least_gap(_world(instant, first, second), _world(instant, second, first), limit)
+    return found if found.distance < limit else _UNKNOWN
+
+
+def _world(instant: Instant, geom: int, other: int) -> Array:
+    """(n, 3, 3) a geom's triangles in the world; of an infinite plane what lies under another geom."""
+    turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
+    if int(instant.model.geom_type[geom]) == _PLANE:
+        towards = (instant.geom_xpos[other] - place) @ turn
+        corners = plane_triangles(
+            instant.model.geom_size[geom], towards, float(instant.model.geom_rbound[other])
+        )
+    else:
+        corners = instant.surroundings.triangles.of(geom)[0]
+    return corners @ turn.T + place
+
+
+def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
+    """World positions of the dummies among some objects."""
+    found: dict[int, Array] = {}
+    for handle in handles:
+        item = instant.scene.objects.get(handle)
+        if item is not None and item.kind == ObjectKind.DUMMY:
+            found[handle] = instant.xpos[item.id] if item.element == "body" else instant.site_xpos[item.id]
+    return found
+
+
+def _from_point(instant: Instant, handle: int, place: Array, others: Collection[int]) -> list[Nearest]:
+    """From a dummy's place to the surfaces of some shapes, if there are any."""
+    wanted = np.isin(instant.surroundings.owners, list(others))
+    found = detect(instant, _ALL_AROUND, place, np.eye(3), wanted)
+    if found is None:
+        return []
+    point = place + np.array(found.point)
+    return [Nearest(math.hypot(*found.point), place, point, (handle, found.handle))]

@@ -1,0 +1,228 @@
+"""Collision and distance between objects: asked for directly, or registered in the scene and read by a handle.
+
+`simx:collision:NAME` and `simx:distance:NAME` register what V-REP called collision and distance objects. They are
+handled in each pass, unless explicitly by a script; as with proximity sensors, one that nobody reads costs nothing.
+
+What is not collidable or measurable (`simx:shape`, or by a model's property) is left out of collections and of "all
+others". An object that is named alone is measured whatever it is when a caller asks; a registered one is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from simx_client.protocol import constants as c
+from simx_server.errors import CommandError
+from simx_server.scene.collection import ALL
+from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.registered import Registry
+from simx_server.sensors.instant import Instant
+
+from .measuring import distance, is_colliding
+
+if TYPE_CHECKING:
+    from simx_server.world.simulation import Simulation
+
+_R = TypeVar("_R")
+
+FIRST_COLLISION = 2_010_000
+FIRST_DISTANCE = 2_020_000
+
+
+@dataclass(frozen=True)
+class _Registered:
+    first: int
+    second: int
+    explicit: bool
+
+
+class Meter(Generic[_R]):
+    """One kind of measuring: what is registered for it, and what was found last."""
+
+    def __init__(
+        self,
+        sim: Simulation,
+        kind: str,
+        first_handle: int,
+        measure: Callable[[Instant, Collection[int], Collection[int]], _R],
+        nothing: _R,
+        measurable: tuple[ObjectKind, ...],
+        left_out: int,
+        own_key: str,
+    ) -> None:
+        """`nothing`: what handling gives while it is switched off. `left_out`: the bit of a model's property, and
+        `own_key` the key of a shape's annotation, that say what is not to be measured."""
+        self.enabled = True
+        """Boolean parameter 2 or 3; it belongs to the scene."""
+        self._sim = sim
+        self._kind = kind
+        self._measure = measure
+        self._nothing = nothing
+        self._measurable = measurable
+        self._left_out = left_out
+        self._own_key = own_key
+        self._registry = Registry(sim, kind, first_handle, self._register, self._is_alive)
+        self._results: dict[int, _R] = {}
+        self._by_hand: dict[int, _R] = {}
+        self._instant: Instant | None = None
+        self._handled: frozenset[int] = frozenset()
+        """What was registered at that instant."""
+        sim.on_sensing.append(self._sense)
+        sim.on_start.append(self._forget)
+        sim.on_stop.append(self._forget)
+        sim.on_load.append(self._change_scene)
+        sim.on_close.append(self._change_scene)
+
+    def check(self, first: int, second: int) -> _R:
+        """Measure two entities as they are now. The second may be all others (`sim_handle_all`).
+
+        Raises UnknownHandle, CommandError for what cannot be measured.
+        """
+        return self._between(self._sim.instants.now(), first, second, whatever_they_are=True)
+
+    def find(self, name: str) -> int:
+        """The handle of a registered one. Raises CommandError that lists them."""
+        return self._registry.handle_of(name, f"{self._kind} object")
+
+    def names(self) -> list[str]:
+        return [name for name, _ in self._registry.all().values()]
+
+    def read(self, handle: int) -> _R | None:
+        """The result of the last handling; None when there was none in this run. Raises CommandError."""
+        registered = self._get(handle)
+        if handle in self._by_hand:
+            return self._by_hand[handle]
+        if handle in self._results:
+            return self._results[handle]
+        if registered.explicit or self._instant is None or handle not in self._handled:
+            return None
+        self._results[handle] = self._of(self._instant, registered)
+        return self._results[handle]
+
+    def handle(self, handle: int) -> _R:
+        """Measure now, explicitly handled or not; switched off it forgets the last result. Raises CommandError."""
+        registered = self._get(handle)
+        self._results.pop(handle, None)
+        self._by_hand.pop(handle, None)
+        if not self.enabled:
+            return self._nothing
+        found = self._by_hand[handle] = self._of(self._sim.instants.now(), registered)
+        return found
+
+    def reset(self, handle: int) -> None:
+        """Forget what was found, until the next handling. Raises CommandError."""
+        self._get(handle)
+        self._results.pop(handle, None)
+        self._by_hand.pop(handle, None)
+        self._handled -= {handle}
+
+    def handles(self, *, explicit_too: bool) -> list[int]:
+        """Of all that are registered, or of those that passes handle."""
+        return [h for h, (_, each) in self._registry.all().items() if explicit_too or not each.explicit]
+
+    def _get(self, handle: int) -> _Registered:
+        registered = self._registry.get(handle)
+        if registered is None:
+            known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
+            raise CommandError(f"no {self._kind} object with handle {handle}; those of this scene: {known}")
+        return registered
+
+    def _of(self, instant: Instant, registered: _Registered) -> _R:
+        return self._between(instant, registered.first, registered.second, whatever_they_are=False)
+
+    def _between(self, instant: Instant, first: int, second: int, *, whatever_they_are: bool) -> _R:
+        return self._measure(instant, *self.entities(first, second, whatever_they_are=whatever_they_are))
+
+    def entities(
+        self, first: int, second: int, *, whatever_they_are: bool = True
+    ) -> tuple[list[int], list[int]]:
+        """Handles of the objects that two entities stand for here. `whatever_they_are`: see `_members`.
+
+        Raises UnknownHandle, CommandError for what cannot be measured.
+        """
+        if first == ALL:
+            raise CommandError(
+                "the first entity is an object or a collection; only the second may be all (-2)"
+            )
+        mine = self._members(first, whatever_they_are)
+        theirs = self._members(second, whatever_they_are)
+        if second == ALL:  # all others: nothing of the first is held against the rest of it
+            theirs = [handle for handle in theirs if handle not in mine]
+        return mine, theirs
+
+    def _members(self, entity: int, whatever_they_are: bool) -> list[int]:
+        """The objects to measure. `whatever_they_are`: a single one also if it is not to be measured."""
+        scene = self._sim.scene
+        handles = self._sim.collections.entity(entity)
+        if entity in scene.objects:
+            scene.get_kind(entity, *self._measurable)
+            if whatever_they_are:
+                return handles
+        return [
+            handle
+            for handle in handles
+            if scene.objects[handle].kind in self._measurable
+            and scene.objects[handle].annotations.get("shape", {}).get(self._own_key, True)
+            and not scene.overridden(handle) & self._left_out
+        ]
+
+    def _sense(self) -> None:
+        """Results of the last pass end with it, also while handling is switched off."""
+        registered = self._registry.all()
+        self._results.clear()
+        for handle in list(self._by_hand):
+            if handle not in registered or not registered[handle][1].explicit:
+                del self._by_hand[handle]
+        self._handled = frozenset(registered)
+        self._instant = self._sim.instants.now() if self.enabled and registered else None
+
+    def _forget(self) -> None:
+        self._results.clear()
+        self._by_hand.clear()
+        self._instant = None
+
+    def _change_scene(self) -> None:
+        self._forget()
+        self.enabled = True
+
+    def _register(self, _name: str, note: Annotation) -> _Registered:
+        named = self._sim.collections.named
+        first, second = named(str(note["entity1"])), named(str(note.get("entity2", "all")))
+        return _Registered(first, second, bool(note.get("explicit", False)))
+
+    def _is_alive(self, registered: _Registered) -> bool:
+        """It goes with what it measures, as in V-REP."""
+        scene, collections = self._sim.scene, self._sim.collections
+        return all(
+            entity == ALL or entity in scene.objects or entity in collections
+            for entity in (registered.first, registered.second)
+        )
+
+
+class Meters:
+    """Both kinds; attached after the collections, whose names they need."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self.collisions: Meter[bool] = Meter(
+            sim,
+            "collision",
+            FIRST_COLLISION,
+            is_colliding,
+            False,
+            (ObjectKind.SHAPE,),
+            c.sim_modelproperty_not_collidable,
+            "collidable",
+        )
+        self.distances: Meter[float | None] = Meter(
+            sim,
+            "distance",
+            FIRST_DISTANCE,
+            distance,
+            None,
+            (ObjectKind.SHAPE, ObjectKind.DUMMY),
+            c.sim_modelproperty_not_measurable,
+            "measurable",
+        )

@@ -1,0 +1,182 @@
+"""Which OpenGL back end renders: what the user asked for, else the first that works, else ray casting.
+
+Proof is a small picture rendered and checked in a child process (`gl_probe`), because a broken graphics
+driver may kill or hang the process that tries it. That takes about half a second, so choose on the thread
+that renders; a server forks a child for the first back end while it starts (`gl_early`), which takes a quarter of it.
+
+mujoco's own choice at import is not used: each back end's context class is taken from its module. Those
+modules set PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
+"""
+
+import contextlib
+import importlib
+import logging
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from simx_server.errors import RenderError
+from simx_server.sensors.opengl.libraries import INSTALL_HINT, why_it_fails
+
+logger = logging.getLogger(__name__)
+
+RAYCAST = "raycast"
+_CONTEXT_MODULES = {
+    "egl": "mujoco.egl",
+    "osmesa": "mujoco.osmesa",
+    "glfw": "mujoco.glfw",
+    "cgl": "mujoco.cgl",  # macOS, where GLFW works on the main thread only
+}
+_ASKED_FOR = {name: name for name in _CONTEXT_MODULES} | {
+    "glx": "glfw",
+    "wgl": "glfw",
+    **dict.fromkeys(("disable", "disabled", "off", "false", "0", RAYCAST), RAYCAST),
+    **dict.fromkeys(("", "enable", "enabled", "on", "true", "1"), None),
+}
+PROBE_LIMIT = 20.0
+"""Seconds for one back end; on a busy machine one that works has needed five."""
+
+DIES_WITHIN = 1.0
+"""Seconds for a probe that is killed. One that hangs in the kernel's part of a driver never dies; it is left behind."""
+
+_TOLD = 240
+"""Characters of what a probe says."""
+
+_PACKAGE_ROOT = Path(__file__).resolve().parents[3]
+
+
+Probe = Callable[[str, threading.Event], str | None]
+"""Tries a back end by name, until an event is set: None if it works, else what is wrong."""
+
+
+@dataclass(frozen=True)
+class Backend:
+    """The back end taken and, in one sentence for the log, why."""
+
+    name: str
+    """egl, osmesa, glfw, cgl (macOS) or raycast."""
+    reason: str
+
+
+def requested_backend(requested: str | None = None) -> str | None:
+    """The back end asked for by argument or MUJOCO_GL, None if the choice is free.
+
+    Cheap, so a server can call it at start to refuse a wrong value early.
+
+    Raises:
+        ValueError: not a value of MUJOCO_GL.
+    """
+    asked = (os.environ.get("MUJOCO_GL", "") if requested is None else requested).lower().strip()
+    if asked not in _ASKED_FOR:
+        valid = ", ".join(sorted(name for name in _ASKED_FOR if name))
+        raise ValueError(
+            f"MUJOCO_GL={asked!r} is not a way to render; valid are {valid}; "
+            "leave it unset to take the first that works"
+        )
+    return _ASKED_FOR[asked]
+
+
+def candidates() -> Sequence[str]:
+    """Back ends worth a probe on this platform, best first."""
+    if sys.platform == "linux":
+        return ("egl", "osmesa", "glfw")
+    return ("cgl", "glfw") if sys.platform == "darwin" else ("glfw",)
+
+
+def choose_backend(
+    requested: str | None = None,
+    *,
+    probe: Probe | None = None,
+    give_up: threading.Event | None = None,
+) -> Backend:
+    """The back end to render with.
+
+    Args:
+        requested: a value as MUJOCO_GL takes; None reads that variable. What is asked for is taken unproven.
+        probe: tries one back end: None if it works, else what is wrong; by default in a child process.
+        give_up: set it to end probing early, for a server that closes.
+
+    Raises:
+        ValueError: `requested` or MUJOCO_GL is not a known value.
+        RenderError: `give_up` was set.
+    """
+    asked = requested_backend(requested)
+    if asked is not None:
+        source = " in MUJOCO_GL" if requested is None else ""
+        return Backend(asked, f"{asked} was asked for{source}")
+    probe = probe or probe_in_child
+    give_up = give_up or threading.Event()
+    failures: list[str] = []
+    for name in candidates():
+        wrong = probe(name, give_up)
+        if give_up.is_set():
+            raise RenderError("the choice of a back end was given up because rendering is closing")
+        if wrong is None:
+            return Backend(name, f"{name} rendered a test picture")
+        logger.debug("%s cannot render: %s", name, wrong)
+        failures.append(f"{name}: {wrong}")
+    return Backend(RAYCAST, f"no OpenGL back end works ({'; '.join(failures)}); {INSTALL_HINT}")
+
+
+def probe_in_child(name: str, give_up: threading.Event) -> str | None:
+    """Render a test picture in a child process with one back end: None if it came out right, else why not."""
+    environment = os.environ.copy()
+    # "on" and its kin only say that rendering is wanted; the child must not trip over them at import.
+    environment.pop("MUJOCO_GL", None)
+    environment["PYTHONPATH"] = os.pathsep.join(
+        filter(None, (str(_PACKAGE_ROOT), environment.get("PYTHONPATH")))
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-P", "-m", "simx_server.sensors.opengl.probe", name],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+    )
+    deadline = time.monotonic() + PROBE_LIMIT
+    while True:
+        try:
+            _, complaint = child.communicate(timeout=0.1)
+            break
+        except subprocess.TimeoutExpired:
+            if time.monotonic() > deadline or give_up.is_set():
+                child.kill()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.communicate(timeout=DIES_WITHIN)
+                return "given up" if give_up.is_set() else f"no answer within {PROBE_LIMIT:.0f} s"
+    return outcome(child.returncode, complaint)
+
+
+def outcome(exit_code: int, complaint: str) -> str | None:
+    """What a probe's process found: None, or what is wrong, by how it ended and the last line that it wrote."""
+    if exit_code == 0:
+        return None
+    if exit_code < 0:
+        return f"the driver ended its process with signal {-exit_code}"
+    lines = complaint.strip().splitlines()
+    return textwrap.shorten(lines[-1], _TOLD) if lines else f"exit status {exit_code}"
+
+
+def make_gl_context(name: str, width: int, height: int) -> Any:
+    """mujoco's OpenGL context of one back end: `make_current()` and `free()`, on the thread that made it.
+
+    Raises:
+        RenderError: its library or its driver is missing or broken.
+    """
+    try:
+        return importlib.import_module(_CONTEXT_MODULES[name]).GLContext(width, height)
+    # A missing library shows as ImportError, OSError, AttributeError or GLError, by back end and its version.
+    except Exception as error:
+        raise RenderError(
+            f"no OpenGL context with {name} ({why_it_fails(name, error)}); unset MUJOCO_GL to take the "
+            f"first back end that works, or set MUJOCO_GL=disable to cast rays; {INSTALL_HINT}"
+        ) from error

@@ -1,0 +1,137 @@
+"""The first back end is tried by a forked child while the rest of the server is still being imported. Linux only.
+
+A fork has mujoco imported already, so it costs a quarter of a probe in a new process, and mostly it is done before the
+scene is loaded. It has to come before any other thread: a lock that one holds at that instant would never open in the
+child.
+"""
+
+import contextlib
+import os
+import re
+import select
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import NoReturn
+
+from simx_client.protocol.files import vrep_stem
+from simx_server.errors import CommandError
+from simx_server.files.library import find_scene
+from simx_server.sensors.opengl.backend import (
+    DIES_WITHIN,
+    PROBE_LIMIT,
+    candidates,
+    outcome,
+    probe_in_child,
+    requested_backend,
+)
+from simx_server.sensors.opengl.probe import what_is_wrong
+
+_INCLUDE = re.compile(rb"""<include[^>]*\sfile\s*=\s*["']([^"']+)""")
+_CAMERA = re.compile(rb"""<camera\b[^>]*\sname\s*=\s*["']([^"']+)""")
+"""The name of one; without a name it is mostly a default."""
+
+_VIEW = re.compile(rb"""["']simx:camera:([^"']+)["']""")
+"""A name that an annotation makes V-REP's camera of a view, which is no vision sensor."""
+
+_DEEPEST = 4
+_GLANCE = 0.1
+"""Seconds between two looks at whether to give up."""
+
+
+def begin_early(scene: str) -> "EarlyProbe | None":
+    """Try the first back end in a child, if pictures of this scene are likely to be asked for and the choice is free.
+
+    Args:
+        scene: as `find_scene` takes it.
+
+    Raises:
+        ValueError: MUJOCO_GL has a wrong value.
+    """
+    if sys.platform != "linux" or requested_backend() is not None or vrep_stem(Path(scene).name) is not None:
+        return None
+    try:
+        is_wanted = may_have_cameras(find_scene(scene))
+    except CommandError:  # who loads it tells why
+        return None
+    is_alone = len(os.listdir("/proc/self/task")) == 1
+    return EarlyProbe() if is_wanted and is_alone else None
+
+
+def may_have_cameras(scene: Path, depth: int = 0) -> bool:
+    """Whether a scene file seems to have cameras, by a look at its text and at what it includes.
+
+    A wrong guess costs time and nothing else.
+    """
+    try:
+        text = scene.read_bytes()
+    except OSError:
+        return False  # who loads it tells what is wrong with it
+    if set(_CAMERA.findall(text)) - set(_VIEW.findall(text)):
+        return True
+    included = (scene.parent / os.fsdecode(name) for name in _INCLUDE.findall(text))
+    return depth < _DEEPEST and any(may_have_cameras(each, depth + 1) for each in included)
+
+
+class EarlyProbe:
+    """The probe of the first back end, under way. Called as `choose_backend` calls one, it tries others as usual."""
+
+    def __init__(self) -> None:
+        self._name = candidates()[0]
+        self._reader, writer = os.pipe()
+        self._child: int | None = os.fork()
+        if self._child == 0:
+            _become_probe(self._name, writer)
+        os.close(writer)
+
+    def __call__(self, name: str, give_up: threading.Event) -> str | None:
+        """As `gl_backend.probe_in_child`: None if the back end works, else what is wrong."""
+        if name != self._name or self._child is None:
+            return probe_in_child(name, give_up)
+        said, limit = b"", time.monotonic() + PROBE_LIMIT
+        while time.monotonic() < limit and not give_up.is_set():
+            if select.select([self._reader], [], [], _GLANCE)[0]:
+                part = os.read(self._reader, 4096)
+                if not part:
+                    return outcome(self._reap(), said.decode(errors="replace"))
+                said += part
+        self.close()
+        return "given up" if give_up.is_set() else f"no answer within {PROBE_LIMIT:.0f} s"
+
+    def close(self) -> None:
+        """End it, if it is still under way. Not while another thread calls it."""
+        if self._child is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._child, signal.SIGKILL)
+            self._reap()
+
+    def _reap(self) -> int:
+        """How the child ended. Within a driver in the kernel it may hang for good, killed or not."""
+        assert self._child is not None
+        child, self._child = self._child, None
+        os.close(self._reader)
+        limit = time.monotonic() + DIES_WITHIN
+        while (ended := os.waitpid(child, os.WNOHANG))[0] == 0:
+            if time.monotonic() > limit:
+                return 1
+            time.sleep(0.001)
+        return os.waitstatus_to_exitcode(ended[1])
+
+
+def _become_probe(name: str, writer: int) -> NoReturn:
+    """The life of the child: it must never return into what its parent was doing."""
+    exit_code = 1
+    try:
+        if (wakeup := signal.set_wakeup_fd(-1)) >= 0:  # the server's, whose watchdog would take this for it
+            os.close(wakeup)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
+        signal.alarm(round(PROBE_LIMIT))  # ends it, also when the server is gone
+        for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything
+            os.dup2(writer, standard)
+        wrong = what_is_wrong(name)
+        exit_code = 0 if wrong is None else 1
+        os.write(writer, f"\n{wrong or ''}\n".encode())
+    finally:
+        os._exit(exit_code)

@@ -1,0 +1,293 @@
+"""Pictures with MuJoCo's OpenGL renderer: one context, no effects V-REP lacked, one pass for RGB and depth.
+
+Shadows and multisampling cost ten to twenty times the picture itself in software and V-REP's sensors had
+neither, so both are off, as are reflections, fog and the skybox.
+
+Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth
+exactly where V-REP did, and what it cleared is where nothing is seen.
+
+Round things get half the corners where nobody can tell (see `roundness`).
+
+Making a context of MuJoCo's holds Python's lock, so other threads stand still, and a driver that compiles a shader for
+the first texture of its kind takes a third of a second. So contexts are made with textures of one pixel, and the real
+ones follow by `mjr_uploadTexture`, which lets other threads run. A new model is drawn in the same OpenGL context, in
+which that is compiled already.
+"""
+
+import copy
+import logging
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.sensors.opengl.backend import make_gl_context
+from simx_server.sensors.opengl.roundness import may_be_coarse, round_geoms
+from simx_server.sensors.vision.image import NO_CODE, PART, CameraView, Picture, RenderError, nothing
+from simx_server.sensors.vision.visibility import OPAQUE_ALPHA, VISIBLE_GROUPS, near_the_view
+
+logger = logging.getLogger(__name__)
+
+_SHOWN = (
+    mujoco.mjtVisFlag.mjVIS_TEXTURE,
+    mujoco.mjtVisFlag.mjVIS_STATIC,
+    mujoco.mjtVisFlag.mjVIS_SKIN,
+    mujoco.mjtVisFlag.mjVIS_FLEXEDGE,
+    mujoco.mjtVisFlag.mjVIS_FLEXSKIN,
+)
+_GEOM = int(mujoco.mjtObj.mjOBJ_GEOM)
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
+_OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
+_LARGE = 1 << 20
+"""Pixels of an offscreen buffer that is not kept when nobody asks for pictures; each takes eight bytes and more."""
+
+_FEWEST_CORNERS = 12
+"""With fewer nothing looks round, however small."""
+
+_CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
+
+
+class OpenGLRenderer:
+    """Renders one model at a time in one OpenGL context. Belongs to the thread that made it.
+
+    Raises:
+        RenderError: the context cannot be made.
+    """
+
+    def __init__(self, model: mujoco.MjModel, backend_name: str) -> None:
+        self._closed = False
+        self._option = _visible_things()
+        self._camera = mujoco.MjvCamera()
+        # Pictures go to an offscreen buffer of their own, so the context's own surface can be tiny.
+        self._gl = make_gl_context(backend_name, 16, 16)
+        try:
+            self._gl.make_current()
+            self._take(model)
+            if self._fine.currentBuffer != _OFFSCREEN:
+                raise RenderError(f"the {backend_name} OpenGL driver offers no offscreen buffer")
+        except BaseException:
+            self._gl.free()
+            raise
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        """Render another model from now on.
+
+        Raises:
+            mujoco.FatalError: OpenGL failed; make a new renderer.
+        """
+        self._gl.make_current()
+        self._free_drawings()
+        self._take(model)
+
+    def _take(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._round = round_geoms(model)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nskin + model.nflex + 16)
+        self._scene.flags[:] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
+        self._fine = _drawing(model)
+        self._coarse: mujoco.MjrContext | None = None
+
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
+        """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+
+        `let_in` is called between its parts, and may render other pictures.
+
+        Raises:
+            RenderError: no such camera in the model.
+            mujoco.FatalError: OpenGL failed; make a new renderer.
+        """
+        view.check_camera(self._model)
+        masked = rgb and any(view.background_bytes())
+        colours = np.empty((view.height, view.width, 3), np.uint8) if rgb else None
+        nearness = np.empty((view.height, view.width), np.float32) if depth or masked else None
+        rows_at_once = max(1, PART // view.width)
+        for first in range(0, view.height, rows_at_once):
+            if first:
+                let_in()
+            rows = slice(first, min(first + rows_at_once, view.height))
+            self._render_rows(data, view, rows, colours, nearness)
+
+        if masked and colours is not None and nearness is not None:
+            # MuJoCo always clears to black. A pixel as one item is filled seven times as fast as three bytes.
+            background = np.array(view.background_bytes(), np.uint8)
+            colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
+        if not depth or nearness is None:
+            return Picture(colours, None)
+        return Picture(colours, _linear_depth(nearness, view))
+
+    def _render_rows(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rows: slice,
+        colours: NDArray[np.uint8] | None,
+        nearness: NDArray[np.float32] | None,
+    ) -> None:
+        """Fill these rows of a picture."""
+        self._gl.make_current()
+        near = near_the_view(self._model, data, view)
+        height = rows.stop - rows.start
+        drawing = self._drawing_for(data, view, height, near)
+        self._take_scene(data, view, rows)
+        # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
+        flat = colours is None or view.codes is not None
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
+        self._leave_out(data, view, near, flat)
+        if view.codes is not None:
+            self._write_codes(view.codes)
+        rect = mujoco.MjrRect(0, 0, view.width, height)
+        mujoco.mjr_render(rect, self._scene, drawing)
+        mujoco.mjr_readPixels(
+            None if colours is None else colours[rows],
+            None if nearness is None else nearness[rows],
+            rect,
+            drawing,
+        )
+
+    def rest(self) -> None:
+        """Make large offscreen buffers small again; the next picture makes them as large as it needs."""
+        self._gl.make_current()
+        for drawing in (self._fine, self._coarse):
+            if drawing is not None and drawing.offWidth * drawing.offHeight > _LARGE:
+                mujoco.mjr_resizeOffscreen(1, 1, drawing)
+                # A driver frees the old buffers when it has drawn to the new ones.
+                mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+                mujoco.mjr_render(mujoco.MjrRect(0, 0, 1, 1), self._scene, drawing)
+                mujoco.mjr_finish()
+
+    def close(self) -> None:
+        """Free what the graphics driver holds. Twice does no harm."""
+        if self._closed:
+            return
+        self._closed = True
+        self._gl.make_current()
+        self._free_drawings()
+        self._gl.free()
+
+    def _free_drawings(self) -> None:
+        for drawing in (self._fine, self._coarse):
+            if drawing is not None:
+                drawing.free()
+
+    def _drawing_for(
+        self, data: mujoco.MjData, view: CameraView, rows: int, near: NDArray[np.bool_]
+    ) -> mujoco.MjrContext:
+        """What this view is to be drawn with, its buffer no smaller than the largest part so far."""
+        quality, drawing = self._model.vis.quality, self._fine
+        corners = min(quality.numslices, 2 * quality.numstacks) // 2
+        chosen = np.flatnonzero(near & self._round)
+        if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
+            # Made when first wanted: it holds all meshes and textures once more.
+            drawing = self._coarse = self._coarse or _drawing(self._model, is_coarse=True)
+        mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+        if view.width > drawing.offWidth or rows > drawing.offHeight:
+            width, height = max(view.width, drawing.offWidth), max(rows, drawing.offHeight)
+            mujoco.mjr_resizeOffscreen(width, height, drawing)
+        return drawing
+
+    def _take_scene(self, data: mujoco.MjData, view: CameraView, rows: slice) -> None:
+        if (stand := view.viewpoint) is None:
+            self._camera.type, self._camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, view.camera_id
+        else:
+            self._camera.type, self._camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FREE, -1
+            self._camera.lookat[:] = stand.lookat
+            self._camera.distance = stand.distance
+            self._camera.azimuth, self._camera.elevation = stand.azimuth_deg, stand.elevation_deg
+        mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, _CATEGORIES, self._scene)
+        half_width, half_height = view.half_extent()
+        at_near = 1.0 if view.orthographic_size is not None else view.near
+        for eye in self._scene.camera:
+            eye.orthographic = view.orthographic_size is not None
+            eye.frustum_center = 0.0
+            eye.frustum_width = half_width * at_near
+            eye.frustum_top = (2 * rows.stop / view.height - 1) * half_height * at_near
+            eye.frustum_bottom = (2 * rows.start / view.height - 1) * half_height * at_near
+            eye.frustum_near = view.near
+            eye.frustum_far = view.far
+
+    def _leave_out(self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_], flat: bool) -> None:
+        """Take out what need not be drawn.
+
+        Beside the view: vertices cost as much there as in the middle, and a hand camera has its robot behind it.
+        Flat drawing makes everything solid, so also what leaves no depth in a coloured picture.
+        """
+        eye, _ = view.pose(data)
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            beside = geom.objtype == _GEOM and not near[geom.objid]
+            unseen = flat and (_is_back(geom, eye) or (view.codes is None and geom.rgba[3] < OPAQUE_ALPHA))
+            if beside or unseen:
+                geom.type = _NOTHING
+
+    def _write_codes(self, codes: tuple[int, ...]) -> None:
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            code = codes[geom.objid] if geom.objtype == _GEOM else NO_CODE
+            geom.segid = code - 1  # MuJoCo draws the number after it
+
+
+def _is_back(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
+    """Whether it is a plane seen from behind, which MuJoCo draws see-through."""
+    return geom.type == _PLANE and float((eye - geom.pos) @ geom.mat[:, 2]) < 0.0
+
+
+def _visible_things() -> mujoco.MjvOption:
+    """Geoms of the visible groups, skins and flexes; nothing that is drawn for debugging."""
+    option = mujoco.MjvOption()
+    option.flags[:] = 0
+    for flag in _SHOWN:
+        option.flags[flag] = 1
+    option.geomgroup[:] = 0
+    option.geomgroup[list(VISIBLE_GROUPS)] = 1
+    for decor in (option.sitegroup, option.jointgroup, option.tendongroup, option.actuatorgroup):
+        decor[:] = 0
+    return option
+
+
+def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrContext:
+    """What a model is drawn with: its meshes, its textures and an offscreen buffer.
+
+    Args:
+        is_coarse: round things have half the corners.
+    """
+    # A copy: sizes are read from the model, which is not ours to change.
+    plain = copy.copy(model)
+    quality = plain.vis.quality
+    quality.offsamples = quality.shadowsize = 0
+    plain.vis.global_.offwidth = plain.vis.global_.offheight = 1
+    plain.tex_width[:] = plain.tex_height[:] = 1
+    if is_coarse:
+        quality.numslices //= 2
+        quality.numstacks //= 2
+    drawing = mujoco.MjrContext(plain, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+    for texture in np.unique(model.mat_texid[model.mat_texid >= 0]):  # none is left for the skybox
+        mujoco.mjr_uploadTexture(model, drawing, texture)
+    mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
+    # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
+    drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+    return drawing
+
+
+def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:
+    """Depth 0..1 linear in distance, in place, from OpenGL's buffer that holds 1 near and 0 far.
+
+    Perspective: the distance z = n f / (n + d (f - n)), so (z - n) / (f - n) = n (1 - d) / (n + d (f - n)).
+    Orthographic: already linear.
+    """
+    if view.orthographic_size is not None:
+        return np.subtract(1, nearness, out=nearness)
+    divisor = nearness * np.float32(view.far - view.near)
+    divisor += np.float32(view.near)
+    np.subtract(1, nearness, out=nearness)
+    nearness *= np.float32(view.near)
+    nearness /= divisor
+    return nearness

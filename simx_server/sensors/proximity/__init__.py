@@ -1,0 +1,1 @@
+"""Proximity sensors: their volumes, and the nearest point detected within them."""

@@ -1,0 +1,1 @@
+"""Images without OpenGL, by ray casting."""

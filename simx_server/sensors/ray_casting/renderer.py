@@ -1,0 +1,133 @@
+"""Pictures without OpenGL: MuJoCo's ray queries, one ray a pixel.
+
+Slower than OpenGL except for small pictures, and plainer: no highlights, no skins or flexes.
+It works wherever mujoco does, and its depth is exact.
+"""
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.sensors.ray_casting.rays import Rays, Seeing
+from simx_server.sensors.ray_casting.surface import Surfaces
+from simx_server.sensors.vision.image import CameraView, Picture, nothing
+from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
+
+_LAYERS = 6
+"""How many things a ray passes (see-through, or cut open by the near plane) before it counts as lost."""
+_RAYS_AT_ONCE = 40_000
+"""Bounds the memory of a large picture, and keeps a batch within the processor's cache."""
+
+
+class RaycastRenderer:
+    """Casts rays into one model at a time. Belongs to the thread that made it."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.turn_to(model)
+
+    def turn_to(self, model: mujoco.MjModel) -> None:
+        """Render another model from now on."""
+        self._model = model
+        self._surfaces = Surfaces(model)
+
+    def render(
+        self,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        let_in: Callable[[], None] = nothing,
+    ) -> Picture:
+        """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+
+        `let_in` is called between its parts.
+
+        Raises:
+            RenderError: no such camera in the model.
+        """
+        view.check_camera(self._model)
+        shape = (view.height, view.width)
+        colours = np.empty((*shape, 3), np.uint8) if rgb else None
+        depths = np.empty(shape, np.float32) if depth else None
+        # One more, at the end, so that -1 (nothing hit) is an index even in an empty model.
+        alpha = np.append(self._surfaces.rgba()[:, 3], np.float32(0))
+        seeing = Seeing(self._model, data, view, alpha[:-1] > 0.0)
+        shown = None
+        if view.codes is not None:
+            shown = _colours_of(view.codes)
+            alpha[:] = 1.0
+        rows_at_once = max(1, _RAYS_AT_ONCE // view.width)
+        for first in range(0, view.height, rows_at_once):
+            if first:
+                let_in()
+            rows = slice(first, min(first + rows_at_once, view.height))
+            colour, distance = self._look(seeing, Rays.through_pixels(data, view, rows), alpha, rgb, shown)
+            if colours is not None:
+                colour *= 255.0
+                colour += 0.5
+                colours[rows] = colour.reshape(-1, view.width, 3)
+            if depths is not None:
+                linear = (distance - view.near) / (view.far - view.near)
+                depths[rows] = linear.reshape(-1, view.width)
+        return Picture(colours, depths)
+
+    def rest(self) -> None:
+        """Nothing is held between two pictures."""
+
+    def close(self) -> None:
+        """Nothing is held outside Python."""
+
+    def _look(
+        self,
+        seeing: Seeing,
+        rays: Rays,
+        alpha: NDArray[np.float32],
+        rgb: bool,
+        shown: NDArray[np.float32] | None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is.
+
+        `shown`: (ngeom, 3), what geoms show whatever their own colour and light; None: what they look like.
+        """
+        view = seeing.view
+        count = len(rays.directions)
+        colour = np.zeros((count, 3), np.float32)
+        distance = np.full(count, view.far)
+        unblocked = np.ones(count, np.float32)
+
+        todo: list[tuple[NDArray[np.intp], tuple[int, ...]]] = [(np.arange(count), ())]
+        while todo:
+            pixels, passed = todo.pop()
+            some = rays.of(pixels)
+            geom_ids, depths, normals = seeing.nearest(some, passed)
+            hit = (geom_ids >= 0) & (depths <= view.far)
+            facing = np.einsum("ij,ij->i", normals, some.directions) < 0.0
+            seen = hit & facing & (depths >= view.near)
+            solid = seen & (alpha[geom_ids] >= OPAQUE_ALPHA)
+            distance[pixels[solid]] = depths[solid]
+            if rgb and seen.any():
+                lit = np.flatnonzero(seen)
+                where, geoms = pixels[lit], geom_ids[lit]
+                if shown is not None:
+                    shades = shown[geoms]
+                else:
+                    points = some.of(lit).at(depths[lit])
+                    shades = self._surfaces.colours(seeing.data, geoms, points, normals[lit], rays.forward)
+                cover = np.where(solid[lit], np.float32(1), alpha[geoms])
+                colour[where] += (unblocked[where] * cover)[:, np.newaxis] * shades
+                unblocked[where] *= 1.0 - cover
+            further = hit & ~solid
+            if further.any() and len(passed) < _LAYERS:
+                for geom_id in np.unique(geom_ids[further]):
+                    todo.append((pixels[further & (geom_ids == geom_id)], (*passed, int(geom_id))))
+        if rgb and any(view.background):
+            colour += unblocked[:, np.newaxis] * np.clip(view.background, 0.0, 1.0).astype(np.float32)
+        return colour, distance
+
+
+def _colours_of(codes: tuple[int, ...]) -> NDArray[np.float32]:
+    """(ngeom, 3) RGB 0..1 whose bytes are the codes' three, the lowest first."""
+    parts = np.array(codes, "<u4").view(np.uint8).reshape(-1, 4)
+    return parts[:, :3].astype(np.float32) / np.float32(255)

@@ -1,0 +1,1 @@
+"""Vision sensors and the render thread."""

@@ -1,0 +1,554 @@
+"""The one thread that makes pictures, and how the physics thread asks it for one without ever waiting.
+
+A request copies the state and returns a future at once. What was asked already is not done twice: requests
+for the same view of the same version share one picture, also those of two cameras in one place (a camera for
+colours and one for depth are one device), and several views of one version share one copy of the state.
+Whoever asks for both channels of each version, one after the other, gets them from one pass.
+The renderer, and with it every OpenGL call, lives and dies on this thread.
+
+A graphics driver may hang. `watch` notices, and pictures fail with the reason until the thread comes back.
+"""
+
+import functools
+import logging
+import threading
+import time
+from collections.abc import Callable, Hashable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import mujoco
+
+from simx_server.limits import Limits
+from simx_server.runtime.monitoring.metrics import PictureTimes
+from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
+from simx_server.sensors.vision.image import PART, CameraView, Picture, Renderer, RenderError, nothing
+from simx_server.sensors.vision.image_queue import PictureQueue
+from simx_server.sensors.vision.newest import NewestPictures
+from simx_server.sensors.vision.shared_cameras import CameraPlaces
+from simx_server.sensors.vision.state_copies import Snapshot, SnapshotPool
+
+logger = logging.getLogger(__name__)
+
+CHOSEN_WITHIN = 10.0
+"""Seconds until a back end must be chosen, or pictures fail for the time being."""
+
+DRAWN_WITHIN = 30.0
+"""As that, to make a renderer or one picture: of a large scene, by rays, on a busy machine it takes a while."""
+
+RESTS_AFTER = 5.0
+"""Seconds without a request after which it gives back the memory that large pictures took."""
+
+_JOIN_TIMEOUT = 2.0
+_OWNER_CHECK = 1.0
+
+
+class _Doing(NamedTuple):
+    """What the render thread is at, for the case that it never ends."""
+
+    what: str
+    since: float
+    limit: float
+
+    def is_overdue(self) -> bool:
+        return time.monotonic() > self.since + self.limit
+
+    def reason(self) -> str:
+        seconds = time.monotonic() - self.since
+        return (
+            f"the render thread has been {self.what} for {seconds:.0f} s, so no picture can be made now; the graphics "
+            "driver may hang: test it with simx-server --doctor, or set MUJOCO_GL=disable to cast rays"
+        )
+
+
+@dataclass(eq=False)
+class _Job:
+    """One picture: waiting, being made, or made and kept as the newest of its camera."""
+
+    model: mujoco.MjModel
+    view: CameraView
+    version: Hashable
+    rgb: bool
+    depth: bool
+    asked: set[str]
+    """Channels somebody asked for, which may be fewer than are made."""
+    cameras: set[int]
+    """All that asked for it."""
+    snapshot: Snapshot | None
+    """None once the picture is made."""
+    asker: str = ""
+    future: "Future[Picture]" = field(default_factory=Future)
+    is_given_up: bool = False
+    """It has failed although it is being made."""
+
+    @property
+    def key(self) -> tuple[int, CameraView, Hashable]:
+        return id(self.model), self.view, self.version
+
+
+@dataclass(eq=False)
+class _Preparation:
+    """A model to make the renderer for, and views to draw once."""
+
+    model: mujoco.MjModel
+    views: Sequence[CameraView]
+    snapshot: Snapshot | None
+    done: "Future[None]" = field(default_factory=Future)
+
+
+def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
+    """The renderer of a back end; to be called on the thread that will use it."""
+    # Imported late: a server without cameras needs neither.
+    if backend.name == RAYCAST:
+        from simx_server.sensors.ray_casting.renderer import RaycastRenderer
+
+        return RaycastRenderer(model)
+    from simx_server.sensors.opengl.renderer import OpenGLRenderer
+
+    return OpenGLRenderer(model, backend.name)
+
+
+class RenderThread:
+    """Owns the renderer. `request` and `prepare` return at once, on any thread. Close it at the end.
+
+    The thread starts with the first request, and so does the choice of a back end (about half a second).
+
+    Args:
+        choose: chooses the back end, on the render thread; by default `choose_backend`.
+        make: makes a renderer for a model, on the render thread.
+        probe: tries back ends for `choose_backend`.
+        limits: of which `pictures` counts here.
+    """
+
+    def __init__(
+        self,
+        choose: Callable[[], Backend] | None = None,
+        make: Callable[[mujoco.MjModel, Backend], Renderer] = make_renderer,
+        limits: Limits | None = None,
+        probe: Probe | None = None,
+    ) -> None:
+        self._limits = limits or Limits()
+        self.ready = threading.Event()
+        """Set once the back end is chosen."""
+        self.times = PictureTimes()
+        self._closing = threading.Event()
+        self._choose = choose or functools.partial(choose_backend, probe=probe, give_up=self._closing)
+        self._make = make
+        self._backend: Backend | None = None
+
+        self._wake = threading.Condition()
+        self._waiting: PictureQueue[_Job] = PictureQueue(self._limits.pictures)
+        self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
+        self._newest: NewestPictures[_Job] = NewestPictures()
+        self._places = CameraPlaces()
+        self._running: _Job | None = None
+        self._doing: _Doing | None = None
+        self._is_hanging = False
+        self._to_prepare: _Preparation | None = None
+        self._pool = SnapshotPool()
+        self._thread: threading.Thread | None = None
+
+        # Touched by the render thread alone.
+        self._renderer: Renderer | None = None
+        self._renderer_model: mujoco.MjModel | None = None
+        self._is_rested = True
+
+    @property
+    def backend(self) -> Backend | None:
+        """The back end taken; None until the first picture was wanted."""
+        return self._backend
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether anything was asked for yet, so that a back end is chosen or about to be."""
+        return self._thread is not None
+
+    @property
+    def is_stuck(self) -> bool:
+        """After `close`: the thread is still there and cannot be ended, nor the process by returning from it."""
+        return self._closing.is_set() and self._thread is not None and self._thread.is_alive()
+
+    @property
+    def waiting(self) -> int:
+        """Pictures that were asked for and are not begun."""
+        return len(self._waiting)
+
+    def request(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        view: CameraView,
+        *,
+        rgb: bool,
+        depth: bool,
+        version: Hashable,
+        asker: str = "",
+    ) -> "Future[Picture]":
+        """Ask for a picture of the state `data` (forward kinematics done) and go on.
+
+        `version` names the state: equal versions of one model must mean equal states. Askers get the thread's time in
+        equal shares. The future may be shared with other askers, so do not cancel it; its picture may hold a channel
+        more than asked for. Its callbacks run on the render thread. It fails with RenderError.
+        """
+        with self._wake:
+            future, failed = self._request(model, data, view, rgb, depth, version, asker)
+        if failed is not None and failed.future.set_running_or_notify_cancel():
+            problem = self._limits.reached("pictures", "ask less often or for a smaller resolution")
+            failed.future.set_exception(RenderError(str(problem)))
+        return future
+
+    def _request(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        view: CameraView,
+        rgb: bool,
+        depth: bool,
+        version: Hashable,
+        asker: str,
+    ) -> "tuple[Future[Picture], _Job | None]":
+        """The future, and a job that has to go because there are too many. Needs the lock."""
+        if self._closing.is_set():
+            return _failed("rendering is closed; the server is shutting down"), None
+        if self._doing is not None and self._doing.is_overdue():
+            return _failed(self._doing.reason()), None
+        camera, asked = view.camera_id, _names(rgb, depth)
+        view = self._places.by_first(model, data, view)
+        key = (id(model), view, version)
+        before = self._newest.of(camera)
+        known = self._pending.get(key) or self._newest.find(key)
+        if known is not None and not known.future.cancelled():
+            known.asked |= asked
+            known.cameras.add(camera)
+            if known.snapshot is not None and not known.future.running():
+                # It still waits: one pass makes both channels.
+                known.rgb, known.depth = known.rgb or rgb, known.depth or depth
+            if known.rgb >= rgb and known.depth >= depth:
+                return known.future, None
+            asked |= known.asked
+        if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
+            # Whoever asked for the other channel afterwards is likely to do so again.
+            rgb = depth = True
+        snapshot = self._pool.take(model, data, version)
+        job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
+        self._pending[key] = job
+        failed = self._waiting.put(job, asker)
+        if failed is not None:
+            self._forget(failed)
+        self._start_or_wake()
+        return job.future, failed
+
+    def prepare(
+        self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
+    ) -> "Future[None]":
+        """Have all ready for the first picture: the back end, the renderer, and what a driver makes at first use.
+
+        For that each of `views` is drawn once of the state `data`, unless somebody asks for a picture meanwhile.
+        Failure is only logged.
+
+        Returns:
+            A future that is done afterwards, or when a later preparation takes the place of this one.
+        """
+        with self._wake:
+            if self._closing.is_set():
+                return _nothing_to_do()
+            snapshot = self._pool.take(model, data, version) if views else None
+            preparation = _Preparation(model, views, snapshot)
+            before, self._to_prepare = self._to_prepare, preparation
+            if before is not None:
+                self._end_preparation(before)
+            self._start_or_wake()
+        if before is not None:
+            before.done.set_result(None)
+        return preparation.done
+
+    def watch(self) -> None:
+        """Fail all pictures if the render thread hangs. To be called every second or so, on any thread."""
+        doing = self._doing
+        if doing is None or not doing.is_overdue():
+            return
+        with self._wake:
+            if self._doing is not doing:
+                return
+            failed = self._waiting.clear()
+            for job in failed:
+                self._forget(job)
+            running = self._give_up_running()
+            is_news, self._is_hanging = not self._is_hanging, True
+        reason = doing.reason()
+        if is_news:
+            logger.error("%s", reason)
+        for job in failed:
+            if job.future.set_running_or_notify_cancel():
+                job.future.set_exception(RenderError(reason))
+        if running is not None:
+            running.future.set_exception(RenderError(reason))
+
+    def _give_up_running(self) -> _Job | None:
+        """The job that is being made, which is to fail now; what becomes of it is not used. Needs the lock."""
+        job = self._running
+        if job is None or job.is_given_up:
+            return None
+        job.is_given_up = True
+        self._pending.pop(job.key, None)
+        return job
+
+    def close(self) -> None:
+        """Fail what waits, finish what is under way, end the thread. Twice does no harm."""
+        with self._wake:
+            self._closing.set()
+            preparation, self._to_prepare = self._to_prepare, None
+            waiting = self._waiting.clear()
+            self._pending.clear()
+            self._newest.clear()
+            self._wake.notify()
+        if preparation is not None:
+            preparation.done.set_result(None)
+        for job in waiting:
+            if job.future.set_running_or_notify_cancel():
+                job.future.set_exception(RenderError("the picture was not made because rendering is closing"))
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join(_JOIN_TIMEOUT)
+            if self._thread.is_alive():
+                logger.error("the render thread is still busy after %.0f s", _JOIN_TIMEOUT)
+                with self._wake:
+                    running = self._give_up_running()
+                if running is not None:
+                    running.future.set_exception(
+                        RenderError("the picture was not made, as rendering is closed")
+                    )
+
+    def _start_or_wake(self) -> None:
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="simx-render")
+            self._thread.start()
+        self._wake.notify()
+
+    # From here on: the render thread.
+
+    def _run(self) -> None:
+        try:
+            while (work := self._next()) is not None:
+                work()
+        finally:
+            self._drop_renderer()
+
+    def _next(self) -> Callable[[], None] | None:
+        """The next picture to make, else what to prepare; None when closing."""
+        with self._wake:
+            self._running = self._doing = None
+            if self._is_hanging:
+                self._is_hanging = False
+                logger.warning("the render thread has come back; pictures can be made again")
+            idle_since = time.monotonic()
+            while True:
+                # A program that fails without closing must still be able to end.
+                if self._closing.is_set() or not threading.main_thread().is_alive():
+                    return None
+                if (job := self._next_job()) is not None:
+                    return functools.partial(self._do, *job)
+                if self._to_prepare is not None:
+                    preparation, self._to_prepare = self._to_prepare, None
+                    return functools.partial(self._prepare, preparation)
+                if not self._is_rested and time.monotonic() > idle_since + RESTS_AFTER:
+                    return self._rest
+                self._wake.wait(_OWNER_CHECK)
+
+    def _begin(self, what: str, limit: float) -> None:
+        self._is_rested = False
+        self._doing = _Doing(what, time.monotonic(), limit)
+
+    def _rest(self) -> None:
+        """Nobody has asked for a picture for a while: keep what the next one needs, and no more."""
+        with self._wake:
+            self._newest.clear()
+            self._pool.rest()
+        if self._renderer is not None:
+            self._begin("giving memory back", DRAWN_WITHIN)
+            try:
+                self._renderer.rest()
+            except Exception as error:
+                logger.warning("a renderer could not give memory back, so it is made anew: %s", error)
+                self._drop_renderer()
+        self._is_rested = True
+
+    def _next_job(self, suits: Callable[[_Job], bool] | None = None) -> tuple[_Job, Snapshot] | None:
+        """The next picture that somebody still wants, from now on the running one. Needs the lock."""
+        while (job := self._waiting.take(suits)) is not None:
+            if job.snapshot is not None and job.future.set_running_or_notify_cancel():
+                self._running = job
+                return job, job.snapshot
+            self._forget(job)
+        return None
+
+    def _do(self, job: _Job, snapshot: Snapshot) -> None:
+        """Make a picture. What a driver or a renderer does wrong is for the asker to hear; the thread goes on."""
+        try:
+            self._make_picture(job, snapshot, self._let_in(job))
+        except Exception:  # the asker was told
+            self._drop_renderer()
+
+    def _let_in(self, large: _Job) -> Callable[[], None]:
+        """What to call between two parts of a large picture: it makes small ones, for as long as a part takes."""
+        part_began = time.perf_counter()
+
+        def suits(job: _Job) -> bool:
+            return job.model is large.model and job.view.width * job.view.height <= PART
+
+        def let_in() -> None:
+            nonlocal part_began
+            now = time.perf_counter()
+            until = 2 * now - part_began
+            while time.perf_counter() < until:
+                with self._wake:
+                    small = None if self._closing.is_set() else self._next_job(suits)
+                if small is None:
+                    break
+                try:
+                    self._make_picture(*small, nothing)
+                except RenderError:
+                    pass  # no fault of the driver's
+                finally:
+                    with self._wake:
+                        self._running = large
+            self._begin(f"drawing {_told(large.view)}", DRAWN_WITHIN)
+            part_began = time.perf_counter()
+
+        return let_in
+
+    def _make_picture(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
+        """Make a picture, or tell the asker why not. Raises what a driver or a renderer did wrong."""
+        began = time.perf_counter()
+        try:
+            renderer = self._renderer_for(job.model)
+            self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
+            picture = renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)
+            took = time.perf_counter() - began
+            self.times.made(_camera_name(job), took)
+        except Exception as error:
+            self._end_job(job, time.perf_counter() - began, None)
+            self._tell_failure(job, error)
+            raise
+        self._end_job(job, took, picture)
+        if not job.is_given_up:
+            job.future.set_result(picture)
+
+    def _end_job(self, job: _Job, took: float, picture: Picture | None) -> None:
+        with self._wake:
+            self._forget(job)
+            self._running = None
+            self._waiting.took(job.asker, took)
+            if picture is not None and not self._closing.is_set() and not job.is_given_up:
+                self._newest.keep(job, picture.nbytes)
+
+    def _tell_failure(self, job: _Job, error: Exception) -> None:
+        explained = _explained(job, self._backend, error)
+        self.times.not_made(str(explained))
+        if not job.is_given_up:
+            job.future.set_exception(explained)
+
+    def _forget(self, job: _Job) -> None:
+        """Give back what a job holds while it is pending. Needs the lock."""
+        if self._pending.get(job.key) is job:
+            del self._pending[job.key]
+        if job.snapshot is not None:
+            self._pool.give_back(job.snapshot)
+            job.snapshot = None
+
+    def _prepare(self, preparation: _Preparation) -> None:
+        try:
+            renderer = self._renderer_for(preparation.model)
+            is_cast = (
+                self._backend is not None and self._backend.name == RAYCAST
+            )  # nothing is made at first use
+            for view in () if is_cast else preparation.views:
+                if self._waiting or self._closing.is_set() or preparation.snapshot is None:
+                    break
+                self._begin(f"drawing {_told(view)}", DRAWN_WITHIN)
+                renderer.render(preparation.snapshot.data, view, True, True)
+        except Exception as error:
+            self._drop_renderer()
+            if not self._closing.is_set():
+                logger.warning("cannot render: %s", error)
+        with self._wake:
+            self._end_preparation(preparation)
+        preparation.done.set_result(None)
+
+    def _end_preparation(self, preparation: _Preparation) -> None:
+        """Give back what it holds. Needs the lock."""
+        if preparation.snapshot is not None:
+            self._pool.give_back(preparation.snapshot)
+            preparation.snapshot = None
+
+    def _renderer_for(self, model: mujoco.MjModel) -> Renderer:
+        if self._renderer is not None and self._renderer_model is model:
+            return self._renderer
+        with self._wake:
+            self._newest.clear()
+        if self._backend is None:
+            self._begin("trying OpenGL back ends", CHOSEN_WITHIN)
+            self._take_backend()
+        assert self._backend is not None
+        self._begin(f"loading the scene with {self._backend.name}", DRAWN_WITHIN)
+        self._renderer_model = None
+        if self._renderer is None:
+            self._renderer = self._make(model, self._backend)
+        else:
+            self._renderer.turn_to(model)
+        self._renderer_model = model
+        return self._renderer
+
+    def _take_backend(self) -> None:
+        backend = self._choose()
+        level = logging.WARNING if backend.name == RAYCAST else logging.INFO
+        logger.log(level, "pictures are made with %s: %s", backend.name, backend.reason)
+        self._backend = backend
+        self.ready.set()
+
+    def _drop_renderer(self) -> None:
+        renderer, self._renderer, self._renderer_model = self._renderer, None, None
+        if renderer is None:
+            return
+        try:
+            renderer.close()
+        except Exception:
+            # After a failure of the driver closing may fail too; a new context does not depend on it.
+            logger.exception("a renderer did not close cleanly")
+
+
+def _names(rgb: bool, depth: bool) -> set[str]:
+    return {name for name, is_asked in (("rgb", rgb), ("depth", depth)) if is_asked}
+
+
+def _camera_name(job: _Job) -> str:
+    if job.view.viewpoint is not None:
+        return "(overview)"
+    camera = job.view.camera_id
+    return mujoco.mj_id2name(job.model, mujoco.mjtObj.mjOBJ_CAMERA, camera) or f"camera {camera}"
+
+
+def _told(view: CameraView) -> str:
+    return "the overview" if view.viewpoint is not None else f"camera id {view.camera_id}"
+
+
+def _nothing_to_do() -> "Future[None]":
+    future: Future[None] = Future()
+    future.set_result(None)
+    return future
+
+
+def _failed(reason: str) -> "Future[Picture]":
+    future: Future[Picture] = Future()
+    future.set_exception(RenderError(reason))
+    return future
+
+
+def _explained(job: _Job, backend: Backend | None, error: Exception) -> RenderError:
+    means = f" with {backend.name}" if backend is not None else ""
+    explained = RenderError(
+        f"the {job.view.width} x {job.view.height} picture of {_told(job.view)} "
+        f"could not be rendered{means}: {error}"
+    )
+    explained.__cause__ = error
+    return explained

@@ -1,0 +1,31 @@
+"""What a camera can see at all: the rules both renderers share, and what lies beside the view."""
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simx_server.sensors.vision.image import CameraView
+
+VISIBLE_GROUPS = (0, 1, 2)
+"""MuJoCo geom groups a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
+
+OPAQUE_ALPHA = 0.995
+"""From this alpha on MuJoCo's renderer treats a geom as opaque."""
+
+
+def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
+    """(ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
+    radius = model.geom_rbound
+    eye, turn = view.pose(data)
+    local = (data.geom_xpos - eye) @ turn
+    depth = -local[:, 2]
+    inside = (depth + radius > view.near) & (depth - radius < view.far)
+    for axis, half in enumerate(view.half_extent()):
+        if view.orthographic_size is None:
+            # A side of the pyramid is off by |x| - half * depth, measured askew by sqrt(1 + half^2).
+            inside &= np.abs(local[:, axis]) - half * depth < radius * math.hypot(1.0, half)
+        else:
+            inside &= np.abs(local[:, axis]) - half < radius
+    return inside | (radius <= 0.0)

@@ -1,0 +1,58 @@
+"""Forces that scripts put on shapes: they add up, act during the next pass, and are gone after it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_server.scene.geometry import poses
+from simx_server.scene.geometry.placing import body_pose
+from simx_server.scene.geometry.poses import Vector
+from simx_server.scene.objects import ObjectKind
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+
+class AppliedForces:
+    """The forces of one simulation, kept in MuJoCo's `xfrc_applied` (world axes, at the centre of mass)."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._any = False
+        sim.on_sensing.append(self._clear)
+
+    def add(self, shape: int, force: Vector, torque: Vector) -> None:
+        """Add newtons at the centre of mass and newton metres, both along world axes.
+
+        A shape that the physics does not move feels nothing, as in V-REP. Raises UnknownHandle, WrongKind.
+        """
+        body = self._body(shape)
+        self._sim.data.xfrc_applied[body] += (*force, *torque)
+        self._any = True
+
+    def add_at(self, shape: int, point: Vector, force: Vector) -> None:
+        """Add a force at a point, both in the shape's own frame. Raises UnknownHandle, WrongKind."""
+        body = self._body(shape)
+        self._sim.refresh()
+        position, turn = body_pose(self._sim, body)
+        pull = poses.rotate(turn, force)
+        centre: list[float] = self._sim.data.xipos[body].tolist()
+        x, y, z = poses.subtract(poses.add(position, poses.rotate(turn, point)), centre)
+        torque = (y * pull[2] - z * pull[1], z * pull[0] - x * pull[2], x * pull[1] - y * pull[0])
+        self.add(shape, pull, torque)
+
+    def reset(self, shape: int, *, force: bool, torque: bool) -> None:
+        """Forget what was added since the last pass. Raises UnknownHandle, WrongKind."""
+        wrench = self._sim.data.xfrc_applied[self._body(shape)]
+        if force:
+            wrench[:3] = 0.0
+        if torque:
+            wrench[3:] = 0.0
+
+    def _body(self, shape: int) -> int:
+        return self._sim.scene.get_kind(shape, ObjectKind.SHAPE).body
+
+    def _clear(self) -> None:
+        if self._any:
+            self._sim.data.xfrc_applied[:] = 0.0
+            self._any = False

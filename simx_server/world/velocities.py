@@ -1,0 +1,103 @@
+"""Velocities of objects as V-REP measures them: the difference of the poses at the ends of the last two passes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from simx_server.scene.geometry import poses
+from simx_server.scene.geometry.frames import euler_from_quat
+from simx_server.scene.geometry.placing import body_pose, carrier_body, object_pose
+from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
+from simx_server.scene.objects import SceneObject
+
+if TYPE_CHECKING:
+    from simx_server.scene.editing.twins import Twins
+    from simx_server.world.simulation import Simulation
+
+_ARRAYS = {
+    "body": ("xpos", "xquat"),
+    "site": ("site_xpos", "site_xmat"),
+    "camera": ("cam_xpos", "cam_xmat"),
+    "light": ("light_xpos", "light_xdir"),
+    "geom": ("geom_xpos", "geom_xmat"),
+}
+"""Per element: where `MjData` keeps its place in the world, and its rotation."""
+
+Memory = dict[str, tuple[np.ndarray, np.ndarray]]
+
+
+class Velocities:
+    """Remembers where everything was from pass to pass. What was placed between two passes counts as moved."""
+
+    def __init__(self, sim: Simulation) -> None:
+        self._sim = sim
+        self._before: Memory = {}
+        self._after: Memory = {}
+
+    def restart(self) -> None:
+        """A run begins or ends, or another model is there: everything is still. The kinematics must be fresh."""
+        self._before, self._after = self._copy(), self._copy()
+
+    def remember(self) -> None:
+        """A pass has ended. The kinematics must be fresh."""
+        self._before, self._after = self._after, self._before
+        data = self._sim.data
+        for element, (places, turns) in self._after.items():
+            place_name, turn_name = _ARRAYS[element]
+            places[:] = getattr(data, place_name)
+            turns[:] = getattr(data, turn_name)
+
+    def carry(self, twins: Twins) -> None:
+        """An edit replaced the model: the elements that stayed, by name, go on as they moved."""
+        before, after = self._before, self._after
+        self.restart()
+        for element in _ARRAYS:
+            old, new = twins.pairs("cam" if element == "camera" else element)
+            for target, source in ((self._before, before), (self._after, after)):
+                for kept, known in zip(target[element], source[element], strict=True):
+                    kept[new] = known[old]
+
+    def measure(self, item: SceneObject) -> tuple[list[float], list[float], list[float]]:
+        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s), world axes; zero at start.
+
+        The Euler rates are the angles of the turn between the two poses, over the pass.
+        """
+        old, new = self._poses(item)
+        rate = 1.0 / self._sim.time_step
+        turn = multiply(new[1], conjugate(old[1]))
+        linear = scale(subtract(new[0], old[0]), rate)
+        euler = [angle * rate for angle in euler_from_quat(turn)]
+        return list(linear), euler, list(scale(poses.rotation_vector(turn), rate))
+
+    def _poses(self, item: SceneObject) -> tuple[Pose, Pose]:
+        if item.element in _ARRAYS:
+            return _pose(self._before, item.element, item.id), _pose(self._after, item.element, item.id)
+        # A joint or a tendon's frame is measured by the body it is fixed to.
+        self._sim.refresh()
+        body = carrier_body(self._sim, item)
+        local = compose(inverse(body_pose(self._sim, body)), object_pose(self._sim, item))
+        return compose(_pose(self._before, "body", body), local), compose(
+            _pose(self._after, "body", body), local
+        )
+
+    def _copy(self) -> Memory:
+        data = self._sim.data
+        return {
+            element: (getattr(data, place).copy(), getattr(data, turn).copy())
+            for element, (place, turn) in _ARRAYS.items()
+        }
+
+
+def _pose(memory: Memory, element: str, index: int) -> Pose:
+    places, turns = memory[element]
+    position: poses.Vector = tuple(places[index].tolist())  # type: ignore[assignment]
+    if element == "body":
+        return position, tuple(turns[index].tolist())  # type: ignore[return-value]
+    if element == "light":
+        return position, poses.turn_z_to(turns[index].tolist())
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, turns[index])
+    return position, tuple(quat.tolist())  # type: ignore[return-value]
