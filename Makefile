@@ -10,9 +10,10 @@ READY  := $(VENV)/.ready
 SCENE  ?= ur5_rg2_kinect
 TESTS  ?=
 SECONDS ?= 600
+ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fast soak check format bench clean
+.PHONY: help setup demo test test-fast soak siege check format bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -42,21 +43,24 @@ $(READY): pyproject.toml
 demo: $(READY) ## drive the tutorial's robot: with keys in a window, or automatically without a display
 	@$(BIN)/simx-run --server $(SCENE) examples/keyboard_control.py
 
-test: $(READY) ## all tests; TESTS=tests/test_cli.py for some
+test: $(READY) ## all tests; TESTS=tests/server/app/test_cli.py for some
 	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile $(TESTS)
 
 test-fast: $(READY) ## the tests that need under a minute together
 	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile -m "not slow" $(TESTS)
 
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
-	@$(BIN)/python tests/soak.py $(SECONDS)
+	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/soak.py $(SECONDS)
+
+siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
+	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
 check: $(READY) ## format, lint, types and dependencies, nothing is changed
 	@wrong=; \
 	echo "[1/4] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
 	echo "[2/4] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
 	echo "[3/4] pyright"; $(BIN)/pyright || wrong+=" types"; \
-	echo "[4/4] dependencies"; $(BIN)/python tests/audit.py || wrong+=" dependencies"; \
+	echo "[4/4] dependencies"; $(BIN)/python tests/system/audit.py || wrong+=" dependencies"; \
 	[ -z "$$wrong" ] || { echo "make check found something wrong with:$$wrong"; exit 1; }
 
 format: $(READY) ## put the code into its form

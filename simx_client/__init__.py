@@ -3,12 +3,19 @@
     import simx_client as vrep
     clientID = vrep.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
 
-New code may take ``Client`` instead, see ``simx_client.client``: ``from simx_client import Client``. It is no part of the drop-in
-surface, so it is neither in ``__all__`` nor loaded before somebody asks for it.
+New code may use `Client` instead: ``from simx_client import Client``, see `simx_client.client`. `Client` is not part of
+the drop-in surface: it is missing from ``__all__`` and is loaded on first use.
 
-Everything else of this package is behind this door and may move. How it is laid out: ``surface`` makes the
-functions from the table in ``protocol``; ``connection`` is one client; ``modes`` says what the operation
-modes mean; ``transport`` is the seam to the outside.
+The other packages are private and may move:
+
+    protocol      the table of functions, kinds, constants, messages: shared with the server
+    legacy        the ``simx`` functions, made from the table; operation modes; marshalling
+    connection    one client: order of calls, time-outs, liveness, discovery
+    transport     the seam to the outside: Zenoh
+    client        `Client`: objects, arrays and exceptions
+    launch        ``simx-run``
+    checking      ``simx-check``
+    cli           ``simx call``, ``watch``, ``image``, ``list``, ``status``
 """
 
 from typing import Any as _Any

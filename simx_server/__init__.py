@@ -1,14 +1,19 @@
-"""simx_server: owns a world simulated by MuJoCo and lets anyone drive it as if it were V-REP.
+"""simx_server: owns a world simulated by MuJoCo and serves it as V-REP did.
 
-Who may import whom, from the outside in; nothing imports upwards, and of the client only
-``simx_client.protocol`` (the table, the kinds, the wire) is known here:
+Of the client it imports ``simx_client.protocol`` alone. The packages, from the outside in:
 
-    cli, settings                 flags and environment become one frozen ``Settings``
-    server                        the composition; nothing else knows all parts
-    gateways, engine, streams     calls come in, are put in order, are answered
-    handlers                      one function per command of the table
-    simulation, joints, sensors   the only owner of MjModel and MjData, and what moves and looks in it
-    scene                         names, handles, hierarchy, frames, loading and editing
+    app           flags and environment variables become one frozen `Settings`; the composition; ``--doctor``, ``--tree``
+    gateways      the ways in: Zenoh, and in-process for tests
+    runtime       the server loop: inbox, batches, dispatch, sessions, streams, outbox; metrics
+    handlers      one function per command of the table
+    world         the simulation and its parts; what happens in one simulation step
+    parts         what V-REP keeps beside physics: signals, parameters, drawing objects, graphs, user interface
+    scripting     the scene's scripts in Lua and Python, and the ``sim`` they see
+    joints, kinematics, sensors
+    scene         objects, names, handles; geometry, file formats, editing, trials of clients' files
+    recording, outputs, viewer
+    files         finding scenes, the workspace, checks of what files name
+    processes     parent, end and memory of the server's process
 """
 
 from simx_client.protocol.version import __version__ as __version__

@@ -73,8 +73,10 @@ def pytest_configure(config: pytest.Config) -> None:
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
     for package in ("simx_client", "simx_server", "bench"):
         compileall.compile_dir(TESTS.parent / package, quiet=2)
-    if missing := [name for name in LONGEST if not (TESTS / name).exists()]:
-        raise pytest.UsageError(f"LONGEST in tests/conftest.py names files that are not there: {missing}")
+    if missing := set(LONGEST) - {path.name for path in TESTS.rglob("test_*.py")}:
+        raise pytest.UsageError(
+            f"LONGEST in tests/conftest.py names files that are not there: {sorted(missing)}"
+        )
     if hasattr(config.option, "loadscopereorder"):
         # xdist would begin with the files of most tests; the soak is one test.
         config.option.loadscopereorder = False
@@ -88,8 +90,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not hasattr(config, "workerinput"):
         return
     counts = Counter(item.path for item in items)
-    places = {TESTS / name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: (places.get(item.path, len(LONGEST)), -counts[item.path], item.path))
+    places = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: (places.get(item.path.name, len(LONGEST)), -counts[item.path], item.path))
 
 
 @pytest.fixture(autouse=True)

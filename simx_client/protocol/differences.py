@@ -43,8 +43,8 @@ _OBJECTS = "tests/conformance/test_object_functions.py::"
 _SENSORS = "tests/conformance/test_sensor_functions.py::"
 _SIGNALS = "tests/conformance/test_signal_functions.py::"
 _SCRIPTS = "tests/conformance/test_script_and_file_functions.py::"
-_MODES = "tests/test_modes.py::"
-_ZENOH = "tests/test_zenoh.py::"
+_MODES = "tests/client/test_modes.py::"
+_ZENOH = "tests/server/gateways/test_zenoh.py::"
 
 DIFFERENCES: tuple[Difference, ...] = (
     Difference(
@@ -67,7 +67,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "Images are rendered on request.",
         "Only sensors with a vision script are rendered in every simulation step. Equal requests of one step share one "
         "image.",
-        "tests/test_render_thread.py::test_equal_requests_of_one_version_render_once",
+        "tests/server/sensors/test_render_thread.py::test_equal_requests_of_one_version_render_once",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer simxReadVisionSensor",
         when=NEVER,
     ),
@@ -83,7 +83,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "They cost a round trip; V-REP took up to a step. Under `simx-run` and the stand-ins for `vrep.py`, a blocking "
         "call that repeats one of the same step waits for the next step. `SIMX_PACE` changes this: `free`, `repeat`, "
         "`every`.",
-        "tests/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
+        "tests/client/test_pace.py::test_a_gripper_that_is_polled_until_it_rests_is_closed",
         when="a loop of blocking calls",
     ),
     Difference(
@@ -96,14 +96,14 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Port 19999 is always there.",
         "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one.",
-        "tests/test_engine.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
+        "tests/server/runtime/test_engine.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
         when="port 19999",
     ),
     Difference(
         "Images are lists that NumPy reads at once.",
         "`np.array(image, dtype=np.uint8)` works on NumPy 2, where a plain list of V-REP's signed bytes overflows.",
-        "tests/test_image_value.py::test_uint8_conversion_wraps_and_resizes_in_place",
+        "tests/protocol/test_image_value.py::test_uint8_conversion_wraps_and_resizes_in_place",
         "simxGetVisionSensorImage",
         when=NEVER,
     ),
@@ -111,7 +111,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "MuJoCo does the physics.",
         "Names, signs, limits and joint behaviour are V-REP's; contact and friction are MuJoCo's, and heavy contact "
         "differs in detail.",
-        "tests/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
+        "tests/server/handlers/test_handlers_simulation.py::test_version_engine_and_platform_are_told",
         when="joints are driven",
     ),
     Difference(
@@ -252,7 +252,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A negative port is the port of its absolute value.",
         "It meant shared memory in V-REP; connections within one machine are as fast without.",
-        "tests/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
+        "tests/server/gateways/test_zenoh.py::test_a_negative_port_is_the_port_of_its_absolute_value",
         "simxStart",
         when="a negative port",
     ),
@@ -272,7 +272,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "The stop takes back what a run loaded, copied, created or removed,",
         "as it does everything else. Handles of what a run added are not given again.",
-        "tests/test_editing_properties.py::"
+        "tests/server/scene/editing/test_editing_properties.py::"
         "test_removing_everything_empties_the_scene_in_one_edit_and_stop_brings_it_back",
         "simxLoadModel simxCopyPasteObjects simxCreateDummy simxRemoveObject simxRemoveModel",
         when="changes and a stop",
@@ -280,60 +280,60 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Models are MJCF, URDF, STL or OBJ files;",
         "a `.ttm` name means the same stem with such an ending.",
-        "tests/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
+        "tests/server/scene/editing/test_editing_models.py::test_vrep_name_finds_the_model_of_the_same_stem",
         "simxLoadModel simxLoadScene",
     ),
     Difference(
         "Transferred files lie in the workspace,",
         "the only folder a client may touch; the original had one for temporary files.",
-        "tests/test_files.py::test_transferred_file_has_the_same_bytes_whatever_kind_of_name",
+        "tests/server/files/test_files.py::test_transferred_file_has_the_same_bytes_whatever_kind_of_name",
         "simxTransferFile simxEraseFile",
     ),
     Difference(
         "A joint on a tendon in force mode cannot be set (code 8);",
         "give it a target. V-REP has no such joints.",
-        "tests/test_joints_modes.py::test_tendon_with_a_servo_is_a_prismatic_joint",
+        "tests/server/joints/test_joints_modes.py::test_tendon_with_a_servo_is_a_prismatic_joint",
         "simxSetJointPosition",
         when=NEVER,
     ),
     Difference(
         "Velocities are zero when stopped;",
         "V-REP went on giving the last values of the run.",
-        "tests/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_passes",
+        "tests/server/scene/test_frames_poses.py::test_measured_velocity_is_the_difference_of_the_last_two_passes",
         "simxGetObjectVelocity",
         when="a stop",
     ),
     Difference(
         "A proximity sensor does not detect the shape that carries it.",
         "V-REP's models declare that shape undetectable instead.",
-        "tests/test_sensors_proximity_force.py::test_sensor_sees_the_nearest_thing_in_its_own_frame",
+        "tests/server/sensors/test_sensors_proximity_force.py::test_sensor_sees_the_nearest_thing_in_its_own_frame",
         "simxReadProximitySensor",
         when=NEVER,
     ),
     Difference(
         "Convex shapes are solid in collision checks;",
         "one that lies wholly within another collides with it. V-REP compared surfaces.",
-        "tests/test_collisions.py::test_a_convex_shape_wholly_within_another_collides_with_it",
+        "tests/server/sensors/test_collisions.py::test_a_convex_shape_wholly_within_another_collides_with_it",
         "simxCheckCollision simxReadCollision",
     ),
     Difference(
         "Every console has a handle of its own;",
         "the original without a window gave all of them 1. Printing to one that never was is an error.",
-        "tests/test_user_interface_consoles.py::"
+        "tests/server/parts/test_user_interface_consoles.py::"
         "test_closing_is_never_an_error_and_a_handle_that_never_was_cannot_be_printed_to",
         "simxAuxiliaryConsoleOpen simxAuxiliaryConsolePrint simxAuxiliaryConsoleShow",
     ),
     Difference(
         "Events of custom UIs wait in a queue,",
         "so the second of two quick clicks is not lost; the original kept the last one.",
-        "tests/test_user_interface_custom_uis.py::test_people_operate_it_and_each_event_is_read_once_in_order",
+        "tests/server/parts/test_user_interface_custom_uis.py::test_people_operate_it_and_each_event_is_read_once_in_order",
         "simxGetUIEventButton",
         when=NEVER,
     ),
     Difference(
         "Custom UIs are described in TOML or JSON;",
         "a `.ttb` name means the same stem with such an ending.",
-        "tests/test_user_interface_custom_uis.py::test_file_becomes_uis_that_are_found_by_name",
+        "tests/server/parts/test_user_interface_custom_uis.py::test_file_becomes_uis_that_are_found_by_name",
         "simxLoadUI",
     ),
     Difference(
@@ -353,7 +353,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "Scenes, models and UIs at the server are loaded from its open folders only:",
         "the workspace, the shipped ones, that of the present scene. A path that leads elsewhere counts by its last "
         "part alone; what none of them has is code 8. V-REP opened any file.",
-        "tests/test_files.py::test_server_side_paths_outside_are_refused",
+        "tests/server/files/test_files.py::test_server_side_paths_outside_are_refused",
         "simxLoadScene simxLoadModel simxLoadUI",
     ),
     Difference(
@@ -373,59 +373,59 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A loop that calls faster than the server executes is slowed to its pace.",
         "After 200 unanswered messages the next call waits for an answer, so that nothing acts later and later.",
-        "tests/test_engine.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
+        "tests/server/runtime/test_engine.py::test_a_loop_without_a_pause_runs_at_the_servers_pace_and_builds_no_backlog",
         when="a loop without a pause",
     ),
     Difference(
         "A stream of simxGetLastErrors tells each text once and loses none,",
         "up to 50 unread ones. In V-REP the next, mostly empty reply replaced texts that had not been read.",
-        "tests/test_parameters.py::test_streamed_errors_are_each_told_once_however_late_they_are_read",
+        "tests/server/parts/test_parameters.py::test_streamed_errors_are_each_told_once_however_late_they_are_read",
         "simxGetLastErrors",
         when=NEVER,
     ),
     Difference(
         "Files above 64 MiB do not travel (code 32).",
         "Put them into the server's workspace yourself.",
-        "tests/test_files.py::test_file_that_is_too_large_stays_here",
+        "tests/server/files/test_files.py::test_file_that_is_too_large_stays_here",
         "simxTransferFile simxLoadScene simxLoadModel simxLoadUI",
         when=NEVER,
     ),
     Difference(
         "A timeOut of 0 or less for simxTransferFile means that of all blocking calls.",
         "V-REP took the number as it was, so that nothing was waited for.",
-        "tests/test_files.py::test_time_out_of_the_transfer_is_the_one_that_was_given",
+        "tests/server/files/test_files.py::test_time_out_of_the_transfer_is_the_one_that_was_given",
         "simxTransferFile",
     ),
     Difference(
         "A blocking call answers 3 at once when no server can come any more:",
         "the connection was lost, or never made, and is not to be taken up again. V-REP let the time-out pass.",
-        "tests/test_engine.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
+        "tests/server/runtime/test_engine.py::test_without_reconnection_calls_answer_at_once_that_there_is_no_value",
         when=NEVER,
     ),
     Difference(
         "With several stepped clients a trigger answers when all have triggered.",
         "V-REP answered at once. A script with two stepped clients triggers one of them from another thread.",
-        "tests/test_engine.py::test_all_stepped_clients_must_trigger",
+        "tests/server/runtime/test_engine.py::test_all_stepped_clients_must_trigger",
         "simxSynchronousTrigger",
         when="several stepped clients",
     ),
     Difference(
         "simxCheckDistance gives 0 while distance handling is switched off, and 8 when there is nothing to measure.",
         "V-REP answered both with success and an undefined number.",
-        "tests/test_collisions.py::test_switched_off_handling_answers_success",
+        "tests/server/sensors/test_collisions.py::test_switched_off_handling_answers_success",
         "simxCheckDistance",
     ),
     Difference(
         "While stopped, and before the first pass, pictures show the scene as it is.",
         "V-REP gave the background colour and depth 1.",
-        "tests/test_handlers_vision.py::test_image_is_rgb_or_grey_bytes_without_a_running_simulation",
+        "tests/server/handlers/test_handlers_vision.py::test_image_is_rgb_or_grey_bytes_without_a_running_simulation",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
         when=NEVER,
     ),
     Difference(
         "With vision sensors switched off (boolean parameter 10) pictures are the background.",
         "In V-REP the last picture stayed. simxReadVisionSensor is 8 in both.",
-        "tests/test_sensors_vision.py::test_switched_off_handling_shows_the_background",
+        "tests/server/sensors/test_sensors_vision.py::test_switched_off_handling_shows_the_background",
         "simxGetVisionSensorImage simxGetVisionSensorDepthBuffer",
         when="cameras are switched off",
     ),
@@ -439,27 +439,27 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "An image given to a sensor with external input goes with the stop, and its statistics last until then.",
         "In V-REP the image stayed after the stop, and the statistics went with the next pass.",
-        "tests/test_sensors_vision.py::test_external_input_stays_and_nothing_is_rendered",
+        "tests/server/sensors/test_sensors_vision.py::test_external_input_stays_and_nothing_is_rendered",
         "simxSetVisionSensorImage simxReadVisionSensor",
     ),
     Difference(
         "What cameras do not see, proximity sensors do not detect",
         "(MuJoCo's geom groups from 3 on, what is wholly transparent), nor what is annotated as not detectable. "
         "V-REP's shapes say both separately.",
-        "tests/test_sensors_proximity_force.py::test_what_cameras_do_not_see_is_not_detected",
+        "tests/server/sensors/test_sensors_proximity_force.py::test_what_cameras_do_not_see_is_not_detected",
         "simxReadProximitySensor",
     ),
     Difference(
         "Switches of what needs a window read False, may be switched off, and are 8 when switched on.",
         "V-REP without a window answered 8 to all of it.",
-        "tests/test_parameters.py::test_what_needs_a_window_is_off_and_says_so",
+        "tests/server/parts/test_parameters.py::test_what_needs_a_window_is_off_and_says_so",
         "simxGetBooleanParameter simxSetBooleanParameter",
     ),
     Difference(
         "Parameters of V-REP's drawing and machinery are not there (code 8):",
         "fog, background and ambient light, video and the like. The colour of the fog is the background of pictures. "
         "Settings of V-REP's window, its threads and its warnings read as they were set and change nothing.",
-        "tests/test_parameters.py::test_parameters_of_vreps_own_drawing_and_machinery_are_refused",
+        "tests/server/parts/test_parameters.py::test_parameters_of_vreps_own_drawing_and_machinery_are_refused",
         "simxGetIntegerParameter simxSetIntegerParameter simxGetFloatingParameter simxSetFloatingParameter "
         "simxGetStringParameter simxGetArrayParameter simxSetArrayParameter",
         when="parameters but the time step",
@@ -467,14 +467,14 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Parameters of objects that mean nothing in MuJoCo are not there (code 8);",
         "the text of the error says why, or lists those that are there. A part of the world has no mass and no mask.",
-        "tests/test_object_parameters.py::test_what_v_rep_knows_and_means_nothing_here_says_why",
+        "tests/server/handlers/test_object_parameters.py::test_what_v_rep_knows_and_means_nothing_here_says_why",
         "simxGetObjectFloatParameter simxSetObjectFloatParameter simxGetObjectIntParameter simxSetObjectIntParameter",
         when="parameters of objects but common ones",
     ),
     Difference(
         "Random numbers are the same in every run of the server.",
         "So a script that takes them from there does the same again.",
-        "tests/test_parameters.py::test_random_numbers_are_the_same_in_every_server",
+        "tests/server/parts/test_parameters.py::test_random_numbers_are_the_same_in_every_server",
         "simxGetFloatingParameter simxGetArrayParameter",
         when="random parameters",
     ),
@@ -482,14 +482,14 @@ DIFFERENCES: tuple[Difference, ...] = (
         "A target drives a joint that has no annotation,",
         "whose motor and control loop are switched as the target needs it. V-REP's joints say in their file how they "
         "are driven; so do annotated ones.",
-        "tests/test_joints_modes.py::test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it",
+        "tests/server/joints/test_joints_modes.py::test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it",
         "simxSetJointTargetPosition simxSetJointTargetVelocity",
         when=NEVER,
     ),
     Difference(
         "The first simxGetJointForce of a run may be that of the last physics step,",
         "in scenes without position controllers. All later ones are means over the pass, as in V-REP.",
-        "tests/test_joints_modes.py::test_force_is_the_motors_mean_over_the_pass",
+        "tests/server/joints/test_joints_modes.py::test_force_is_the_motors_mean_over_the_pass",
         "simxGetJointForce",
     ),
     Difference(
@@ -502,7 +502,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Signals, consoles, dialogs and custom UIs have an upper number and length (code 8 above it).",
         "V-REP took more until its memory was full.",
-        "tests/test_signals.py::test_too_many_or_too_large_signals_are_refused",
+        "tests/server/parts/test_signals.py::test_too_many_or_too_large_signals_are_refused",
         "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal simxAuxiliaryConsoleOpen "
         "simxDisplayDialog simxLoadUI",
         when=NEVER,
@@ -510,7 +510,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Dialogs and custom UIs need no window:",
         "any program that looks at the simulation sees, answers and operates them.",
-        "tests/test_user_interface_dialogs.py::test_another_client_sees_and_answers_a_dialog_through_the_add_on",
+        "tests/server/parts/test_user_interface_dialogs.py::test_another_client_sees_and_answers_a_dialog_through_the_add_on",
         "simxDisplayDialog simxLoadUI",
     ),
     Difference(
@@ -523,7 +523,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "A vision sensor's render mode (integer parameter 1017) is 0, colours, or 2, handles.",
         "V-REP's others needed auxiliary channels or renderers that are not here: code 8.",
-        "tests/test_sensors_handles.py::test_a_render_mode_that_is_not_here_is_refused",
+        "tests/server/sensors/test_sensors_handles.py::test_a_render_mode_that_is_not_here_is_refused",
         "simxSetObjectIntParameter",
         when="a render mode",
     ),
@@ -531,13 +531,13 @@ DIFFERENCES: tuple[Difference, ...] = (
         "A link of a URDF is one shape, called as the link.",
         "V-REP's importer made two of it, `NAME_respondable` and `NAME_visual`; both names find it. A fixed joint is "
         "not a force sensor. A robot is free if it stands on moving links; V-REP's was if its base had an inertia.",
-        "tests/test_urdf.py::test_names_of_vreps_importer_find_the_link",
+        "tests/server/scene/formats/test_urdf.py::test_names_of_vreps_importer_find_the_link",
         when=NEVER,
     ),
     Difference(
         "A client that asks the simulator to exit ends it when the other clients have left.",
         "V-REP ended at once, for all of them.",
-        "tests/test_exit_request.py::test_a_client_that_asks_for_the_end_does_not_end_it_for_the_others",
+        "tests/server/app/test_exit_request.py::test_a_client_that_asks_for_the_end_does_not_end_it_for_the_others",
         "simxSetBooleanParameter",
         when=NEVER,
     ),

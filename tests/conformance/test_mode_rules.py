@@ -1,4 +1,4 @@
-"""Rules of the operation modes (the reference's 5) that no other test names; the rest is in tests/test_modes.py."""
+"""Rules of the operation modes (the reference's 5) that no other test names; the rest is in `test_modes.py`."""
 
 from __future__ import annotations
 

@@ -13,7 +13,10 @@ from pathlib import Path
 from typing import Any
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2])]
+    sys.path[:0] = [
+        str(Path(__file__).resolve().parents[1] / "support"),
+        *map(str, Path(__file__).resolve().parents[1:3]),
+    ]
 
 from processes import ROOT, ServerProcess, read_line, running, server
 

@@ -18,7 +18,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2])]
+sys.path[:0] = [
+    str(Path(__file__).resolve().parents[1] / "support"),
+    *map(str, Path(__file__).resolve().parents[1:3]),
+]
 
 LENGTHS = (8, 20, 60, 256)
 """Most bytes of a random case."""

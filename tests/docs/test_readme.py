@@ -1,0 +1,67 @@
+"""README and CONTRIBUTING promise only what is there: flags, variables, make targets, files, a program's output."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from launching import simx_run
+
+from simx_client.checking.command import make_parser as make_check_parser
+from simx_client.connection.pace import VARIABLE as PACE
+from simx_client.connection.redirect import VARIABLE as REDIRECT
+from simx_client.launch.run import make_parser as make_run_parser
+from simx_server.app.cli import make_parser as make_server_parser
+from simx_server.app.settings import SETTINGS
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def readme() -> str:
+    return (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_every_flag_in_the_readme_exists(readme: str) -> None:
+    flags = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", readme))
+    parsers = make_server_parser(), make_run_parser(), make_check_parser()
+    known = "".join(parser.format_help() for parser in parsers)
+    assert {flag for flag in flags if flag not in known} == set()
+
+
+def test_every_variable_in_the_readme_exists(readme: str) -> None:
+    named = set(re.findall(r"SIMX_[A-Z_]+", readme))
+    assert named <= {setting.variable for setting in SETTINGS.values()} | {REDIRECT, PACE}
+
+
+def test_every_make_target_in_the_readme_exists(readme: str) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"\bmake ([a-z]+)", readme):
+        if f"`make {target}`" in readme or f"    make {target}" in readme:
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_every_place_in_the_layout_of_the_code_exists() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.partition("## Layout of the code")[2].partition("\n## ")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    assert rows
+    for row in rows:
+        first, *others = re.findall(r"`([^`]+)`", row)
+        folder = (ROOT / first).parent if first.startswith("simx_") else ROOT
+        for place in [ROOT / first, *(folder / other for other in others)]:
+            assert place.exists(), place
+
+
+def test_the_program_of_the_readme_prints_what_it_shows(readme: str, tmp_path: Path) -> None:
+    program = re.search(r"^```python hello.py\n(.*?)^```$", readme, re.MULTILINE | re.DOTALL)
+    shown = re.search(r"^```text simx-run (.*?) hello.py\n(.*?)^```$", readme, re.MULTILINE | re.DOTALL)
+    assert program
+    assert shown
+    finished = simx_run(tmp_path, program[1], flags=tuple(shown[1].split()))
+    assert (finished.returncode, finished.stdout) == (0, shown[2]), finished.stderr
+
+
+def test_the_readme_has_at_most_1200_words(readme: str) -> None:
+    assert len(readme.split()) <= 1200

@@ -1,0 +1,119 @@
+"""The table and everything that is made from it agree."""
+
+import ast
+import inspect
+import json
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+import simx_client
+from simx_client.legacy import local, stubs
+from simx_client.legacy.functions import functions
+from simx_client.protocol import constants
+from simx_client.protocol.commands import BY_NAME, TABLE, Place
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_table_holds_the_133_names_of_the_original_binding():
+    assert len(BY_NAME) == 133
+    assert len({name for command in TABLE for name in command.names}) == sum(len(c.names) for c in TABLE)
+
+
+def test_all_626_constants_are_there():
+    names = [name for name in vars(constants) if not name.startswith("_")]
+    assert len(names) == 626
+    assert all(type(getattr(simx_client, name)) is int for name in names)
+    assert simx_client.simx_opmode_blocking == simx_client.simx_opmode_oneshot_wait == 0x10000
+    assert simx_client.sim_handle_parent == -11
+
+
+def test_all_is_sorted_and_exactly_the_functions_and_constants():
+    public = {name for name in vars(simx_client) if name.lower().startswith(("sim_", "simx"))}
+    assert simx_client.__all__ == sorted(simx_client.__all__)
+    assert set(simx_client.__all__) == set(BY_NAME) | {n for n in vars(constants) if not n.startswith("_")}
+    assert public - set(simx_client.__all__) <= {"simx_client"}
+
+
+@pytest.mark.parametrize("name", sorted(BY_NAME))
+def test_every_function_is_a_real_function_with_the_parameters_of_the_original(name):
+    function = getattr(simx_client, name)
+    assert isinstance(function, types.FunctionType)
+    command = BY_NAME[name]
+    assert tuple(inspect.signature(function).parameters) == command.parameters
+    assert function.__doc__
+    if "clientID" in command.parameters:
+        assert function.__code__.co_varnames[0] == "clientID"
+
+
+def test_every_local_function_stands_in_local_and_every_entry_is_complete():
+    for command in TABLE:
+        assert command.doc.endswith("."), command.name
+        assert set(command.key) <= {argument.name for argument in command.arguments}
+        if command.place is Place.LOCAL:
+            assert inspect.isfunction(getattr(local, command.name))
+        else:
+            assert command.legacy_id is not None, command.name
+
+
+def test_the_client_has_no_function_without_an_entry():
+    defined = {name for name in vars(local) if name.startswith("simx")}
+    assert defined == {c.name for c in TABLE if c.place is Place.LOCAL}
+    assert set(functions()) == set(BY_NAME)
+
+
+def test_the_stub_file_is_fresh():
+    assert stubs.PATH.read_text(encoding="utf-8") == stubs.render(), "run: python -m simx_client.legacy.stubs"
+
+
+def test_importing_the_client_loads_neither_mujoco_nor_cv2_nor_numpy_nor_zenoh():
+    code = "import sys, simx_client; print([m for m in ('mujoco','cv2','numpy','zenoh') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def _imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add("." * node.level + (node.module or ""))
+    return found
+
+
+def test_dependence_runs_one_way_from_server_to_protocol():
+    for path in (ROOT / "simx_client").rglob("*.py"):
+        # The process that owns cv2's windows draws with cv2; the script's own process imports nothing of it.
+        forbidden = (
+            ("simx_server", "mujoco") if path.parent.name == "desk" else ("simx_server", "mujoco", "cv2")
+        )
+        for name in _imports(path):
+            assert name.partition(".")[0] not in forbidden, path
+    for path in (ROOT / "simx_client" / "protocol").glob("*.py"):
+        for name in _imports(path):
+            top = name.partition(".")[0]
+            assert not name.startswith(".."), path
+            assert top in {*sys.stdlib_module_names, "msgpack", "zenoh", ""}, path
+    page = ROOT / "simx_server" / "viewer" / "page"
+    for path in (ROOT / "simx_server").rglob("*.py"):
+        if page in path.parents:
+            continue  # a process of its own, and a client as any other
+        for name in _imports(path):
+            if name.startswith("simx_client"):
+                # Only the loopback may know more of the client than the protocol: it implements its seam.
+                assert name.startswith("simx_client.protocol") or path.name == "loopback.py", path
+            assert "viewer.page" not in name, path
+            assert not name.startswith(".page") or path.name == "__main__.py", path
+
+
+def test_constants_agree_with_the_reference_beside_the_repository():
+    reference = ROOT.parent / "shared" / "reference" / "legacy-constants.json"
+    if not reference.exists():
+        pytest.skip("the reference is not beside this repository")
+    for name, value in json.loads(reference.read_text()).items():
+        assert getattr(constants, name) == value

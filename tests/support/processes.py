@@ -1,0 +1,103 @@
+"""Real server and client processes for tests where the network or a death is the point."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+START_TIMEOUT = 30.0
+PENDULUM = """
+<mujoco>
+  <worldbody>
+    <body name="arm" pos="0 0 1">
+      <joint name="hinge" axis="0 1 0"/>
+      <geom name="rod" type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>
+    </body>
+  </worldbody>
+  <actuator><velocity name="hinge" joint="hinge" kv="10"/></actuator>
+</mujoco>
+"""
+
+
+@dataclass
+class ServerProcess:
+    process: subprocess.Popen[str]
+    ports: list[int]
+    ready: str
+
+    @property
+    def port(self) -> int:
+        return self.ports[0]
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait(10)
+
+
+def read_line(process: subprocess.Popen[str], timeout: float = START_TIMEOUT) -> str:
+    """The next line of stdout; fails when the process says nothing in time.
+
+    Read on a thread: `select` does not see a line that came together with the one before and is in Python's buffer.
+    """
+    assert process.stdout is not None
+    lines: queue.Queue[str] = queue.Queue()
+    stdout = process.stdout
+    threading.Thread(target=lambda: lines.put(stdout.readline()), daemon=True).start()
+    try:
+        return lines.get(timeout=timeout)
+    except queue.Empty:
+        raise AssertionError(f"no line on stdout (exit code {process.poll()})") from None
+
+
+def spawn(*arguments: object) -> subprocess.Popen[str]:
+    """Start Python with these arguments; stdout is a pipe, stderr goes to the test's own."""
+    return subprocess.Popen(
+        [sys.executable, *map(str, arguments)], stdout=subprocess.PIPE, text=True, cwd=ROOT, bufsize=1
+    )
+
+
+@contextlib.contextmanager
+def running(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
+    """Whatever happens, the process is gone afterwards."""
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.wait(10)
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+@contextlib.contextmanager
+def server(scene: object, *flags: object, ports: tuple[int, ...] = (0,)) -> Iterator[ServerProcess]:
+    """A simx-server on free ports, once it is ready."""
+    port_flags = [word for port in ports for word in ("--port", port)]
+    with running(spawn("-m", "simx_server", scene, *port_flags, *flags)) as process:
+        line = read_line(process)
+        assert line.startswith("ready "), line
+        yield ServerProcess(process, [int(p) for p in re.findall(r"127\.0\.0\.1:(\d+)", line)], line)
+
+
+def give_way() -> None:
+    """For a moment, so that who looks again and again takes no core from the process that is waited for."""
+    time.sleep(0.005)
+
+
+def wait_until(condition, timeout: float, turn=give_way) -> bool:
+    """Whether a condition comes true in time; ``turn`` is what to do in between."""
+    deadline = time.monotonic() + timeout
+    while time.monotonic() < deadline:
+        if condition():
+            return True
+        turn()
+    return bool(condition())
