@@ -18,7 +18,7 @@ from simx_client.protocol.kinds import apply
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, of_fields
 from simx_server.errors import CommandError, one_line, shortened
 from simx_server.handlers.registry import Handler
-from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 from .background import Steps, Task
 from .monitoring.metrics import UNKNOWN, Metrics, Tally
@@ -61,8 +61,8 @@ class Unfinished:
 class Dispatch:
     """Runs commands on a simulation. Physics thread only; pictures finish on the render thread."""
 
-    def __init__(self, simulation: Simulation, handlers: Mapping[str, Handler], metrics: Metrics) -> None:
-        self.simulation = simulation
+    def __init__(self, world: World, handlers: Mapping[str, Handler], metrics: Metrics) -> None:
+        self.world = world
         self._handlers = handlers
         self.metrics = metrics
         self.executing = ""
@@ -79,7 +79,7 @@ class Dispatch:
         began = time.perf_counter()
         try:
             handler = self.handler(client, command)
-            answer = self.begin(client, command, handler(self.simulation, client, checked))
+            answer = self.begin(client, command, handler(self.world, client, checked))
             return self.refuse(client, answer) if isinstance(answer, Unfinished) else answer
         except Exception as error:
             return self.failure(client, command.name, error)
@@ -144,7 +144,7 @@ class Dispatch:
     def finish(self, client: ClientSession, call: Unfinished) -> Answer | Future[Answer]:
         """Take all steps before returning. Never raises."""
         try:
-            return self.answer(client, call.command, self.simulation.trials.finish(call.all_steps()))
+            return self.answer(client, call.command, self.world.trials.finish(call.all_steps()))
         except Exception as error:
             return self.failure(client, call.command.name, error)
 
@@ -170,11 +170,11 @@ class Dispatch:
             if client.is_news(text):
                 logger.error("%s of %s failed", name, client.name, exc_info=error)
         self.metrics.failed(name, text, is_internal=not isinstance(error, CommandError))
-        mode = self.simulation.parameters.error_report_mode
+        mode = self.world.parameters.error_report_mode
         if mode & c.sim_api_errormessage_report:
             client.errors.append(text)
         if mode & c.sim_api_errormessage_output:
-            self.simulation.status_bar.add(text)
+            self.world.status_bar.add(text)
         return Answer(STATUS_REMOTE_ERROR, [text])
 
     def _later(self, client: ClientSession, command: Command, result: Future[Any]) -> Future[Answer]:
@@ -241,7 +241,7 @@ class Run:
             raise
         self._name, self._command = name, command
         self._dispatch.executing = command.name
-        self._carry_out = handler.bound(self._dispatch.simulation, self._client)
+        self._carry_out = handler.bound(self._dispatch.world, self._client)
 
     def end(self) -> None:
         """Count what was executed."""

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import partial
 from operator import attrgetter
+from typing import TYPE_CHECKING
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
@@ -20,13 +21,16 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.simulation import SimulationState
 
 from .clock import Pacer
 from .dispatch import Answer, Dispatch
 from .monitoring.metrics import Metrics, Tally
 from .sessions import ClientSession
 from .streams import PassAnswers, Question, Shared, Stream
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -57,8 +61,9 @@ _SCENE_ID_MASK = 0xFFFF
 class Publisher:
     """Puts replies into messages, and makes and sends those of the streams. Physics thread, but for `message`."""
 
-    def __init__(self, simulation: Simulation, dispatch: Dispatch, pacer: Pacer, metrics: Metrics) -> None:
-        self._simulation = simulation
+    def __init__(self, world: World, dispatch: Dispatch, pacer: Pacer, metrics: Metrics) -> None:
+        self._world = world
+        self._simulation = world.simulation
         self._metrics = metrics
         self._dispatch = dispatch
         self._pacer = pacer
@@ -116,7 +121,7 @@ class Publisher:
                 if stream.shared is None:
                     read = None
                     if command.only_reads and not handler.with_client:
-                        read = partial(handler.bound(self._simulation, None), *arguments)
+                        read = partial(handler.bound(self._world, None), *arguments)
                     stream.shared = Shared(question, command, arguments, read, stream.last)
                     self._shared[question] = stream.shared
         session.streams.arm(stream)

@@ -209,7 +209,7 @@ class Victim(logging.Handler):
             each.clear()
         for console in simulation.user_interface.consoles:
             simulation.user_interface.consoles.close(console.handle)
-        simulation.stored.clear()
+        simulation.files.stored.clear()
         simulation.dynamics_enabled = True
         self.attacker = LoopbackTransport(self.world.engine, name="attacker")
         self.attacker.greet(1.0)

@@ -33,50 +33,50 @@ class ParameterFunctions(ApiPart):
     )
 
     def getBoolParam(self, number: int) -> bool:
-        return parameters.get_boolean_parameter(self._sim, number)
+        return parameters.get_boolean_parameter(self._world, number)
 
     def setBoolParam(self, number: int, value: bool) -> int:
-        parameters.set_boolean_parameter(self._sim, number, value)
+        parameters.set_boolean_parameter(self._world, number, value)
         return 1
 
     def getInt32Param(self, number: int) -> int:
-        return parameters.get_integer_parameter(self._sim, number)
+        return parameters.get_integer_parameter(self._world, number)
 
     def setInt32Param(self, number: int, value: int) -> int:
-        parameters.set_integer_parameter(self._sim, number, value)
+        parameters.set_integer_parameter(self._world, number, value)
         return 1
 
     def getFloatParam(self, number: int) -> float:
-        return parameters.get_floating_parameter(self._sim, number)
+        return parameters.get_floating_parameter(self._world, number)
 
     def setFloatParam(self, number: int, value: float) -> int:
-        parameters.set_floating_parameter(self._sim, number, value)
+        parameters.set_floating_parameter(self._world, number, value)
         return 1
 
     def getStringParam(self, number: int) -> str:
-        return parameters.get_string_parameter(self._sim, number)
+        return parameters.get_string_parameter(self._world, number)
 
     def setStringParam(self, number: int, value: str) -> int:
-        self._sim.parameters.strings.set(number, value)
+        self._world.parameters.strings.set(number, value)
         return 1
 
     def getArrayParam(self, number: int) -> list[float]:
-        return parameters.get_array_parameter(self._sim, number)
+        return parameters.get_array_parameter(self._world, number)
 
     def setArrayParam(self, number: int, values: list[float]) -> int:
         """Three numbers."""
         if len(values) != 3:
             raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
-        parameters.set_array_parameter(self._sim, number, values)
+        parameters.set_array_parameter(self._world, number, values)
         return 1
 
     def getNamedStringParam(self, name: str) -> bytes | None:
         """What a script of this server kept under a name; nil when there is none."""
-        return self._sim.custom_data.read(APPLICATION, f"{_NAMED}{name}")
+        return self._world.custom_data.read(APPLICATION, f"{_NAMED}{name}")
 
     def setNamedStringParam(self, name: str, value: bytes) -> int:
         """Kept until the server ends; '' removes it."""
-        self._sim.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
+        self._world.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
         return 1
 
     # Names of V-REP 3.

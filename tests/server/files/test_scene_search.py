@@ -138,7 +138,7 @@ def test_scene_of_the_start_may_be_loaded_again_with_what_it_names_elsewhere(tmp
     workspace = tmp_path / "workspace"
     workspace.mkdir()
     world = World(file=file, workspace=workspace)
-    world.sim.own_scene = file
+    world.sim.files.own_scene = file
     world.call("simxLoadScene", "my_arm.ttt", 0)
     assert world.handle("elbow_joint")
     (workspace / "copy.urdf").write_text(file.read_text())
@@ -153,7 +153,7 @@ def test_scene_of_the_start_that_a_client_has_changed_is_trusted_no_more(tmp_pat
     file = workspace / "scene.xml"
     file.write_text(PENDULUM)
     world = World(file=file, workspace=workspace)
-    world.sim.own_scene = file
+    world.sim.files.own_scene = file
     spy = "<mujoco><asset><mesh name='m' file='../secret.obj'/></asset></mujoco>"
     store_file(world.sim, "scene.xml", spy.encode())
     with pytest.raises(CommandError, match="outside the folders"):

@@ -151,7 +151,7 @@ return found, #simOMPL.getPath(task)
 
 def test_others_are_served_while_a_plan_is_made(world: ScriptWorld) -> None:
     served: list[int] = []
-    world.sim.serve_others = lambda: served.append(1)
+    world.sim.interruptions.serve_others = lambda: served.append(1)
     world.lua(ARM_TASK + "simOMPL.solve(task, 10)")
     assert served
 

@@ -167,7 +167,7 @@ def test_calls_that_came_while_a_script_ran_are_replayed_where_it_noticed_them(
             send_in_one(place, other_session, ("simxSetFloatSignal", "target", 0.001 * count))
             serve()
 
-        place.simulation.serve_others = send_and_serve
+        place.simulation.interruptions.serve_others = send_and_serve
         for _ in range(3):
             if within == "a pass":
                 v.simxSynchronousTrigger(client)

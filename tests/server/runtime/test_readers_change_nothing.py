@@ -45,7 +45,7 @@ def noticed(world: RealWorld) -> list[Any]:
         for array in (data.qpos, data.qvel, data.ctrl, sim.model.body_pos, sim.model.geom_rgba)
     ]
     objects = [(handle, item.name) for handle, item in sim.scene.objects.items()]
-    files = sorted(sim.workspace.glob("simx-*"))
+    files = sorted(sim.files.workspace.glob("simx-*"))
     return [sim.state, sim.model_version, sim.selection, objects, signals, arrays, shown, files]
 
 

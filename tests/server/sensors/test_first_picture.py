@@ -89,7 +89,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
 
 def test_a_server_without_cameras_makes_no_renderer(world: RealWorld) -> None:
     assert warm_up(world.simulation) is None
-    world.simulation.load(world.simulation.workspace / "plain.xml")
+    world.simulation.load(world.simulation.files.workspace / "plain.xml")
     assert not world.simulation.rendering.is_begun
 
 
@@ -103,7 +103,7 @@ def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: 
         return prepare(model, data, views, version=version)
 
     monkeypatch.setattr(rendering, "prepare", noting)
-    world.simulation.load(world.simulation.workspace / "eyes.xml")
+    world.simulation.load(world.simulation.files.workspace / "eyes.xml")
     assert drawn == [[0, 1]]
 
 
@@ -113,7 +113,7 @@ def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_ed
     client = world.client()
     vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
     assert not world.simulation.rendering.is_begun
-    eyes = str(world.simulation.workspace / "eyes.xml")
+    eyes = str(world.simulation.files.workspace / "eyes.xml")
     assert vrep.simxLoadModel(client, eyes, 0, vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
     assert world.simulation.rendering.is_begun
     monkeypatch.setattr(world.simulation.rendering, "prepare", pytest.fail)

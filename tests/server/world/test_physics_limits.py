@@ -199,7 +199,7 @@ def test_within_a_long_simulation_step_others_are_served(monkeypatch: pytest.Mon
     world = falling(timestep=1e-4)
     world.sim.time_step = 0.2
     served: list[float] = []
-    world.sim.serve_others = lambda: served.append(world.sim.data.time)
+    world.sim.interruptions.serve_others = lambda: served.append(world.sim.data.time)
     world.run(1)
     assert len(served) >= 2000 // watch.MOST_AT_ONCE - 1
     assert served == sorted(set(served))
@@ -209,7 +209,7 @@ def test_within_a_long_simulation_step_others_are_served(monkeypatch: pytest.Mon
 def test_a_usual_simulation_step_serves_nobody() -> None:
     world = falling()
     served: list[bool] = []
-    world.sim.serve_others = lambda: served.append(True)
+    world.sim.interruptions.serve_others = lambda: served.append(True)
     world.run(3)
     assert not served
 
@@ -264,8 +264,8 @@ def test_a_recording_knows_between_which_physics_steps_others_were_served(
     """The clock says whether; where it may be does not depend on it."""
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
     world, told = falling(), []
-    world.sim.physics_point = lambda: told.append(("point", round(world.sim.data.time, 3)))
-    world.sim.serve_others = lambda: told.append(("serve", round(world.sim.data.time, 3)))
+    world.sim.interruptions.physics_point = lambda: told.append(("point", round(world.sim.data.time, 3)))
+    world.sim.interruptions.serve_others = lambda: told.append(("serve", round(world.sim.data.time, 3)))
     world.run(1)
     assert told == [(what, time) for time in (0.016, 0.032, 0.048) for what in ("serve", "point")]
 

@@ -44,7 +44,7 @@ class MotionFunctions(Moving):
         `direction` of cyclic joints: 0 the shorter way, n > 0 upwards and n - 1 turns more, n < 0 downwards.
         """
         own, count = [self._self(each) for each in handles], len(handles)
-        now = [joints.get_joint_position(self._sim, each) for each in own]
+        now = [joints.get_joint_position(self._world, each) for each in own]
         ways = numbers(direction, count, "directions", [0.0] * count)
         wanted = [
             self._joint_goal(*each)

@@ -32,7 +32,7 @@ from .profiles import synchronisation
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _MATRIX = 12
 _NUMBERS = to_list(to_float)
@@ -45,8 +45,8 @@ class MoveFunctions(Moving):
     """A table's fields: pos or joints, targetPos, vel, accel, targetVel, maxVel, maxAccel, maxJerk, minVel, minAccel,
     flags, cyclicJoints, timeStep, callback; of a pose pose or object, relObject, targetPose, metric."""
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._motions: dict[int, tuple[Motion, dict[str, Any]]] = {}
         self._next_motion = 1
 
@@ -174,7 +174,7 @@ class MoveFunctions(Moving):
         """The motion that a table describes, and the table that shows its state."""
         own = [self._self(each) for each in _read(parameters, "joints", to_list(to_int), [])]
         now = _read(parameters, "pos", _NUMBERS, None) or [
-            joints.get_joint_position(self._sim, each) for each in own
+            joints.get_joint_position(self._world, each) for each in own
         ]
         if not now:
             raise CommandError(

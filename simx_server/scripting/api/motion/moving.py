@@ -98,13 +98,13 @@ class Moving(ApiPart):
     def _put_joints(self, handles: Sequence[int], positions: Sequence[float]) -> bool:
         for handle, position in zip(handles, positions, strict=True):
             if self._is_driven(handle):
-                joints.set_joint_target_position(self._sim, handle, position)
+                joints.set_joint_target_position(self._world, handle, position)
             else:
-                joints.set_joint_position(self._sim, handle, position)
+                joints.set_joint_position(self._world, handle, position)
         return False
 
     def _put_pose(self, handle: int, relative_to: int, pose: Pose) -> bool:
-        handlers.set_object_pose(self._sim, handle, relative_to, pose)
+        handlers.set_object_pose(self._world, handle, relative_to, pose)
         return False
 
     def _is_driven(self, handle: int) -> bool:

@@ -86,7 +86,7 @@ class OldMoveFunctions(Moving):
         own, count = [self._self(each) for each in handles], len(handles)
         if not count:
             raise CommandError("the table of joints is empty")
-        start = [joints.get_joint_position(self._sim, each) for each in own]
+        start = [joints.get_joint_position(self._world, each) for each in own]
         ends = [self._end(*each) for each in zip(own, start, numbers(goal, count, "a goal"), strict=True)]
         if isinstance(velocity, list):
             motion = self._each_by_itself(

@@ -19,7 +19,7 @@ from .ik import as_constraints, as_pair
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
@@ -62,8 +62,8 @@ class IkEnvironmentFunctions(ApiPart):
         }
     )
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._environments: dict[int, Environment] = {}
 
     def createEnvironment(self, _flags: int = 0) -> int:

@@ -48,20 +48,20 @@ class ObjectParameterFunctions(ApiPart):
         own = self._self(handle)
         if self._is_of_another_kind(own, parameter):
             return None
-        return parameters.get_object_int_parameter(self._sim, own, parameter)
+        return parameters.get_object_int_parameter(self._world, own, parameter)
 
     def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> int:
-        parameters.set_object_int_parameter(self._sim, self._self(handle), parameter, value)
+        parameters.set_object_int_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
     def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
         own = self._self(handle)
         if self._is_of_another_kind(own, parameter):
             return None
-        return parameters.get_object_float_parameter(self._sim, own, parameter)
+        return parameters.get_object_float_parameter(self._world, own, parameter)
 
     def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
-        parameters.set_object_float_parameter(self._sim, self._self(handle), parameter, value)
+        parameters.set_object_float_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
@@ -119,7 +119,7 @@ class ObjectParameterFunctions(ApiPart):
             return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
         note = item.annotations.get("shape", {})
         bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
-        seen = self._sim.object_settings.is_drawn(own) and not properties.is_unseen(item)
+        seen = self._world.object_settings.is_drawn(own) and not properties.is_unseen(item)
         return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
     def setObjectSpecialProperty(self, handle: int, bits: int) -> int:
@@ -139,12 +139,12 @@ class ObjectParameterFunctions(ApiPart):
 
     def getObjectProperty(self, handle: int) -> int:
         """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
-        kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
+        kept = self._world.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 
     def setObjectProperty(self, handle: int, bits: int) -> int:
         """Partly: the bits are kept, but nothing here acts on them."""
-        self._sim.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
+        self._world.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
         return 1
 
     def getObjectSizeValues(self, handle: int) -> list[float]:

@@ -175,7 +175,7 @@ def test_inactive_scripts_are_not_called(world: World) -> None:
 
 
 def test_script_of_a_copy_runs_at_once_for_the_copy(world: World) -> None:
-    (world.sim.workspace / "box.lua").write_text(
+    (world.sim.files.workspace / "box.lua").write_text(
         "function sysCall_init() me = sim.getObjectName(sim.handle_self) end\n"
         "function name() return {}, {}, {me}, '' end"
     )
