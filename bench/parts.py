@@ -21,13 +21,14 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_batch, decode_delivery, encode
 from simx_client.protocol.messages import Call
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.dispatch import Dispatch, Run
 from simx_server.runtime.server_loop import Engine
+from simx_server.world.world import World
 
 from . import baselines, processes
 from .blocking import message_sizes
@@ -125,7 +126,7 @@ def _grid(name: str, parts: Mapping[str, float], taken: Mapping[str, Rounds]) ->
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     calls = effort.count(300, 20)
-    simulation = build_simulation(Settings(), stack)
+    simulation = open_world(Settings(), stack)
     engine = Engine(simulation, HANDLERS, Pacer(math.inf))
     transport = StampedTransport(engine)
     client = CLIENTS.add(connection := Connection(lambda: transport, where="this process"))
@@ -169,7 +170,7 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
     there, server, back = map(statistics.median, zip(*marks, strict=True))
     engine = transport.engine
     session = next(iter(engine.sessions.values()))
-    dispatch = Dispatch(engine.simulation, HANDLERS, engine.metrics)
+    dispatch = Dispatch(engine.parts, HANDLERS, engine.metrics)
     question, answer = transport.question, decode_delivery(transport.answer)
     call = decode_batch(question).calls[0]
     inner = [
@@ -194,11 +195,12 @@ def _parts_of_loop(
     simulation = transport.engine.simulation
     passes: list[tuple[float, float]] = []
     marks: list[list[float]] = []
-    advance = simulation.advance
+    stages = World.STEP
 
-    def stamped() -> None:
+    def stamped(world: World) -> None:
         began = now()
-        advance()
+        for _, stage in stages:
+            stage(world)
         passes.append((began, now()))
 
     def turn() -> None:
@@ -222,7 +224,7 @@ def _parts_of_loop(
             ]
         )
 
-    simulation.advance = stamped
+    World.STEP = (("all", stamped),)
     with running(client, stepped=True):
         _arm(client, handles)
         timed(turn, calls)

@@ -17,11 +17,13 @@ from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import Engine
+from simx_server.world.interruptions import Interruptions
+from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 
 class PlainSimulation:
-    """As much of a Simulation as the engine uses, and a few numbers to read and write."""
+    """As much of a world and its simulation as the engine uses, and a few numbers to read and write."""
 
     def __init__(self) -> None:
         self.state = SimulationState.STOPPED
@@ -30,9 +32,11 @@ class PlainSimulation:
         self.scene_id = 1
         self.limits = Limits()
         self.parameters = SimpleNamespace(error_report_mode=1)
-        self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
-        self.on_script_stopped = []
-        self.pass_holders = []
+        self.scripts = SimpleNamespace(want_idle=False)
+        self.interruptions = Interruptions()
+        self.simulation = self
+        self._parts: list[Part] = []
+        self.is_held = False
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()
@@ -46,8 +50,8 @@ class PlainSimulation:
 
     def start(self) -> None:
         self.state = SimulationState.RUNNING
-        for listener in self.on_start:
-            listener()
+        for part in self._parts:
+            part.run_started()
 
     def pause(self) -> None:
         self.state = SimulationState.PAUSED
@@ -55,13 +59,16 @@ class PlainSimulation:
     def stop(self) -> None:
         self.state = SimulationState.STOPPED
         self.passes = 0
-        for listener in self.on_stop:
-            listener()
+        for part in self._parts:
+            part.run_stopped()
 
     is_settled = True
     """No script here asks for anything."""
 
-    def advance(self) -> None:
+    def attach(self, *parts: Part) -> None:
+        self._parts += parts
+
+    def step(self) -> None:
         self.passes += 1
         self.log.append(("pass", self.passes))
 

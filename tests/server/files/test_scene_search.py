@@ -71,7 +71,7 @@ def test_scene_is_found_by_its_name_whatever_the_path(world: World, where: str, 
 
 
 def test_scene_that_a_script_names_is_found_too(world: World) -> None:
-    load_scene_of_server(world.sim, "C:\\Users\\me\\pendulum.ttt")
+    load_scene_of_server(world.parts, "C:\\Users\\me\\pendulum.ttt")
     world.sim.settle()
     assert world.handle("hinge")
 
@@ -155,7 +155,7 @@ def test_scene_of_the_start_that_a_client_has_changed_is_trusted_no_more(tmp_pat
     world = World(file=file, workspace=workspace)
     world.sim.files.own_scene = file
     spy = "<mujoco><asset><mesh name='m' file='../secret.obj'/></asset></mujoco>"
-    store_file(world.sim, "scene.xml", spy.encode())
+    store_file(world.parts, "scene.xml", spy.encode())
     with pytest.raises(CommandError, match="outside the folders"):
         world.call("simxLoadScene", "scene.xml", 0)
 
@@ -240,7 +240,7 @@ def recorded_contents(recording: Path) -> list[bytes]:
 
 
 def lend(world: World, name: str, text: str) -> None:
-    lend_file(world.sim, world.client, name, name, text.encode())
+    lend_file(world.parts, world.client, name, name, text.encode())
 
 
 def test_lent_file_keeps_its_name_in_log_errors_and_listings(

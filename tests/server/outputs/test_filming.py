@@ -91,7 +91,7 @@ def middle(pixels: np.ndarray, colour: int) -> tuple[float, float]:
 
 
 def film_of(place: RealWorld, path: Path, camera: str | None = "eye", **chosen: Any) -> Film:
-    shot = Shot(place.simulation, camera, chosen.pop("size", None))
+    shot = Shot(place.parts, camera, chosen.pop("size", None))
     return Film(place.simulation, path, shot, **chosen)
 
 
@@ -211,7 +211,7 @@ def test_what_is_no_camera_is_named_as_what_it_is(place: RealWorld) -> None:
     with pytest.raises(
         CommandError, match="'hinge' is a joint, but this command needs a camera or vision sensor"
     ):
-        Shot(place.simulation, "hinge")
+        Shot(place.parts, "hinge")
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     busy: Path, recording: Path
 ) -> None:
     with recorded(busy, recording) as place:
-        place.simulation.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
+        place.parts.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
         client, page = place.client(), place.client()
         hinge = handle_of(client, "hinge")
 

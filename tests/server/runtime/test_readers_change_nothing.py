@@ -38,15 +38,28 @@ def world() -> Iterator[tuple[RealWorld, int]]:
 def noticed(world: RealWorld) -> list[Any]:
     """What others could notice."""
     sim, data = world.simulation, world.simulation.data
-    shown = sim.user_interface.describe()
-    signals = [dict(sim.signals.integers), dict(sim.signals.floats), dict(sim.signals.strings)]
+    shown = world.parts.user_interface.describe()
+    signals = [
+        dict(world.parts.signals.integers),
+        dict(world.parts.signals.floats),
+        dict(world.parts.signals.strings),
+    ]
     arrays = [
         array.tobytes()
         for array in (data.qpos, data.qvel, data.ctrl, sim.model.body_pos, sim.model.geom_rgba)
     ]
     objects = [(handle, item.name) for handle, item in sim.scene.objects.items()]
     files = sorted(sim.files.workspace.glob("simx-*"))
-    return [sim.state, sim.model_version, sim.selection, objects, signals, arrays, shown, files]
+    return [
+        sim.state,
+        sim.model_version,
+        world.parts.selection.handles,
+        objects,
+        signals,
+        arrays,
+        shown,
+        files,
+    ]
 
 
 def arguments(command: Command, handles: list[int]) -> Iterator[tuple[Any, ...]]:

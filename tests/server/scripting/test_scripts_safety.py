@@ -82,7 +82,7 @@ def begin(worlds: list[RealWorld], folder: Path, script: str, limit: float = 1.0
     (folder / "bad.lua").write_text(script, encoding="utf-8")
     world = ThreadedWorld(folder / "scene.xml")
     worlds.append(world)
-    world.simulation.scripts.time_limit = limit
+    world.parts.scripts.time_limit = limit
     return world
 
 

@@ -115,7 +115,7 @@ def eyes(painter: PaintingThread | None = None, **scripts: str) -> World:
     """Scripts by the names of their sensors."""
     world = scripted({f"lua:{name}": text for name, text in scripts.items()}, body=EYES, custom=EYE_NOTES)
     world.painter = painter or QuickPainter()
-    world.sim.rendering = world.painter  # type: ignore[assignment]
+    world.parts.rendering = world.painter  # type: ignore[assignment]
     return world
 
 
@@ -154,7 +154,7 @@ def test_packets_follow_the_statistics_until_the_next_pass_and_end_with_the_run(
         detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
         assert (detects, [len(packet) for packet in packets], packets[1]) == (n == 2, [15, 2, 0], [n, 7])
         assert said(world)[-1].startswith("1, " if n == 2 else "0, ")
-        world.sim.advance()
+        world.parts.step()
     world.sim.stop()
     with pytest.raises(Exception, match="has not been handled yet"):
         world.call("simxReadVisionSensor", world.handle("eye"))
@@ -170,7 +170,7 @@ def test_a_sensor_handled_explicitly_is_judged_when_it_is_handled() -> None:
     )
     world.run(1)
     assert said(world) == []
-    world.sim.advance()
+    world.parts.step()
     assert [line[:6] for line in said(world)] == ["judged", "1, {0."]
 
 
@@ -252,7 +252,7 @@ def sysCall_vision(inData):
         body=EYES,
         custom=EYE_NOTES,
     )
-    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    world.parts.rendering = QuickPainter()  # type: ignore[assignment]
     world.run(1)
     detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
     assert (detects, packets[1]) == (True, [1.5])

@@ -409,7 +409,7 @@ def test_mesh_of_a_clients_urdf_is_found_in_the_open_folders_only(
     mesh = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
     text = f'<robot name="r"><link name="a">{mesh}</link></robot>'
     world = World(workspace=workspace)
-    monkeypatch.setattr(world.sim, "sources", sources(ROS_PACKAGE_PATH=str(tmp_path)))
+    monkeypatch.setattr(world.sim.files, "sources", sources(ROS_PACKAGE_PATH=str(tmp_path)))
     (workspace / "link").symlink_to(secret)
     for uri in (
         "package://secret/part.obj", "model://secret/part.obj", f"file://{secret}/part.obj", f"{secret}/part.obj",

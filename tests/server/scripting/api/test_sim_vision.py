@@ -47,7 +47,7 @@ class Eye(ScriptWorld):
 @pytest.fixture
 def eye(tmp_path: Path) -> Eye:
     world = Eye(tmp_path, EXPLICIT)
-    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    world.parts.rendering = QuickPainter()  # type: ignore[assignment]
     return world
 
 
