@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from simx_client.protocol.commands import TABLE
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.inbox import Arrival
 from simx_server.runtime.server_loop import Engine
@@ -23,8 +24,8 @@ from ..handlers.registry import Handler
 from .log_file import LogError
 from .records import Kind, Record
 
-_PICTURES = ("simxGetVisionSensorImage", "simxGetVisionSensorDepthBuffer", "simxReadVisionSensor")
-"""Commands that ask for a picture and change nothing."""
+_PICTURES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
+"""Commands that ask for an image and change nothing."""
 
 
 class NoPicture(CommandError):
