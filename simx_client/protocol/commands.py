@@ -9,7 +9,6 @@ The entries are in ``table/``, a file per family. ``table/command.py`` lists wha
 
 from __future__ import annotations
 
-from .table.carried import CARRIED as CARRIED
 from .table.collisions import COLLISIONS
 from .table.command import Command as Command
 from .table.command import Effect as Effect
@@ -20,6 +19,7 @@ from .table.editing import EDITING
 from .table.joints import JOINTS
 from .table.objects import OBJECTS
 from .table.parameters import PARAMETERS
+from .table.scripts import CARRIED as CARRIED
 from .table.scripts import SCRIPTS
 from .table.sensors import SENSORS
 from .table.signals import SIGNALS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..kinds import BYTES, FLOATS, INT, INTS, TEXT, TEXTS
-from .command import Command, Effect
+from .command import Command, Effect, Place
 from .meanings import SCRIPT_FUNCTION, SCRIPT_OWNER, WORKSPACE_FILE, Meaning
 
 SCRIPTS = (
@@ -15,7 +15,6 @@ SCRIPTS = (
                 INT,
                 "a `sim_scripttype_` constant, or a script's handle",
                 sample="vrep.sim_scripttype_childscript",
-                omitted=0,
             ),
             "functionName": SCRIPT_FUNCTION,
             "inputInts": Meaning(INTS, "whole numbers for the script", sample="[2]", omitted=[]),
@@ -67,3 +66,32 @@ SCRIPTS = (
         legacy_id=0x3006,
     ),
 )
+
+CARRIED = (
+    Command(
+        name="storeFile",
+        takes={
+            "fileName_serverSide": WORKSPACE_FILE,
+            "data": Meaning(BYTES, "the file's bytes", sample="b''"),
+        },
+        doc="Write a file into the server's workspace.",
+        effect=Effect.CHANGES,
+        place=Place.CARRIED,
+        key=("fileName_serverSide",),
+        legacy_id=0x3004,
+    ),
+    Command(
+        name="lendFile",
+        takes={
+            "path": Meaning(TEXT, "as the call that follows writes it", sample="'table.stl'"),
+            "fileName": Meaning(TEXT, "a plain name", sample="'table.stl'"),
+            "data": Meaning(BYTES, "the file's bytes", sample="b''"),
+        },
+        doc="Keep a file for the call that follows and loads this path from the client's side.",
+        effect=Effect.CHANGES,
+        place=Place.CARRIED,
+        key=("path",),
+        legacy_id=0x3004,
+    ),
+)
+"""What travels for the sake of a function in the client."""
