@@ -56,9 +56,9 @@ def arguments(command: Command, handles: list[int]) -> Iterator[tuple[Any, ...]]
         if argument.kind.name == "int":
             choices.append([*handles, -1] if argument.meaning.finder else list(NUMBERS))
         else:
-            choices.append(
-                {"text": ["robot", "i", "f", "s", "cube#0"], "bool": [False, True]}[argument.kind.name]
-            )
+            texts = ["robot", "i", "f", "s", "cube#0"]
+            known: dict[str, list[Any]] = {"text": texts, "bool": [False, True]}
+            choices.append(known.get(argument.kind.name, [argument.kind.default()]))
     return islice(product(*choices), MOST)
 
 
