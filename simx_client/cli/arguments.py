@@ -129,7 +129,7 @@ def _read(command: Command, argument: Value, word: str, look_up: LookUp) -> Any:
             return None
         kind = kind.optional
     if kind.is_image:
-        raise WrongUse(f"{command.name}: {argument.name} is an image, which no command line can hold")
+        raise WrongUse(f"{command.name}: {argument.name} is an image and cannot be given on a command line")
     try:
         value = _value(kind, word, argument.meaning.finder, look_up)
     except (ValueError, KeyError):
