@@ -24,7 +24,7 @@ COLLISIONS = (
                 "handle of an object or collection, -2 for all others", sample="base"
             ),
         },
-        gives={"collisionState": Meaning(BOOL, "whether they meet")},
+        gives={"collisionState": Meaning(BOOL, "whether they collide")},
         doc="Compute now whether two objects or collections collide.",
         effect=Effect.READS,
         key=("entity1", "entity2"),
@@ -34,7 +34,7 @@ COLLISIONS = (
     Command(
         name="simxReadCollision",
         takes={"collisionObjectHandle": COLLISION_HANDLE},
-        gives={"collisionState": Meaning(BOOL, "whether they meet")},
+        gives={"collisionState": Meaning(BOOL, "whether they collide")},
         doc="Return the result of a registered collision object.",
         effect=Effect.READS,
         key=("collisionObjectHandle",),

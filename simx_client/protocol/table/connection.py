@@ -25,17 +25,17 @@ CONNECTION = (
             "connectionAddress": Meaning(TEXT, "host name or address; REALM@ROUTER", sample="'127.0.0.1'"),
             "connectionPort": PORT,
             "waitUntilConnected": Meaning(
-                BOOL, "False returns at once and connects in the background", sample="True"
+                BOOL, "False: return at once and connect in the background", sample="True"
             ),
             "doNotReconnectOnceDisconnected": Meaning(
-                BOOL, "one attempt only, and no new one after a loss", sample="True"
+                BOOL, "True: one attempt only, and none after a connection is lost", sample="True"
             ),
             "timeOutInMs": TIME_OUT.but(
                 "ms to keep trying; negative: the time-out of blocking calls instead"
             ),
-            "commThreadCycleInMs": Meaning(INT, "taken and of no effect", sample="5"),
+            "commThreadCycleInMs": Meaning(INT, "accepted, without effect", sample="5"),
         },
-        gives={"clientID": Meaning(INT, "the lowest free one from 0, -1 for none")},
+        gives={"clientID": Meaning(INT, "lowest free number from 0, -1 for none")},
         doc=(
             "Connect to a server; returns the lowest free client id from 0, or -1 with the reason in the log."
         ),
@@ -44,7 +44,7 @@ CONNECTION = (
     ),
     Command(
         name="simxFinish",
-        takes={"clientID": CLIENT_ID.but("of simxStart; -1 for all")},
+        takes={"clientID": CLIENT_ID.but("client id that simxStart returned; -1 for all")},
         doc="Close one connection, or all of them with -1.",
         effect=Effect.NOTHING,
         place=Place.LOCAL,
@@ -52,7 +52,7 @@ CONNECTION = (
     Command(
         name="simxGetConnectionId",
         takes={"clientID": CLIENT_ID},
-        gives={"connectionId": Meaning(INT, "counts connections, -1 while there is none")},
+        gives={"connectionId": Meaning(INT, "number of the connection, -1 while there is none")},
         doc=(
             "Return the number of the connection: 1 at first, one more after each reconnection, -1 while "
             "not connected."
@@ -75,7 +75,7 @@ CONNECTION = (
         name="simxGetLastCmdTime",
         takes={"clientID": CLIENT_ID},
         gives={"cmdTime": Meaning(INT, "ms of simulation time")},
-        doc=("Return the simulation time in ms of the reply that this client fetched last, 0 while stopped."),
+        doc="Return the simulation time in ms of the reply that this client fetched last, 0 while stopped.",
         effect=Effect.NOTHING,
         place=Place.LOCAL,
     ),
@@ -83,7 +83,7 @@ CONNECTION = (
         name="simxPauseCommunication",
         takes={"clientID": CLIENT_ID, "enable": SWITCH},
         gives={"rc": RETURN_CODE},
-        doc=("Hold calls back, then send them as one batch that is executed between two simulation steps."),
+        doc="Hold calls back, then send them as one batch that is executed between two simulation steps.",
         effect=Effect.NOTHING,
         place=Place.LOCAL,
     ),
@@ -129,7 +129,7 @@ CONNECTION = (
     ),
     Command(
         name="simxReleaseBuffer",
-        takes={"buffer": Meaning(BYTES, "see simxCreateBuffer", sample="buffer")},
+        takes={"buffer": Meaning(BYTES, "what simxCreateBuffer returned", sample="buffer")},
         doc="Release a buffer of simxCreateBuffer.",
         effect=Effect.NOTHING,
         place=Place.LOCAL,
@@ -173,9 +173,9 @@ CONNECTION = (
         takes={
             "clientID": CLIENT_ID,
             "signalName": signal_name("string", Role.MAKES),
-            "signalValue": Meaning(BYTES, "its value", sample="b'data'"),
+            "signalValue": Meaning(BYTES, "value of the signal", sample="b'data'"),
             "retSignalName": signal_name("string").but(
-                "the signal that will hold the answer", sample="'answer'"
+                "name of the signal that will hold the answer", sample="'answer'"
             ),
             "timeOutInMs": TIME_OUT,
         },
@@ -190,7 +190,7 @@ CONNECTION = (
             "clientID": CLIENT_ID,
             "filePathAndName": CLIENT_FILE,
             "fileName_serverSide": WORKSPACE_FILE,
-            "timeOut": TIME_OUT.but("ms; 0 or less: that of blocking calls", sample="0", omitted=0),
+            "timeOut": TIME_OUT.but("ms; 0 or less: the time-out of blocking calls", sample="0", omitted=0),
             "operationMode": OPERATION_MODE,
         },
         gives={"rc": RETURN_CODE},

@@ -57,7 +57,7 @@ EDITING = (
     Command(
         name="simxCreateDummy",
         takes={
-            "size": Meaning(FLOAT, "m, of no effect on pictures", sample="0.01"),
+            "size": Meaning(FLOAT, "m, without effect on images", sample="0.01"),
             "color": Meaning(
                 OPTIONAL_INTS12,
                 "0..255, four times three; the first three count",

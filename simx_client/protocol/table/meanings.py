@@ -69,12 +69,15 @@ class Meaning:
 
 # --- the connection -------------------------------------------------------------------------------
 
-CLIENT_ID = Meaning(k.INT, "of simxStart", sample="client", automatic=True)
+CLIENT_ID = Meaning(k.INT, "client id that simxStart returned", sample="client", automatic=True)
 OPERATION_MODE = Meaning(
-    k.INT, "blocking, whatever is given", sample="vrep.simx_opmode_blocking", automatic=True
+    k.INT,
+    "operation mode; the call is blocking in every mode",
+    sample="vrep.simx_opmode_blocking",
+    automatic=True,
 )
 RETURN_CODE = Meaning(k.INT, "return code", automatic=True)
-PORT = Meaning(k.INT, "1..65535", sample="19997", names="port")
+PORT = Meaning(k.INT, "TCP port, 1..65535", sample="19997", names="port")
 TIME_OUT = Meaning(k.INT, "ms", sample="5000", omitted=5000)
 SWITCH = Meaning(k.BOOL, "on or off", sample="True")
 
@@ -90,10 +93,10 @@ REFERENCE_FRAME = OBJECT_HANDLE.but(
     "the frame: -1 world, -11 (sim_handle_parent) parent, or a handle", sample="-1", omitted=-1
 )
 COLLISION_HANDLE = Meaning(
-    k.INT, "of simxGetCollisionHandle", sample="collision", finder="simxGetCollisionHandle"
+    k.INT, "handle that simxGetCollisionHandle returned", sample="collision", finder="simxGetCollisionHandle"
 )
 DISTANCE_HANDLE = Meaning(
-    k.INT, "of simxGetDistanceHandle", sample="distance", finder="simxGetDistanceHandle"
+    k.INT, "handle that simxGetDistanceHandle returned", sample="distance", finder="simxGetDistanceHandle"
 )
 UI_HANDLE = Meaning(k.INT, "handle of a custom UI", sample="ui", finder="simxGetUIHandle")
 CONSOLE_HANDLE = Meaning(k.INT, "handle of a console", sample="console")
@@ -104,25 +107,29 @@ HANDLE_OR_NONE = Meaning(k.INT, "handle, -1 for none")
 # --- names and files ------------------------------------------------------------------------------
 
 OBJECT_NAME = Meaning(k.TEXT, "name, `name#0`, or `/path/name[1]`", sample="'box'", names="object")
-COLLECTION_NAME = Meaning(k.TEXT, "as registered in the scene", sample="'robot'", names="collection")
-COLLISION_NAME = Meaning(k.TEXT, "as registered in the scene", sample="'bump'", names="collision")
-DISTANCE_NAME = Meaning(k.TEXT, "as registered in the scene", sample="'gap'", names="distance")
-UI_NAME = Meaning(k.TEXT, "as in its file", sample="'panel'", names="ui")
-SCRIPT_OWNER = Meaning(k.TEXT, "the object that carries the script", sample="'base'", names="script owner")
+COLLECTION_NAME = Meaning(k.TEXT, "name, as registered in the scene", sample="'robot'", names="collection")
+COLLISION_NAME = Meaning(k.TEXT, "name, as registered in the scene", sample="'bump'", names="collision")
+DISTANCE_NAME = Meaning(k.TEXT, "name, as registered in the scene", sample="'gap'", names="distance")
+UI_NAME = Meaning(k.TEXT, "name, as in its file", sample="'panel'", names="ui")
+SCRIPT_OWNER = Meaning(
+    k.TEXT, "name of the object that carries the script", sample="'base'", names="script owner"
+)
 SCRIPT_FUNCTION = Meaning(
-    k.TEXT, "in the script; `table.name` too", sample="'double'", names="script function"
+    k.TEXT, "name of a function in the script; `table.name` too", sample="'double'", names="script function"
 )
 SCENE_FILE = Meaning(
-    k.TEXT, "MJCF or URDF; of `x.ttt` the scene x", sample="'pioneer_p3dx.ttt'", names="scene file"
+    k.TEXT, "MJCF or URDF file; `x.ttt` loads the scene x", sample="'pioneer_p3dx.ttt'", names="scene file"
 )
 MODEL_FILE = Meaning(
     k.TEXT,
-    "MJCF, URDF, STL, OBJ; of `x.ttm` the model x",
+    "MJCF, URDF, STL or OBJ file; `x.ttm` loads the model x",
     sample="'models/robots/mobile/pioneer p3dx.ttm'",
     names="model file",
 )
-UI_FILE = Meaning(k.TEXT, "TOML or JSON; of `x.ttb` the file x", sample="'panel.toml'", names="ui file")
-CLIENT_FILE = Meaning(k.TEXT, "a file of this machine", sample="'table.stl'")
+UI_FILE = Meaning(
+    k.TEXT, "TOML or JSON file; `x.ttb` loads the file x", sample="'panel.toml'", names="ui file"
+)
+CLIENT_FILE = Meaning(k.TEXT, "path of a file on this machine", sample="'table.stl'")
 WORKSPACE_FILE = Meaning(k.TEXT, "a plain name in the server's workspace", sample="'table.stl'")
 LOAD_OPTIONS = Meaning(k.INT, "bit 0: the file is on the client's side", sample="0", omitted=0)
 
@@ -149,14 +156,14 @@ RESOLUTION = Meaning(k.RESOLUTION, "pixels")
 # --- parameters and settings ----------------------------------------------------------------------
 
 OBJECT_TYPE = Meaning(k.INT, "a `sim_object_` type, or sim_handle_all", sample="vrep.sim_object_joint_type")
-OBJECT_PARAMETER = Meaning(k.INT, "a number of V-REP's object parameters", sample="11")
+OBJECT_PARAMETER = Meaning(k.INT, "number of an object parameter, as in V-REP", sample="11")
 SIMULATOR_PARAMETER = Meaning(
     k.INT,
     "a constant, `sim_boolparam_`, `sim_intparam_`, …",
     sample="vrep.sim_intparam_program_version",
 )
 BITS = Meaning(k.INT, "bits", sample="0")
-BUTTON_ID = Meaning(k.INT, "the element's number", sample="3")
+BUTTON_ID = Meaning(k.INT, "number of the element", sample="3")
 SLIDER_POSITION = Meaning(k.INT, "0..1000", sample="500")
 COLOUR = Meaning(k.OPTIONAL_FLOATS3, "red, green, blue, 0..1", sample="None", omitted=None)
 TWO_COLOURS = Meaning(k.OPTIONAL_FLOATS6, "two colours, 0..1", sample="None", omitted=None)

@@ -53,7 +53,7 @@ OBJECTS = (
         name="simxGetObjectChild",
         takes={
             "parentObjectHandle": OBJECT_HANDLE.but(sample="base"),
-            "childIndex": Meaning(INT, "from 0", sample="0"),
+            "childIndex": Meaning(INT, "index, from 0", sample="0"),
         },
         gives={"childHandle": HANDLE_OR_NONE},
         doc="Return the child at a zero-based index, -1 when there is none.",
@@ -68,7 +68,9 @@ OBJECTS = (
             "objectHandle": OBJECT_HANDLE,
             "parentObject": OBJECT_HANDLE.but("handle of an object, -1 for the world", sample="base"),
             "keepInPlace": Meaning(
-                BOOL, "its place in the world stays; otherwise that against the parent", sample="True"
+                BOOL,
+                "True: its pose in the world stays; False: its pose relative to the parent stays",
+                sample="True",
             ),
         },
         doc="Attach an object to another, or to the world with -1.",
@@ -184,13 +186,13 @@ OBJECTS = (
         name="simxGetObjectGroupData",
         takes={
             "objectType": OBJECT_TYPE,
-            "dataType": Meaning(INT, "what is wanted, 0..19 of V-REP's manual", sample="0"),
+            "dataType": Meaning(INT, "which data, 0..19 as in V-REP's manual", sample="0"),
         },
         gives={
             "handles": Meaning(INTS, "handles"),
-            "intData": Meaning(INTS, "flat, see dataType"),
-            "floatData": Meaning(FLOATS, "flat, see dataType"),
-            "stringData": Meaning(TEXTS, "flat, see dataType"),
+            "intData": Meaning(INTS, "flat list, see dataType"),
+            "floatData": Meaning(FLOATS, "flat list, see dataType"),
+            "stringData": Meaning(TEXTS, "flat list, see dataType"),
         },
         doc="Return one kind of data of all objects of a type at one instant.",
         remark=(

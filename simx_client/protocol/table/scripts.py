@@ -42,14 +42,14 @@ SCRIPTS = (
     Command(
         name="simxGetLastErrors",
         gives={"errors": Meaning(TEXTS, "oldest first, at most 50")},
-        doc=("Return the errors of this client's commands, oldest first, at most 50, and clear the list."),
+        doc="Return the errors of this client's commands, oldest first, at most 50, and clear the list.",
         effect=Effect.READS,
         takes_what_it_reads=True,
         legacy_id=0x0004,
     ),
     Command(
         name="simxAddStatusbarMessage",
-        takes={"message": Meaning(TEXT, "a line", sample="'hello'")},
+        takes={"message": Meaning(TEXT, "one line of text", sample="'hello'")},
         doc="Add a line to the status bar.",
         effect=Effect.CHANGES,
         key=("message",),

@@ -23,7 +23,7 @@ SENSORS = (
             "detectionState": Meaning(BOOL, "whether something is detected"),
             "detectedPoint": Meaning(VECTOR3, "m, in the sensor's frame"),
             "detectedObjectHandle": HANDLE_OR_NONE,
-            "detectedSurfaceNormalVector": Meaning(VECTOR3, "of length 1, in the sensor's frame"),
+            "detectedSurfaceNormalVector": Meaning(VECTOR3, "unit vector, in the sensor's frame"),
         },
         doc="Return the detected point and the unit normal in the sensor's frame, in metres.",
         effect=Effect.READS,
@@ -39,7 +39,7 @@ SENSORS = (
             "forceVector": Meaning(VECTOR3, "N, in the sensor's frame"),
             "torqueVector": Meaning(VECTOR3, "N m, in the sensor's frame"),
         },
-        doc=("Return force and torque in the sensor's frame; state bit 0: data available, bit 1: broken."),
+        doc="Return force and torque in the sensor's frame; state bit 0: data available, bit 1: broken.",
         effect=Effect.READS,
         key=("forceSensorHandle",),
         legacy_id=0x100F,
@@ -60,7 +60,7 @@ SENSORS = (
         gives={
             "detectionState": Meaning(BOOL, "whether something is detected"),
             "auxPackets": Meaning(
-                PACKETS, "the picture's 15 statistics, then what the sensor's script has found"
+                PACKETS, "15 statistics of the image, then the results of the sensor's script"
             ),
         },
         doc=(
@@ -99,7 +99,7 @@ SENSORS = (
             "resolution": RESOLUTION,
             "buffer": Meaning(DEPTHS, "0 near plane .. 1 far plane, bottom row first"),
         },
-        doc=("Return depths 0..1, linear between the clipping planes along the view axis, bottom row first."),
+        doc="Return depths 0..1, linear between the clipping planes along the view axis, bottom row first.",
         effect=Effect.READS,
         key=("sensorHandle",),
         makes_image=True,

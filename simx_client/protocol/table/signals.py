@@ -11,7 +11,7 @@ SIGNALS = (
         name="simxSetFloatSignal",
         takes={
             "signalName": signal_name("float", Role.MAKES),
-            "signalValue": Meaning(FLOAT, "its value", sample="0.5"),
+            "signalValue": Meaning(FLOAT, "value of the signal", sample="0.5"),
         },
         doc="Set a signal.",
         effect=Effect.CHANGES,
@@ -22,7 +22,7 @@ SIGNALS = (
     Command(
         name="simxGetFloatSignal",
         takes={"signalName": signal_name("float")},
-        gives={"signalValue": Meaning(FLOAT, "its value")},
+        gives={"signalValue": Meaning(FLOAT, "value of the signal")},
         doc="Return the value of a signal; a missing one is a remote error.",
         effect=Effect.READS,
         key=("signalName",),
@@ -43,7 +43,7 @@ SIGNALS = (
         aliases=("simxSetInt32Signal",),
         takes={
             "signalName": signal_name("integer", Role.MAKES),
-            "signalValue": Meaning(INT, "its value", sample="1"),
+            "signalValue": Meaning(INT, "value of the signal", sample="1"),
         },
         doc="Set a signal.",
         effect=Effect.CHANGES,
@@ -55,7 +55,7 @@ SIGNALS = (
         name="simxGetIntegerSignal",
         aliases=("simxGetInt32Signal",),
         takes={"signalName": signal_name("integer")},
-        gives={"signalValue": Meaning(INT, "its value")},
+        gives={"signalValue": Meaning(INT, "value of the signal")},
         doc="Return the value of a signal; a missing one is a remote error.",
         effect=Effect.READS,
         key=("signalName",),
@@ -76,7 +76,7 @@ SIGNALS = (
         name="simxSetStringSignal",
         takes={
             "signalName": signal_name("string", Role.MAKES),
-            "signalValue": Meaning(BYTES, "its value", sample="b'data'"),
+            "signalValue": Meaning(BYTES, "value of the signal", sample="b'data'"),
         },
         doc="Set a signal.",
         effect=Effect.CHANGES,
@@ -87,7 +87,7 @@ SIGNALS = (
     Command(
         name="simxGetStringSignal",
         takes={"signalName": signal_name("string")},
-        gives={"signalValue": Meaning(BYTES, "its value")},
+        gives={"signalValue": Meaning(BYTES, "value of the signal")},
         doc="Return the value of a signal; a missing one is a remote error.",
         effect=Effect.READS,
         key=("signalName",),
@@ -108,7 +108,7 @@ SIGNALS = (
         aliases=("simxWriteStringStream",),
         takes={
             "signalName": signal_name("string", Role.MAKES),
-            "signalValue": Meaning(BYTES, "its value", sample="b'data'"),
+            "signalValue": Meaning(BYTES, "value of the signal", sample="b'data'"),
         },
         doc="Append to a string signal; every call is executed.",
         effect=Effect.CHANGES,
@@ -119,7 +119,7 @@ SIGNALS = (
     Command(
         name="simxReadStringStream",
         takes={"signalName": signal_name("string")},
-        gives={"signalValue": Meaning(BYTES, "its value")},
+        gives={"signalValue": Meaning(BYTES, "value of the signal")},
         doc="Return everything written since the last read; not in blocking mode.",
         effect=Effect.TAKES,
         key=("signalName",),
@@ -130,7 +130,7 @@ SIGNALS = (
     Command(
         name="simxGetAndClearStringSignal",
         takes={"signalName": signal_name("string")},
-        gives={"signalValue": Meaning(BYTES, "its value")},
+        gives={"signalValue": Meaning(BYTES, "value of the signal")},
         doc="Return the value of a string signal and remove the signal.",
         effect=Effect.TAKES,
         key=("signalName",),

@@ -24,12 +24,12 @@ USER_INTERFACE = (
     Command(
         name="simxAuxiliaryConsoleOpen",
         takes={
-            "title": Meaning(TEXT, "of the console", sample="'log'"),
-            "maxLines": Meaning(INT, "lines that are kept", sample="100"),
+            "title": Meaning(TEXT, "title of the console", sample="'log'"),
+            "maxLines": Meaning(INT, "number of lines that are kept", sample="100"),
             "mode": Meaning(INT, "bits, see user-interface.md", sample="0"),
-            "position": Meaning(OPTIONAL_INTS2, "pixels, of no effect here", sample="None", omitted=None),
+            "position": Meaning(OPTIONAL_INTS2, "pixels, without effect", sample="None", omitted=None),
             "size": Meaning(
-                OPTIONAL_INTS2, "columns and lines of pixels, of no effect here", sample="None", omitted=None
+                OPTIONAL_INTS2, "columns and lines of pixels, without effect", sample="None", omitted=None
             ),
             "textColor": COLOUR,
             "backgroundColor": COLOUR,
@@ -54,7 +54,7 @@ USER_INTERFACE = (
         name="simxAuxiliaryConsolePrint",
         takes={
             "consoleHandle": CONSOLE_HANDLE,
-            "txt": Meaning(OPTIONAL_TEXT, "None empties the console", sample="'hello'", omitted=None),
+            "txt": Meaning(OPTIONAL_TEXT, "text; None empties the console", sample="'hello'", omitted=None),
         },
         doc="Print to a text console, or clear it with None.",
         effect=Effect.CHANGES,
@@ -79,10 +79,10 @@ USER_INTERFACE = (
     Command(
         name="simxDisplayDialog",
         takes={
-            "titleText": Meaning(TEXT, "of the dialog", sample="'Question'"),
-            "mainText": Meaning(TEXT, "what it says", sample="'Go on?'"),
+            "titleText": Meaning(TEXT, "title of the dialog", sample="'Question'"),
+            "mainText": Meaning(TEXT, "text of the dialog", sample="'Go on?'"),
             "dialogType": Meaning(INT, "a `sim_dlgstyle_` constant", sample="vrep.sim_dlgstyle_yes_no"),
-            "initialText": Meaning(TEXT, "of its box", sample="''"),
+            "initialText": Meaning(TEXT, "text in the input field at first", sample="''"),
             "titleColors": TWO_COLOURS,
             "dialogColors": TWO_COLOURS,
         },
@@ -112,7 +112,7 @@ USER_INTERFACE = (
     Command(
         name="simxGetDialogInput",
         takes={"dialogHandle": DIALOG_HANDLE},
-        gives={"inputText": Meaning(TEXT, "what was typed")},
+        gives={"inputText": Meaning(TEXT, "text that was typed")},
         doc="Return what was typed into a dialog.",
         effect=Effect.READS,
         key=("dialogHandle",),
@@ -148,7 +148,7 @@ USER_INTERFACE = (
         name="simxGetUIEventButton",
         takes={"uiHandle": UI_HANDLE},
         gives={
-            "uiEventButtonID": Meaning(INT, "the element, -1 for none"),
+            "uiEventButtonID": Meaning(INT, "number of the element, -1 for none"),
             "auxValues": Meaning(INT_PAIR, "a property, and a slider's position or 1 down, 0 up"),
         },
         doc="Return the button pressed last, -1 for none.",
@@ -180,8 +180,8 @@ USER_INTERFACE = (
         takes={
             "uiHandle": UI_HANDLE,
             "uiButtonID": BUTTON_ID,
-            "upStateLabel": Meaning(TEXT, "its label", sample="'on'"),
-            "downStateLabel": Meaning(TEXT, "while it is pressed", sample="'off'"),
+            "upStateLabel": Meaning(TEXT, "label", sample="'on'"),
+            "downStateLabel": Meaning(TEXT, "label while it is pressed", sample="'off'"),
         },
         doc="Set the labels of a button.",
         effect=Effect.CHANGES,
