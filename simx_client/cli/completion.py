@@ -141,7 +141,7 @@ def _words(program: str, action: argparse.Action) -> tuple[str, ...]:
 def _functions(*, only_reading: bool) -> Iterator[str]:
     for command in TABLE:
         if only_reading:
-            fits = command.place is Place.REMOTE and command.only_reads and not command.large
+            fits = command.place is Place.REMOTE and command.only_reads and not command.gives_image
         else:
             fits = is_callable(command)
         if fits:

@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
-_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], results=()), Operation.CANCEL)
+_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
 """Asks for nothing but an answer, by ending no stream."""
 
 _NO_STREAM = 0

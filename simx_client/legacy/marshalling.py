@@ -78,7 +78,7 @@ class Shape:
 
     def prepare(self) -> None:
         """To be called while the answer is waited for: make what takes long and does not depend on it."""
-        if self.command.large:
+        if self.command.gives_image:
             (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
 
     def failure(self, code: int) -> Any:
@@ -91,7 +91,7 @@ class Shape:
         """The return value made of a reply. Lists are new each time: scripts change them in place."""
         if not self._results:
             return 0
-        if self.command.large:
+        if self.command.gives_image:
             return _picture(self._results[1], values)
         return (
             0,

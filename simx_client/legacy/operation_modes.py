@@ -158,7 +158,7 @@ class Modes:
             self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
         else:
             self._end_stream(key)
-            if not (shape.command.large and self._is_on_the_way(key)):
+            if not (shape.command.gives_image and self._is_on_the_way(key)):
                 self._queue(shape, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
         return result
 

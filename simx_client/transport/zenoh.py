@@ -6,7 +6,6 @@ A second, in-process implementation lives with the server (``simx_server/gateway
 from __future__ import annotations
 
 import contextlib
-import difflib
 import itertools
 import math
 import os
@@ -277,6 +276,8 @@ class ZenohTransport:
                 f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
                 "start one with 'simx-server', or ask for its port"
             )
+        import difflib  # it takes 2 ms, and every script imports this module
+
         near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
         there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
         return ConnectionFailed(

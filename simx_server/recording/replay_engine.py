@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.commands import TABLE
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.inbox import Arrival
 from simx_server.runtime.server_loop import Engine
@@ -25,8 +26,8 @@ from .records import Kind, Record
 if TYPE_CHECKING:
     from simx_server.world.world import World
 
-_PICTURES = ("simxGetVisionSensorImage", "simxGetVisionSensorDepthBuffer", "simxReadVisionSensor")
-"""Commands that ask for a picture and change nothing."""
+_PICTURES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
+"""Commands that ask for an image and change nothing."""
 
 
 class NoPicture(CommandError):
