@@ -60,7 +60,7 @@ SLOW = (
     "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
     "test_shims", "test_trial_", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
     "test_stepped", "test_streaming", "test_surprises", "test_torque", "test_tutorial", "test_upgrade",
-    "test_user_interface", "test_view_", "test_zenoh",
+    "test_user_interface", "test_view_", "test_wheels", "test_zenoh",
 )  # fmt: skip
 """Beginnings of the names of files that `make test-fast` leaves out: they start processes, draw many images, simulate
 minutes, or try very many cases."""
