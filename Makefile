@@ -12,7 +12,7 @@ TESTS  ?=
 SECONDS ?= 600
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fast soak check format bench clean
+.PHONY: help setup demo test test-fast soak check format generate bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -62,6 +62,15 @@ check: $(READY) ## format, lint, types and dependencies, nothing is changed
 format: $(READY) ## put the code into its form
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
+
+# Each page is complete before it replaces the old one: a command that fails leaves the old page as it is.
+new_page = $(1) > $(2).new && mv $(2).new $(2) || { rm -f $(2).new; exit 1; }
+
+generate: $(READY) ## write the files that follow from the table of functions: type stubs, pages of docs/
+	@$(BIN)/python -m simx_client.stubs
+	@$(call new_page,$(BIN)/python docs/reference.py,docs/api.md)
+	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
+	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
 
 bench: $(READY) ## what a call, a pass and a picture cost here
 	@$(BIN)/python -m bench
