@@ -76,5 +76,5 @@ bench: $(READY) ## what a call, a pass and a picture cost here
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made
-	rm -rf $(VENV) build dist demo_output .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist demo_output .coverage .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

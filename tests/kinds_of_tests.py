@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import functools
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -52,24 +51,31 @@ def add_markers(item: pytest.Item) -> None:
 @functools.cache
 def _starts_processes(path: Path) -> bool:
     """Whether a file imports `subprocess`, or another file of the tests which does."""
-    return any(
-        module.partition(".")[0] in ("subprocess", "multiprocessing")
-        or (
-            name in _PROCESSES
-            if module == "processes"
-            else any(map(_starts_processes, _helpers(module, {path.parent, TESTS})))
-        )
-        for module, name in _imports(path)
-    )
+    waiting, seen = [path], {path}
+    while waiting:
+        for module, name in _imports(waiting.pop()):
+            if module.partition(".")[0] in ("subprocess", "multiprocessing"):
+                return True
+            if module == "processes":
+                if name in _PROCESSES:
+                    return True
+                continue
+            helpers = set(_helpers(module, {path.parent, TESTS})) - seen
+            waiting.extend(helpers)
+            seen |= helpers
+    return False
 
 
-def _imports(path: Path) -> Iterator[tuple[str, str]]:
+@functools.cache
+def _imports(path: Path) -> tuple[tuple[str, str], ...]:
     """The module of every absolute import, and the name that is taken from it."""
+    found: list[tuple[str, str]] = []
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names)
+            found.extend((alias.name, "") for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield from ((node.module, alias.name) for alias in node.names)
+            found.extend((node.module, alias.name) for alias in node.names)
+    return tuple(found)
 
 
 def _helpers(module: str, folders: set[Path]) -> list[Path]:
