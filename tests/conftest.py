@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import compileall
-import io
 import logging
 import os
 import signal
@@ -12,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from coverage_of_fast_tests import register
 from kinds_of_tests import add_markers
 from processes import PENDULUM
 from real_world import Open, RealWorld, World
@@ -69,7 +69,8 @@ minutes, or try very many cases."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What is done once, before xdist's workers begin."""
+    """What is done once, before xdist's workers begin; all processes measure coverage."""
+    register(config)
     if hasattr(config, "workerinput"):
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
@@ -84,13 +85,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Add the markers. Workers of xdist are given the longest files first, then those with most tests."""
-    is_measured = measures_coverage(config)
     for item in items:
         add_markers(item)
         if item.path.name.startswith(SLOW):
             item.add_marker(pytest.mark.slow)
-            if is_measured:
-                item.add_marker(pytest.mark.no_cover)
     if not hasattr(config, "workerinput"):
         return
     counts = Counter(item.path for item in items)
@@ -144,29 +142,12 @@ def world() -> Iterator[Open]:
         each.close()
 
 
-def measures_coverage(config: pytest.Config) -> bool:
-    """Whether pytest runs with ``--cov``, of the package pytest-cov."""
-    return config.pluginmanager.hasplugin("_cov")
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """What tests recorded as ``figures`` is shown, also when they pass; and the coverage."""
-    if measures_coverage(config) and not hasattr(config, "workerinput"):
-        terminalreporter.write_line(coverage_line())
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """What tests recorded as ``figures`` is shown, also when they pass."""
     for report in terminalreporter.getreports("passed"):
         for name, value in report.user_properties:
             if name == "figures":
                 terminalreporter.write_line(value)
-
-
-def coverage_line() -> str:
-    """The share of lines that the fast tests have run, all of them in the test's own process."""
-    from coverage import Coverage
-
-    measured = Coverage()
-    measured.load()
-    total = measured.report(file=io.StringIO())
-    return f"coverage of simx_client and simx_server by the fast tests: {total:.0f} %"
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import os
 import subprocess
 import sys
 import tomllib
@@ -99,8 +100,11 @@ class Environment:
         return self.run(self._python, *arguments)
 
     def run(self, *command: object) -> subprocess.CompletedProcess[str]:
+        clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
         words = list(map(str, command))
-        return subprocess.run(words, cwd=self._programs, capture_output=True, text=True, timeout=60)
+        return subprocess.run(
+            words, cwd=self._programs, env=clean, capture_output=True, text=True, timeout=60
+        )
 
 
 def build(project: Path, folder: Path, *targets: str) -> list[Path]:
