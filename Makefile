@@ -13,7 +13,7 @@ SECONDS ?= 600
 ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fast soak siege check format bench clean
+.PHONY: help setup demo test test-fast soak siege check format generate bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -67,9 +67,18 @@ format: $(READY) ## put the code into its form
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
 
+# Each page is complete before it replaces the old one: a command that fails leaves the old page as it is.
+new_page = $(1) > $(2).new && mv $(2).new $(2) || { rm -f $(2).new; exit 1; }
+
+generate: $(READY) ## write the files that follow from the table of functions: type stubs, pages of docs/
+	@$(BIN)/python -m simx_client.legacy.stubs
+	@$(call new_page,$(BIN)/python docs/reference.py,docs/api.md)
+	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
+	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
+
 bench: $(READY) ## what a call, a pass and a picture cost here
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made
-	rm -rf $(VENV) build dist demo_output .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist demo_output .coverage .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import SimxError
+from ..protocol.cli.installing import missing_server
 from ..protocol.nearest import nearest
 from .texts import ANY, matches
 
@@ -75,6 +76,8 @@ class SceneView:
 
 def look_at(scene: str, *flags: str) -> SceneView:
     """Have a server load the scene, in a process of its own, and say what is in it. Raises NoScene."""
+    if missing := missing_server():
+        raise NoScene(f"the scene {scene} cannot be looked at: {missing}")
     command = [
         sys.executable,
         "-P",
