@@ -99,9 +99,7 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectFloatParam(handle, parameter, value)
         return 1
 
-    def getObjectStringParameter(self, handle: int, parameter: int) -> str:
-        """Not here: no object has a string parameter."""
-        return self.getObjectStringParam(handle, parameter)
+    getObjectStringParameter = getObjectStringParam
 
     def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
         """Not here: no object has a string parameter."""
