@@ -1,4 +1,4 @@
-"""The former place of `Client.batch` and `Client.many`, for programs that have a client id of simxStart.
+"""Batches by the client id that simxStart returned. New code uses `Client.batch` and `Client.many`.
 
 with batch.Batch(clientID) as calls:
     position = calls.simxGetJointPosition(joint)

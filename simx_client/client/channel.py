@@ -106,10 +106,10 @@ class Channel:
 
     @contextmanager
     def noting(self, *, check: bool) -> Generator[Calls]:
-        """Make the calls of a ``with`` block, one message for all; none after an exception. Raises as ``gather``.
+        """Send the calls of a ``with`` block as one message; none after an exception. Raises as ``gather``.
 
         Args:
-            check: raise when a call was refused or not answered; otherwise ask each answer for its code.
+            check: raise if a call failed; otherwise read the code of each answer.
         """
         calls = Calls(0, self.where)
         yield calls

@@ -102,7 +102,7 @@ class Client(Strict):
                 positions = servers.watch(lambda calls, place: [calls.simxGetJointPosition(joint)])
 
         Args:
-            timeout: seconds that all of them together may take for their answers.
+            timeout: time-out for the answers of all servers together in seconds.
 
         Raises:
             ConnectionFailed: one of them cannot be reached; none stays connected.
@@ -240,17 +240,18 @@ class Client(Strict):
         return Results(results[0], results[1], results[2], bytes(results[3]))
 
     def batch(self, *, check: bool = True) -> AbstractContextManager[Calls]:
-        """Make legacy calls with one message and no pass in between: those that the ``with`` block notes.
+        """Note legacy calls in a ``with`` block, and send them as one message at its end.
 
             with client.batch() as calls:
                 position = calls.simxGetJointPosition(joint)
                 calls.simxSetJointTargetPosition(joint, 0.5)
             print(position.value)
 
-        A trigger has its pass made in its place: what follows it sees the new state.
+        The server executes them in this order within one simulation step. A trigger makes a simulation step in its
+        place: the calls after it read the new state.
 
         Args:
-            check: raise when a call failed; otherwise ask each answer for its code.
+            check: raise if a call failed; otherwise read the code of each answer.
 
         Raises:
             RemoteError: the server refused calls. TimedOut, NotConnected: answers are missing.

@@ -60,7 +60,7 @@ class Servers(Strict):
     def connect(
         cls, addresses: Iterable[int | tuple[str, int]], *, timeout: float = DEFAULT_TIMEOUT
     ) -> Servers:
-        """As `Client.many`."""
+        """Connect to servers, as `Client.many` does."""
         clients: list[int] = []
         for address in addresses:
             host, port = ("127.0.0.1", address) if isinstance(address, int) else address

@@ -69,7 +69,7 @@ class Setting(Rule):
     """The help of another flag names it: a screen has few lines."""
 
     def named(self, name: str) -> Setting:
-        """The setting of the field of this name."""
+        """Return the setting with the flag of the field of this name."""
         return replace(self, flag=self.flag or "--" + name.replace("_", "-"))
 
     @property
@@ -95,7 +95,7 @@ class Setting(Rule):
 
 
 def _that(convert: Callable[[str], _T], is_good: Callable[[_T], object]) -> Callable[[str], _T]:
-    """Convert a text, and refuse what is not good."""
+    """Make a function that converts a text and refuses bad values."""
 
     def parse(text: str) -> _T:
         value = convert(text)
@@ -122,7 +122,7 @@ def _path(is_good: Callable[[Path], bool]) -> Callable[[str], Path]:
 
 
 def between(least: float, most: float) -> Rule:
-    """Whole numbers where both bounds are."""
+    """Make the rule for a number; both bounds are whole if it is."""
     kind, what = (int, "whole number") if isinstance(least, int) else (float, "number")
     parse = _that(kind, lambda number: least <= number <= most)
     return Rule(f"a {what} from {least:g} to {most:g}", parse, "N")

@@ -26,7 +26,7 @@ def read_regular(file: Path) -> bytes:
 
 
 def read_of_client(file: Path) -> bytes:
-    """As `read_regular`, a file that is not too large. Raises CommandError."""
+    """Read a regular file of at most MAX_FILE bytes. Raises CommandError."""
     try:
         if file.stat().st_size > MAX_FILE:
             raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
@@ -36,7 +36,7 @@ def read_of_client(file: Path) -> bytes:
 
 
 def is_file(path: Path) -> bool:
-    """Whether this is a file; no path that the system refuses is one."""
+    """Return whether a path is a file; False for a path that the system refuses."""
     try:
         return path.is_file()
     except (OSError, ValueError):

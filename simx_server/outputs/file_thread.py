@@ -1,4 +1,4 @@
-"""A file that a thread of its own writes, so the physics thread never waits for a disk or an encoder."""
+"""Files that their own thread writes, so that the physics thread never waits for a disk or an encoder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .packages import NewFile
 logger = logging.getLogger(__name__)
 
 PERIOD = 0.5
-"""Seconds between two calls of `FileThread._flush`: what a kill costs, with the time that writing takes."""
+"""Seconds between two calls of `FileThread._flush`: a kill loses this and the time that writing takes."""
 
 _Item = TypeVar("_Item")
 
@@ -24,13 +24,13 @@ class FileThread(Generic[_Item]):
     """
 
     KIND: ClassVar[str]
-    """What messages call the file."""
+    """The name of the file in messages."""
 
     REMAINS: ClassVar[str]
-    """What can be done with a file that ended early."""
+    """The use of a file that ended early, in messages."""
 
     LONGEST_WAIT: ClassVar[float] = 30.0
-    """Seconds for the end of the file."""
+    """Time-out of `close` in seconds."""
 
     def __init__(self, file: NewFile) -> None:
         self.path = file.path
@@ -43,11 +43,11 @@ class FileThread(Generic[_Item]):
 
     @property
     def waiting(self) -> int:
-        """Items that were put and are not written."""
+        """Count the items that are not written yet."""
         return 0 if self.has_failed else self._come - self._gone
 
     def _put(self, item: _Item) -> None:
-        """Write this, unless the file has failed."""
+        """Queue an item, unless the file has failed."""
         if not self.has_failed:
             with self._counting:
                 self._come += 1
@@ -73,7 +73,7 @@ class FileThread(Generic[_Item]):
                 self.KIND, self.path, why, self.REMAINS,
             )  # fmt: skip
 
-    # From here on: the thread of the file. Whatever these raise ends it.
+    # The following methods run on the file's thread. An exception ends the file.
 
     def _begin(self) -> None:
         """Write what comes before all items."""
@@ -82,7 +82,7 @@ class FileThread(Generic[_Item]):
         """Write an item."""
 
     def _flush(self) -> None:
-        """Hand what has come together to the system."""
+        """Write what was collected since the last call."""
 
     def _finish(self) -> None:
         """Write what comes after all items."""

@@ -40,7 +40,7 @@ class LogError(Exception):
 
 
 class LogWriter(FileThread[None]):
-    """Appends records; for one thread. They come together in `_waiting`: one alone does not wake the thread."""
+    """Appends records; for one thread. `_waiting` collects them, so that a record does not wake the writing thread."""
 
     KIND, REMAINS, LONGEST_WAIT = "recording", "replayed", 600.0
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing.model_changes import undone_on_failure
-from simx_server.scene.geometry.inertia import body_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.respondable import collect_masks, compile_hulls
 
@@ -62,7 +61,7 @@ def is_compound(sim: Simulation, handle: int) -> bool:
 
 def get_mass(sim: Simulation, handle: int) -> float:
     """Kilograms."""
-    return float(sim.model.body_mass[body_of(sim, handle)])
+    return float(sim.model.body_mass[_body(sim, handle)])
 
 
 def set_mass(sim: Simulation, handle: int, mass: float) -> None:
@@ -71,7 +70,7 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
     Raises:
         CommandError: not above 0, or a shape whose body has no mass of its own.
     """
-    body = body_of(sim, handle)
+    body = _body(sim, handle)
     model = sim.model
     if mass < _LEAST_MASS or model.body_mass[body] <= 0.0:
         raise CommandError(f"a mass must be above 0 kg and its shape must have one already; got {mass}")
@@ -81,6 +80,13 @@ def set_mass(sim: Simulation, handle: int, mass: float) -> None:
         sim.joints.masses_changed()
     sim.model_edited()
     sim.changed()
+
+
+def _body(sim: Simulation, handle: int) -> int:
+    item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
+    if item.element != "body":
+        raise CommandError(f"'{item.name}' is a part of the world, which has no mass")
+    return item.body
 
 
 def _geoms(sim: Simulation, handle: int) -> list[int]:

@@ -31,7 +31,7 @@ def get_inertia(sim: Simulation, handle: int) -> tuple[float, Array, Array]:
 
     Raises UnknownHandle, WrongKind, CommandError: a part of the world, which has none.
     """
-    body = body_of(sim, handle)
+    body = _body(sim, handle)
     model = sim.model
     turn = _rotation(model.body_iquat[body])
     inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
@@ -43,7 +43,7 @@ def set_inertia(sim: Simulation, handle: int, mass: float, inertia: Array, centr
 
     Raises UnknownHandle, WrongKind, CommandError: a part of the world, or no inertia that a body can have.
     """
-    body = body_of(sim, handle)
+    body = _body(sim, handle)
     name = sim.model.body(body).name
     moments, axes = np.linalg.eigh((inertia + inertia.T) / 2)
     if not np.isfinite([mass, *inertia.ravel(), *centre]).all() or mass < _LEAST or moments[0] < _LEAST:
@@ -82,7 +82,7 @@ def compute_inertia(sim: Simulation, handle: int, density: float) -> None:
     """Give a shape what its geoms have when they are filled with kg/m^3. Raises as `set_inertia`."""
     if not density > 0:
         raise CommandError(f"a density must be above 0 kg/m^3, not {density}")
-    name = sim.model.body(body_of(sim, handle)).name
+    name = sim.model.body(_body(sim, handle)).name
     spec = sim.scene.spec.copy()
     target = spec.body(name)
     target.explicitinertial = False
@@ -98,8 +98,7 @@ def compute_inertia(sim: Simulation, handle: int, density: float) -> None:
     set_inertia(sim, handle, float(model.body_mass[body]), inertia, model.body_ipos[body].copy())
 
 
-def body_of(sim: Simulation, handle: int) -> int:
-    """The id of a shape's body. Raises UnknownHandle, WrongKind, CommandError: it is a part of the world."""
+def _body(sim: Simulation, handle: int) -> int:
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
     if item.element != "body":
         raise CommandError(f"'{item.name}' is a part of the world, which has no mass")

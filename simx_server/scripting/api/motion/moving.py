@@ -85,7 +85,7 @@ class Moving(ApiPart):
     """Carries motions out."""
 
     def _carry_out(self, profile: Profile, put: Put, seconds: float = 0.0) -> Generator[None, None, Motion]:
-        """Make a motion and step it; arguments are those of `Motion`."""
+        """Make a motion and step it to its end; arguments as for `Motion`."""
         return self._step_to_the_end(Motion(profile, put, seconds))
 
     def _step_to_the_end(self, motion: Motion) -> Generator[None, None, Motion]:
@@ -118,7 +118,7 @@ class Moving(ApiPart):
 
 
 def between(start: Pose, goal: Pose, share: float) -> Pose:
-    """Straight on, and by one turn."""
+    """Return the pose at this share of the straight way and of the turn."""
     shift = poses.subtract(goal[0], start[0])
     return poses.add(start[0], poses.scale(shift, share)), poses.blend(start[1], goal[1], share)
 
@@ -133,12 +133,12 @@ def profile_to(
     flags: int,
     announced: int = 0,
 ) -> Profile:
-    """What the lists of a script describe; at rest where it says nothing.
+    """Make the profile that the lists of a script describe; missing velocities and accelerations are 0.
 
     Args:
         most: greatest velocities, accelerations and jerks.
         flags: a sim.ruckig_*sync, -1 for the usual one.
-        announced: flags that announce negative bounds behind the others.
+        announced: flags that announce negative bounds after the others.
     """
     count = len(start)
     return Profile(
