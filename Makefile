@@ -53,7 +53,7 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/soak.py $(SECONDS)
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
-	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
 check: $(READY) ## format, lint, types and dependencies, nothing is changed
 	@wrong=; \

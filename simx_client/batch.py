@@ -1,15 +1,8 @@
-"""For new code: many calls in one message, and many servers in step.
+"""Batches by the client id that simxStart returned. New code uses `Client.batch` and `Client.many`.
 
-    from simx_client import batch
-
-    with batch.Batch(clientID) as calls:
-        position = calls.simxGetJointPosition(joint)
-        calls.simxSetJointTargetPosition(joint, 0.5)
-    print(position.value)
-
-The calls are executed in this order with no pass between them, and their answers come together. Only a trigger
-has its pass made in its place: what follows sees the new state. A batch of twenty calls costs little more than one.
-``Servers`` does the same with many servers at a time.
+with batch.Batch(clientID) as calls:
+    position = calls.simxGetJointPosition(joint)
+print(position.value)
 """
 
 from __future__ import annotations
@@ -17,10 +10,10 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
+from .client.servers import Servers
 from .connection.answers import Answer
 from .connection.calls import Calls
 from .connection.exchange import Exchange, connection_of
-from .connection.servers import Servers
 from .connection.strict import Strict
 from .connection.timeouts import DEFAULT_TIMEOUT
 from .errors import CallsFailed, Failure

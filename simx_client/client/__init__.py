@@ -6,9 +6,13 @@
         print(client.joint("UR5_joint1").position, client.camera("kinect_rgb").rgb().shape)
 
 ``client`` is the door; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
-``channel`` makes the calls, ``stepping`` puts a whole pass into one of its messages. ``docs/python.md`` has each legacy
+``channel`` makes the calls, ``stepping`` puts a whole pass into one of its messages;
+``servers`` steps many servers together. ``docs/python.md`` has each legacy
 call beside its counterpart here. What can go wrong is in ``simx_client.errors``.
 """
+
+from simx_client.connection.answers import Answer
+from simx_client.connection.calls import Calls
 
 from .camera import Camera
 from .client import Client, Results
@@ -17,12 +21,15 @@ from .listing import Objects
 from .objects import Dummy, Object, SceneObject, Shape
 from .poses import Place, Pose
 from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
+from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation, State
 from .stepping import Stepping
 from .watching import Watch
 
 __all__ = [
+    "Answer",
+    "Calls",
     "Camera",
     "Client",
     "Detection",
@@ -37,6 +44,7 @@ __all__ = [
     "ProximitySensor",
     "Results",
     "SceneObject",
+    "Servers",
     "Shape",
     "Signals",
     "Simulation",

@@ -68,7 +68,7 @@ class Film(Part):
 
     def close(self) -> None:
         """Encode what waits and end the file."""
-        self._writer.close(self._next)
+        self._writer.end(self._next)
         if self._writer.has_failed:
             return
         repeated = self.behind + self._writer.not_made

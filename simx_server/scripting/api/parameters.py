@@ -81,50 +81,19 @@ class ParameterFunctions(ApiPart):
 
     # Names of V-REP 3.
 
-    def getBoolParameter(self, number: int) -> bool:
-        return self.getBoolParam(number)
-
-    def setBoolParameter(self, number: int, value: bool) -> int:
-        return self.setBoolParam(number, value)
-
-    def getBooleanParameter(self, number: int) -> bool:
-        return self.getBoolParam(number)
-
-    def setBooleanParameter(self, number: int, value: bool) -> int:
-        return self.setBoolParam(number, value)
-
-    def getInt32Parameter(self, number: int) -> int:
-        return self.getInt32Param(number)
-
-    def setInt32Parameter(self, number: int, value: int) -> int:
-        return self.setInt32Param(number, value)
-
-    def getIntegerParameter(self, number: int) -> int:
-        return self.getInt32Param(number)
-
-    def setIntegerParameter(self, number: int, value: int) -> int:
-        return self.setInt32Param(number, value)
-
-    def getFloatParameter(self, number: int) -> float:
-        return self.getFloatParam(number)
-
-    def setFloatParameter(self, number: int, value: float) -> int:
-        return self.setFloatParam(number, value)
-
-    def getFloatingParameter(self, number: int) -> float:
-        return self.getFloatParam(number)
-
-    def setFloatingParameter(self, number: int, value: float) -> int:
-        return self.setFloatParam(number, value)
-
-    def getStringParameter(self, number: int) -> str:
-        return self.getStringParam(number)
-
-    def setStringParameter(self, number: int, value: str) -> int:
-        return self.setStringParam(number, value)
-
-    def getArrayParameter(self, number: int) -> list[float]:
-        return self.getArrayParam(number)
-
-    def setArrayParameter(self, number: int, values: list[float]) -> int:
-        return self.setArrayParam(number, values)
+    getBoolParameter = getBoolParam
+    setBoolParameter = setBoolParam
+    getBooleanParameter = getBoolParam
+    setBooleanParameter = setBoolParam
+    getInt32Parameter = getInt32Param
+    setInt32Parameter = setInt32Param
+    getIntegerParameter = getInt32Param
+    setIntegerParameter = setInt32Param
+    getFloatParameter = getFloatParam
+    setFloatParameter = setFloatParam
+    getFloatingParameter = getFloatParam
+    setFloatingParameter = setFloatParam
+    getStringParameter = getStringParam
+    setStringParameter = setStringParam
+    getArrayParameter = getArrayParam
+    setArrayParameter = setArrayParam

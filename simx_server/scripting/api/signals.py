@@ -25,14 +25,9 @@ class SignalFunctions(ApiPart):
         self._world.signals.clear_integer(name or "")
         return 1
 
-    def setInt32Signal(self, name: str, value: int) -> int:
-        return self.setIntegerSignal(name, value)
-
-    def getInt32Signal(self, name: str) -> int | None:
-        return self.getIntegerSignal(name)
-
-    def clearInt32Signal(self, name: str | None = None) -> int:
-        return self.clearIntegerSignal(name)
+    setInt32Signal = setIntegerSignal
+    getInt32Signal = getIntegerSignal
+    clearInt32Signal = clearIntegerSignal
 
     def setFloatSignal(self, name: str, value: float) -> int:
         if name:
@@ -72,14 +67,9 @@ class SignalFunctions(ApiPart):
         """Partly: a float signal of this name is the same signal."""
         return self.clearFloatSignal(name)
 
-    def setBufferSignal(self, name: str, value: bytes) -> int:
-        return self.setStringSignal(name, value)
-
-    def getBufferSignal(self, name: str) -> bytes | None:
-        return self.getStringSignal(name)
-
-    def clearBufferSignal(self, name: str | None = None) -> int:
-        return self.clearStringSignal(name)
+    setBufferSignal = setStringSignal
+    getBufferSignal = getStringSignal
+    clearBufferSignal = clearStringSignal
 
     def getSignalName(self, index: int, kind: int) -> str | None:
         """The name of the signal at this index, from 0; nil after the last. Kind: 0 integer, 1 float, 2 string.

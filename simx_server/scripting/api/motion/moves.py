@@ -27,7 +27,7 @@ from simx_server.scripting.signature import (
     to_text,
 )
 
-from .moving import Motion, Moving, Way, limits_of, lists, nearest, numbers, start_state, stops
+from .moving import Motion, Moving, Way, lists, nearest, numbers, profile_to, start_state, stops
 from .profiles import synchronisation
 
 if TYPE_CHECKING:
@@ -74,22 +74,17 @@ class MoveFunctions(Moving):
         """
         if isinstance(flags, dict):
             motion, data = self._configuration(flags)
-            yield from self._carry_out(motion)
+            yield from self._step_to_the_end(motion)
             return (data,)
         now = position or []
-        count = len(now)
         function = self._function(_given(callback, "a call-back"))
-        profile = Profile(
-            start_state(now, velocity, acceleration),
-            Goal(
-                _turned(now, numbers(goal, count, "a goal"), cyclic),
-                numbers(goal_velocity, count, "velocities at the goal", [0.0] * count),
-            ),
-            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
-            synchronisation(flags),
+        wanted = _turned(now, numbers(goal, len(now), "a goal"), cyclic)
+        most = max_velocity, max_acceleration, max_jerk
+        motion = yield from self._carry_out(
+            profile_to(wanted, goal_velocity, now, velocity, acceleration, most, flags, flags),
+            lambda state: stops(function, *lists(state), auxiliary),
+            time_step,
         )
-        motion = Motion(profile, lambda state: stops(function, *lists(state), auxiliary), time_step)
-        yield from self._carry_out(motion)
         return *lists(motion.state), motion.unused
 
     def moveToPose(
@@ -113,19 +108,13 @@ class MoveFunctions(Moving):
         """
         if isinstance(flags, dict):
             motion, data = self._posed(flags)
-            yield from self._carry_out(motion)
+            yield from self._step_to_the_end(motion)
             return (data,)
         way = Way(_pose(position, "a pose"), _pose(goal, "a goal"), metric)
-        count = len(way.lengths)
         function = self._function(_given(callback, "a call-back"))
         is_matrix = len(position or []) == _MATRIX
-        rest = [0.0] * count
-        profile = Profile(
-            State(rest, rest, rest),
-            Goal(way.lengths, rest),
-            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
-            synchronisation(flags),
-        )
+        rest = [0.0] * len(way.lengths)
+        most = max_velocity, max_acceleration, max_jerk
 
         def written(state: State) -> list[float]:
             pose = way.pose(state.position)
@@ -134,8 +123,9 @@ class MoveFunctions(Moving):
         def put(state: State) -> bool:
             return stops(function, written(state), *lists(state)[1:], auxiliary)
 
-        motion = Motion(profile, put, time_step)
-        yield from self._carry_out(motion)
+        motion = yield from self._carry_out(
+            profile_to(way.lengths, None, rest, None, None, most, flags, flags), put, time_step
+        )
         return written(motion.state), motion.unused
 
     def moveToConfig_init(self, parameters: dict[str, Any]) -> dict[str, Any]:

@@ -163,9 +163,7 @@ class CollisionFunctions(ApiPart):
         self._world.collections.remove(collection)
         return 1
 
-    def destroyCollection(self, collection: int) -> int:
-        """CoppeliaSim 4's name of sim.removeCollection."""
-        return self.removeCollection(collection)
+    destroyCollection = removeCollection
 
     def getCollectionObjects(self, collection: int) -> list[int]:
         """Handles of what is in it now."""

@@ -27,20 +27,11 @@ class CustomDataFunctions(ApiPart):
         names = self._world.custom_data.names(self._self(handle))
         return [name for name in names if not name.startswith(HIDDEN)] or None
 
-    def readCustomDataTags(self, handle: int) -> list[str] | None:
-        return self.readCustomDataBlockTags(handle)
-
-    def writeCustomStringData(self, handle: int, name: str, data: bytes | None = None) -> None:
-        self.writeCustomDataBlock(handle, name, data)
-
-    def readCustomStringData(self, handle: int, name: str) -> bytes | None:
-        return self.readCustomDataBlock(handle, name)
-
-    def writeCustomBufferData(self, handle: int, name: str, data: bytes | None = None) -> None:
-        self.writeCustomDataBlock(handle, name, data)
-
-    def readCustomBufferData(self, handle: int, name: str) -> bytes | None:
-        return self.readCustomDataBlock(handle, name)
+    readCustomDataTags = readCustomDataBlockTags
+    writeCustomStringData = writeCustomDataBlock
+    readCustomStringData = readCustomDataBlock
+    writeCustomBufferData = writeCustomDataBlock
+    readCustomBufferData = readCustomDataBlock
 
     def writeCustomTableData(
         self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None

@@ -70,9 +70,7 @@ class JointFunctions(ApiPart):
         joints.set_joint_force(self._world, self._self(joint), force)
         return 1
 
-    def setJointMaxForce(self, joint: int, force: float) -> int:
-        """The same as sim.setJointForce."""
-        return self.setJointForce(joint, force)
+    setJointMaxForce = setJointForce
 
     def setJointTargetForce(self, joint: int, force: float) -> int:
         """Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity gives the direction."""
@@ -82,9 +80,7 @@ class JointFunctions(ApiPart):
         """1e9 for a joint without a limit."""
         return joints.get_joint_max_force(self._world, self._self(joint))
 
-    def getJointTargetForce(self, joint: int) -> float:
-        """The same as sim.getJointMaxForce."""
-        return self.getJointMaxForce(joint)
+    getJointTargetForce = getJointMaxForce
 
     def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
         """Whether it is cyclic, and {least value, range}."""

@@ -88,11 +88,8 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectInt32Param(handle, parameter, value)
         return 1
 
-    def getObjectIntParameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
-        return self.getObjectInt32Parameter(handle, parameter)
-
-    def setObjectIntParameter(self, handle: int, parameter: int, value: int) -> int:
-        return self.setObjectInt32Parameter(handle, parameter, value)
+    getObjectIntParameter = getObjectInt32Parameter
+    setObjectIntParameter = setObjectInt32Parameter
 
     def getObjectFloatParameter(self, handle: int, parameter: int) -> tuple[int, float | None]:
         value = self.getObjectFloatParam(handle, parameter)
@@ -102,9 +99,7 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectFloatParam(handle, parameter, value)
         return 1
 
-    def getObjectStringParameter(self, handle: int, parameter: int) -> str:
-        """Not here: no object has a string parameter."""
-        return self.getObjectStringParam(handle, parameter)
+    getObjectStringParameter = getObjectStringParam
 
     def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
         """Not here: no object has a string parameter."""

@@ -108,9 +108,7 @@ class VisionFunctions(ApiPart):
         settings = self._world.vision.settings(self._vision_sensor(sensor))
         return [settings.width, settings.height]
 
-    def getVisionSensorRes(self, sensor: int) -> list[int]:
-        """CoppeliaSim 4's name of sim.getVisionSensorResolution."""
-        return self.getVisionSensorResolution(sensor)
+    getVisionSensorRes = getVisionSensorResolution
 
     def getVisionSensorImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
