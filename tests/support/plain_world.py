@@ -34,6 +34,7 @@ class PlainSimulation:
         self.parameters = SimpleNamespace(error_report_mode=1)
         self.scripts = SimpleNamespace(want_idle=False)
         self.interruptions = Interruptions()
+        self.rendering = None
         self.simulation = self
         self._parts: list[Part] = []
         self.is_held = False

@@ -48,7 +48,7 @@ class RealWorld:
         self._stack.close()
 
 
-def render_with(world: Any, thread: RenderThread) -> None:
+def render_with(world: Any, thread: Any) -> None:
     """Have another render thread make the images of a world, which closes its first one."""
     if isinstance(world.parts.rendering, RenderThread):
         world.parts.rendering.close()

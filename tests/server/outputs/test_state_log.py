@@ -6,7 +6,6 @@ import errno
 import logging
 import math
 import sys
-from collections import defaultdict
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 from processes import server, wait_until
 from real_world import BLOCKING, RealWorld, start_stepped, step
+from state_logs import read
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import FAILURE
@@ -38,7 +38,6 @@ pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)
 reader = pytest.importorskip("mcap.reader", reason=NEEDED)
 exceptions = pytest.importorskip("mcap.exceptions", reason=NEEDED)
 
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # noqa: E402
 
 SCENE = """
 <mujoco>
@@ -62,29 +61,7 @@ SCENE = """
   <actuator><velocity name="hinge" joint="hinge" kv="10"/></actuator>
 </mujoco>
 """
-Logged = dict[str, list[tuple[int, Any]]]
 """By topic: times in nanoseconds and messages."""
-
-
-def read(path: Path) -> Logged:
-    """Of a log that may be cut off; each message by the schema that is in the file."""
-    classes: dict[int, Any] = {}
-    found: Logged = defaultdict(list)
-    with path.open("rb") as file:
-        try:
-            for schema, channel, message in reader.NonSeekingReader(file).iter_messages(log_time_order=False):
-                assert (channel.message_encoding, schema.encoding) == ("protobuf", "protobuf")
-                if schema.id not in classes:
-                    pool = descriptor_pool.DescriptorPool()
-                    for each in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
-                        pool.Add(each)
-                    classes[schema.id] = message_factory.GetMessageClass(
-                        pool.FindMessageTypeByName(schema.name)
-                    )
-                found[channel.topic].append((message.log_time, classes[schema.id].FromString(message.data)))
-        except exceptions.EndOfFile:
-            pass
-    return found
 
 
 @pytest.fixture

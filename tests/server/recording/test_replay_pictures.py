@@ -10,11 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from films import BLUE, SCENE, frames, middle
 from processes import wait_until
 from real_world import BLOCKING, handle_of, start_stepped, step
 from recordings import RecordedWorld, blocks, kinds, recorded, replay, rewrite
-from test_filming import BLUE, SCENE, frames, middle
-from test_state_log import Logged, read
+from state_logs import Logged, read
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from handler_calls import PaintingThread, World
-from real_world import RealWorld, handle_of, start_stepped, step
+from handler_calls import PaintingThread, QuickPainter, World
+from real_world import RealWorld, handle_of, render_with, start_stepped, step
 from scripted_world import said, scripted
-from test_sim_api_vision import QuickPainter
 
 import simx_client as vrep
 
@@ -115,7 +114,7 @@ def eyes(painter: PaintingThread | None = None, **scripts: str) -> World:
     """Scripts by the names of their sensors."""
     world = scripted({f"lua:{name}": text for name, text in scripts.items()}, body=EYES, custom=EYE_NOTES)
     world.painter = painter or QuickPainter()
-    world.parts.rendering = world.painter  # type: ignore[assignment]
+    render_with(world, world.painter)
     return world
 
 
@@ -252,7 +251,7 @@ def sysCall_vision(inData):
         body=EYES,
         custom=EYE_NOTES,
     )
-    world.parts.rendering = QuickPainter()  # type: ignore[assignment]
+    render_with(world, QuickPainter())
     world.run(1)
     detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
     assert (detects, packets[1]) == (True, [1.5])

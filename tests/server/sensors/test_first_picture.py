@@ -81,7 +81,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
         (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
     world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
-    WarmUp(world.parts)
+    world.simulation.attach(WarmUp(world.parts))
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()

@@ -42,7 +42,7 @@ class Told:
     """A world, what its feed says, and a mirror that follows."""
 
     def __init__(self, world: RealWorld) -> None:
-        self.world, self.sim, self.client = world, world.simulation, world.client()
+        self.world, self.parts, self.sim, self.client = world, world.parts, world.simulation, world.client()
         self.feed = Feed(world.engine, "realm", [19997])
         self.mirror = Mirror()
         self._known = (-1, -1)
@@ -183,7 +183,7 @@ def test_of_thousands_of_signals_the_first_are_told(told: Told) -> None:
 def test_a_large_model_travels_as_it_is(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     small = len(told.ask(LOOK, -1, -1)["binary"])
     monkeypatch.setattr(feed, "_MOST_COMPRESSED", 0)
-    told.feed._forget_model()
+    told.feed.model_changed(None)
     large, _ = told.look()
     assert large["binary"] is not None
     assert told.mirror.copy is not None

@@ -201,8 +201,7 @@ def slider(stage: Stage, name: str) -> viser.GuiSliderHandle:
 
 
 def test_slider_of_a_kinematic_joint_puts_it_there_in_millimetres(joints: Stage) -> None:
-    shown_world = slider(joints, "slide")
-    shown = shown_world.simulation
+    shown = slider(joints, "slide")
     assert (shown.label, shown.min, shown.max) == ("slide (mm)", -1000.0, 1000.0)
     assert "no limits" in joints.text()
     joints.set(shown, 250.0)
@@ -213,8 +212,7 @@ def test_slider_of_a_kinematic_joint_puts_it_there_in_millimetres(joints: Stage)
 
 
 def test_slider_of_a_controlled_joint_sets_the_target_and_moves_it_while_stopped(joints: Stage) -> None:
-    shown_world = slider(joints, "hinge")
-    shown = shown_world.simulation
+    shown = slider(joints, "hinge")
     assert (shown.min, shown.max) == (-90.0, 90.0)
     joints.set(shown, 30.0)
     hinge = handle_of(joints.client, "hinge")
@@ -230,8 +228,7 @@ def test_slider_of_a_controlled_joint_sets_the_target_and_moves_it_while_stopped
 
 
 def test_wheel_gets_a_velocity_and_ball_joints_only_a_line(joints: Stage) -> None:
-    shown_world = slider(joints, "axle")
-    shown = shown_world.simulation
+    shown = slider(joints, "axle")
     assert shown.label == "axle (°/s)"
     joints.set(shown, 90.0)
     axle = handle_of(joints.client, "axle")
@@ -243,8 +240,7 @@ def test_wheel_gets_a_velocity_and_ball_joints_only_a_line(joints: Stage) -> Non
 def test_fast_target_velocity_widens_the_slider(joints: Stage) -> None:
     assert v.simxSetJointTargetVelocity(joints.client, handle_of(joints.client, "axle"), 40.0, BLOCKING) == 0
     joints.show()
-    shown_world = slider(joints, "axle")
-    shown = shown_world.simulation
+    shown = slider(joints, "axle")
     assert shown.max > shown.value == pytest.approx(math.degrees(40.0), abs=0.1)
 
 
@@ -263,8 +259,7 @@ def test_control_of_a_motor_is_chosen_from_a_list(joints: Stage) -> None:
 
 
 def test_panel_does_not_fight_who_drags(joints: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown_world = slider(joints, "slide")
-    shown = shown_world.simulation
+    shown = slider(joints, "slide")
     joints.set(shown, 100.0)
     slide = handle_of(joints.client, "slide")
     assert v.simxSetJointPosition(joints.client, slide, 0.5, BLOCKING) == 0

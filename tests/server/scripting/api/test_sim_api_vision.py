@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from handler_calls import PaintingThread, floats
+from handler_calls import PaintingThread, QuickPainter, floats
 from real_world import render_with
 from sim_api_calls import SCENE, ScriptWorld
 
@@ -27,19 +26,10 @@ RAMP = np.arange(96, dtype=np.uint8).reshape(4, 8, 3)
 GREY = RAMP.astype(int).sum(axis=2) // 3
 
 
-class QuickPainter(PaintingThread):
-    """Has painted before anybody can wait."""
-
-    def request(self, *arguments: Any, **named: Any) -> Any:
-        future = super().request(*arguments, **named)
-        self.paint()
-        return future
-
-
 @pytest.fixture
 def world(tmp_path: Path) -> ScriptWorld:
     world = ScriptWorld(tmp_path, TWO_EYES)
-    world.parts.rendering = QuickPainter()  # type: ignore[assignment]
+    render_with(world, QuickPainter())
     return world
 
 
@@ -163,5 +153,5 @@ def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: Ren
 
 def test_a_picture_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "PATIENCE", 0.01)
-    world.parts.rendering = PaintingThread()  # type: ignore[assignment]
+    render_with(world, PaintingThread())
     world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")
