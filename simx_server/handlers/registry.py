@@ -2,8 +2,8 @@
 
 A handler takes the simulation and the command's arguments in the table's order, returns None, one value or a tuple of
 the results, or a future of these, and raises CommandError for a remote error. One that takes long is a generator that
-ends so, see `steps.py`. It is checked against the table when its module is imported: a name that is not there, or a
-wrong number of parameters, stops the server from starting.
+ends so, see `runtime/background.py`. It is checked against the table when its module is imported: a name that is not
+there, or a wrong number of parameters, stops the server from starting.
 """
 
 from __future__ import annotations

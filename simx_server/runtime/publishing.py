@@ -1,7 +1,4 @@
-"""What the physics thread sends of its own: the streams, each computed once after a pass when it is due.
-
-Also what every message to a client carries in its head: the state of the simulation at that instant.
-"""
+"""The streams: each is computed once after a simulation step when it is due, and sent to its clients."""
 
 from __future__ import annotations
 
@@ -9,24 +6,27 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from functools import partial
 from operator import attrgetter
+from typing import Any
 from weakref import WeakValueDictionary
 
-from simx_client.protocol.codec import answer_packer, encode, encode_delivery, pack_answer, pack_reply_head
+from simx_client.protocol.codec import answer_packer, pack_answer, pack_reply_head
 from simx_client.protocol.commands import Command
-from simx_client.protocol.messages import STATUS_OK, Call, Delivery, Reply
+from simx_client.protocol.messages import STATUS_OK, Call, Reply
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.simulation import Simulation
 
-from .clock import Pacer
-from .dispatch import Answer, Dispatch
+from .answers import Answer
+from .dispatch import Dispatch, check
+from .executor import Executor
 from .monitoring.metrics import Metrics, Tally
+from .replies import Messages
 from .sessions import ClientSession
-from .streams import PassAnswers, Question, Shared, Stream
+from .streams import Question, Shared, StepAnswers, Stream
 
 logger = logging.getLogger(__name__)
 
@@ -43,59 +43,38 @@ LONGEST_FOR_ALL = 0.1
 LONGEST_STEPPED = 0.5
 """The same as `LONGEST` for a client that steps: it waits for the values itself."""
 
-_STATE_BITS = {
-    SimulationState.STOPPED: 0b000,
-    SimulationState.RUNNING: 0b001,
-    SimulationState.PAUSED: 0b011,
-}
-_REAL_TIME_BIT = 0b100
-
-_SCENE_ID_MASK = 0xFFFF
-"""The message header has two bytes for it."""
-
 
 class Publisher:
-    """Puts replies into messages, and makes and sends those of the streams. Physics thread, but for `message`."""
+    """Arms, computes and sends the streams. Physics thread only."""
 
-    def __init__(self, simulation: Simulation, dispatch: Dispatch, pacer: Pacer, metrics: Metrics) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        dispatch: Dispatch,
+        executor: Executor,
+        messages: Messages,
+        metrics: Metrics,
+    ) -> None:
         self._simulation = simulation
-        self._metrics = metrics
         self._dispatch = dispatch
-        self._pacer = pacer
+        self._executor = executor
+        self._messages = messages
+        self._metrics = metrics
         self._round = 0
         self._next_client = ""
         """Whose streams had to wait for the next pass."""
 
         self._shared: WeakValueDictionary[Question, Shared] = WeakValueDictionary()
 
-    def message(self, session: ClientSession, replies: list[Reply]) -> bytes:
-        """Replies with their head, as they travel."""
-        return encode(self._delivery(session, replies))
-
-    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
-        state = _STATE_BITS[self._simulation.state] | (
-            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
-        )
-        return Delivery(
-            session.message_id,
-            session.client_time,
-            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
-            self._simulation.scene_id & _SCENE_ID_MASK,
-            state,
-            replies,
-        )
-
-    def time_ms(self) -> int:
-        """Simulated time as replies tell it."""
-        return int(self._simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
-
-    def arm(self, session: ClientSession, call: Call, answer: Answer | Future[Answer]) -> None:
-        """A stream begins with what its call was answered, unless that was refused."""
+    def arm(
+        self, session: ClientSession, call: Call, command: Command, answer: Answer | Future[Answer]
+    ) -> None:
+        """Begin a stream with the answer to its call, unless that was refused."""
         try:
-            command, arguments = self._dispatch.check(call.command, call.arguments)
+            arguments = check(command, call.arguments)
             handler = self._dispatch.handler(session, command)
         except CommandError:
-            return  # the answer has said so, and it would be the same after each pass
+            return  # the answer has said so, and it would be the same after each step
         try:
             wanted = len(session.streams.by_id) + (call.call_id not in session.streams.by_id)
             self._simulation.limits.check("streams", wanted, "end some with discontinue")
@@ -109,15 +88,15 @@ class Publisher:
         if isinstance(answer, Future):
             stream.pending = answer
         else:
-            stream.last = self._packed(session, command, answer, self.time_ms())
+            stream.last = self._packed(session, command, answer, self._messages.time_ms())
             question = stream.question()
             if question is not None and not stream.delay:
                 stream.shared = self._shared.get(question)
                 if stream.shared is None:
-                    read = None
+                    work = None
                     if command.only_reads and not handler.with_client:
-                        read = partial(handler.bound(self._simulation, None), *arguments)
-                    stream.shared = Shared(question, command, arguments, read, stream.last)
+                        work = partial(handler.bound(self._simulation, None), *arguments)
+                    stream.shared = Shared(question, command, arguments, work, stream.last)
                     self._shared[question] = stream.shared
         session.streams.arm(stream)
 
@@ -130,7 +109,7 @@ class Publisher:
             after_pass: the simulation has just made one.
             is_bounded: as long as there is time. A recording knows no clock.
         """
-        answers = PassAnswers()
+        answers = StepAnswers()
         self._round += 1
         until = time.perf_counter() + LONGEST_FOR_ALL if is_bounded else math.inf
         # A copy, as clients come and go while a streamed call runs a script.
@@ -154,11 +133,11 @@ class Publisher:
                     session.streams.clear()
 
     def _publish_client(
-        self, session: ClientSession, answers: PassAnswers, until: float, *, every_picture: bool
+        self, session: ClientSession, answers: StepAnswers, until: float, *, every_picture: bool
     ) -> None:
-        now, time_ms = time.monotonic(), self.time_ms()
-        streams = session.streams
-        newest = self._shared_parts(session, answers, time_ms, until)
+        now, time_ms = time.monotonic(), self._messages.time_ms()
+        streams, tally = session.streams, Tally(self._metrics)
+        newest = self._shared_parts(session, tally, answers, time_ms, until)
         taken: list[Reply] = []
         has_begun = False
         for stream in streams.single_in_turn():
@@ -170,7 +149,8 @@ class Publisher:
                 question = stream.question()
                 answer = answers.get(question)
                 if answer is None:
-                    answer = self._dispatch.carry_out(session, command, stream.arguments)
+                    work = self._dispatch.bind(session, command, stream.arguments)
+                    answer = self._executor.execute(session, tally, command, work)
                     answers.put(question, answer)
                 if isinstance(answer, Future):
                     stream.pending, stream.last = answer, None
@@ -189,38 +169,45 @@ class Publisher:
                 stream.last = self._packed(session, command, answer, time_ms)
             if stream.last is not None and not command.takes_what_it_reads:
                 newest += (stream.head, stream.last)
+        tally.end()
         if taken:
-            session.link.deliver(self.message(session, taken))
+            session.link.deliver(self._messages.pack(session, taken))
         if newest and ((values := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
             streams.last_sent, streams.next_repeat = values, now + REPEAT
-            session.link.publish(encode_delivery(self._delivery(session, []), values, len(newest) // 2))
+            session.link.publish(self._messages.pack_parts(session, values, len(newest) // 2))
 
     def _shared_parts(
-        self, session: ClientSession, answers: PassAnswers, time_ms: int, until: float
+        self, session: ClientSession, tally: Tally, answers: StepAnswers, time_ms: int, until: float
     ) -> list[bytes]:
-        """Heads and answers, by turns, of this client's streams that share theirs."""
+        """Return heads and answers, by turns, of this client's streams that share theirs."""
         streams, this = session.streams, self._round
         due = [share for share in streams.shares() if share.round != this]
         if streams.is_cut:
             due.sort(key=attrgetter("round"))
-        late = self._answer(session, answers, time_ms, due, until)
+        late = self._answer(session, tally, answers, time_ms, due, until)
+        tally.end()
         streams.is_cut = time.perf_counter() >= until
         for share in late:
             streams.separate(share)
         return streams.parts()
 
     def _answer(
-        self, session: ClientSession, answers: PassAnswers, time_ms: int, shares: list[Shared], until: float
+        self,
+        session: ClientSession,
+        tally: Tally,
+        answers: StepAnswers,
+        time_ms: int,
+        shares: list[Shared],
+        until: float,
     ) -> list[Shared]:
         """Answer what no stream of another client has asked for yet in this round, as long as there is time.
 
         Returns:
-            What will be answered later.
+            The shares that will be answered later.
         """
-        now, has_begun = time.perf_counter, False
+        now, has_begun, execute = time.perf_counter, False, self._executor.execute
         late: list[Shared] = []
         pack = answer_packer(STATUS_OK, time_ms)
-        tally, counted, is_one_value = Tally(self._metrics), None, False
         for share in shares:
             if share.round == self._round:
                 continue  # another stream of this client asks the same
@@ -228,42 +215,40 @@ class Publisher:
                 break
             has_begun = True
             command = share.command
-            if share.read is None:
-                tally.end()
-                counted = None
-                answer = self._dispatch.carry_out(session, command, share.arguments)
-            else:
-                if command is not counted:
-                    counted, is_one_value = command, len(command.results) == 1
-                    tally.turn_to(command.name)
-                tally.count += 1
-                try:
-                    result = share.read()
-                    if is_one_value and not isinstance(result, Future):
-                        share.packed, share.round = pack([result]), self._round
-                        continue
-                    answer = self._dispatch.answer(session, command, result)
-                except Exception as error:
-                    answer = self._dispatch.failure(session, command.name, error)
+            work = share.work or self._dispatch.bind(session, command, share.arguments)
+            answer = execute(session, tally, command, work)
             if isinstance(answer, Future):
                 answers.put(share.question, answer)
                 late.append(share)
                 continue
-            share.packed, share.round = self._packed(session, command, answer, time_ms), self._round
-        tally.end()
+            share.packed = self._packed(session, command, answer, time_ms, pack)
+            share.round = self._round
         return late
 
-    def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
-        """An answer as it travels. What cannot be packed is an error of its stream alone."""
+    def _packed(
+        self,
+        session: ClientSession,
+        command: Command,
+        answer: Answer,
+        time_ms: int,
+        pack: Callable[[list[Any]], bytes] | None = None,
+    ) -> bytes:
+        """Return an answer as it travels. What cannot be packed is an error of its stream alone.
+
+        Args:
+            pack: packs the values of an answer without an error at this time.
+        """
         try:
+            if pack is not None and answer.status == STATUS_OK:
+                return pack(answer.values)
             return pack_answer(answer.status, time_ms, answer.values)
         except Exception as error:
-            status, values = self._dispatch.failure(session, command.name, error)
+            status, values = self._executor.failure(session, command.name, error)
             return pack_answer(status, time_ms, values)
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
         status, values = done.result()
-        message = self.message(session, [Reply(stream_id, status, time_ms, values)])
+        message = self._messages.pack(session, [Reply(stream_id, status, time_ms, values)])
         session.link.publish_picture(stream_id, message)
