@@ -25,13 +25,13 @@ from simx_server.app.server import build_simulation
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
-from simx_server.runtime.clock import Pacer
 from simx_server.runtime.background import wait_for_step
+from simx_server.runtime.clock import Pacer
 from simx_server.runtime.dispatch import Dispatch
 from simx_server.runtime.executor import Executor
 from simx_server.runtime.monitoring.metrics import Tally
-from simx_server.runtime.sessions import ClientSession
 from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession
 
 from . import baselines, processes
 from .blocking import message_sizes

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from simx_client.protocol.commands import Command
-from simx_client.protocol.messages import STATUS_OK, of_fields
+from simx_client.protocol.messages import STATUS_OK
 
+Answer = tuple[int, list[Any]]
+"""A status and wire values. A plain tuple, as one is made for each call and for each stream after each step."""
 
-class Answer(NamedTuple):
-    """A status and wire values."""
-
-    status: int
-    values: list[Any]
-
-
-DONE = Answer(STATUS_OK, [])
+DONE: Answer = STATUS_OK, []
 """The answer of a handler that returns nothing."""
 
 
 def answer_of(command: Command, result: Any) -> Answer:
     """Return what a handler returned as an answer: no value, one, or those of a tuple."""
     count = len(command.results)
-    values = [result] if count == 1 else list(result) if count else []
-    return of_fields(Answer, (STATUS_OK, values))
+    return STATUS_OK, [result] if count == 1 else list(result) if count else []

@@ -272,8 +272,9 @@ class Batches:
         if isinstance(answer, Unfinished):
             self._await_step(session, answer, asked, batch)
             return
-        assert isinstance(answer, Answer)  # no image takes steps
-        batch.replies.append(Reply(asked.call_id, answer.status, self._messages.time_ms(), answer.values))
+        assert not isinstance(answer, Future)  # no image takes steps
+        status, values = answer
+        batch.replies.append(Reply(asked.call_id, status, self._messages.time_ms(), values))
         self.execute_rest(session)
 
     def _is_early(self, session: ClientSession, call: Call) -> bool:

@@ -128,7 +128,7 @@ class Executor:
             error = CommandError(f"MuJoCo cannot do that: {one_line(error)}")
         if isinstance(error, CommandError) and error.silent:
             self.metrics.failed(name, "")
-            return Answer(STATUS_REMOTE_ERROR, [])
+            return STATUS_REMOTE_ERROR, []
         if isinstance(error, CommandError):
             text = shortened(str(error) if str(error).startswith(name) else f"{name[:64]}: {error}")
             if client.is_news(text):
@@ -143,4 +143,4 @@ class Executor:
             client.errors.append(text)
         if mode & c.sim_api_errormessage_output:
             self.simulation.status_bar.add(text)
-        return Answer(STATUS_REMOTE_ERROR, [text])
+        return STATUS_REMOTE_ERROR, [text]

@@ -6,11 +6,10 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import partial
 from operator import attrgetter
-from typing import Any
 from weakref import WeakValueDictionary
 
 from simx_client.protocol.codec import answer_packer, pack_answer, pack_reply_head
@@ -81,7 +80,7 @@ class Publisher:
         except LimitReached as problem:
             session.errors.append(str(problem))
             return
-        if isinstance(answer, Answer) and answer.status == STATUS_OK and command.is_hit(answer.values):
+        if not isinstance(answer, Future) and answer[0] == STATUS_OK and command.is_hit(answer[1]):
             return
         head = pack_reply_head(call.call_id)
         stream = Stream(call.call_id, command, arguments, max(0, call.delay_ms) / 1000, head)
@@ -158,13 +157,14 @@ class Publisher:
                         partial(self._publish_picture, session, stream.stream_id, time_ms)
                     )
                     continue
+                status, values = answer
                 if command.takes_what_it_reads:
-                    if answer.status or answer.values[0]:
-                        taken.append(Reply(stream.stream_id, answer.status, time_ms, answer.values))
+                    if status or values[0]:
+                        taken.append(Reply(stream.stream_id, status, time_ms, values))
                     continue
-                if answer.status == STATUS_OK and command.is_hit(answer.values):
+                if status == STATUS_OK and command.is_hit(values):
                     streams.cancel(stream.stream_id)
-                    taken.append(Reply(stream.stream_id, answer.status, time_ms, answer.values))
+                    taken.append(Reply(stream.stream_id, status, time_ms, values))
                     continue
                 stream.last = self._packed(session, command, answer, time_ms)
             if stream.last is not None and not command.takes_what_it_reads:
@@ -172,9 +172,9 @@ class Publisher:
         tally.end()
         if taken:
             session.link.deliver(self._messages.pack(session, taken))
-        if newest and ((values := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
-            streams.last_sent, streams.next_repeat = values, now + REPEAT
-            session.link.publish(self._messages.pack_parts(session, values, len(newest) // 2))
+        if newest and ((parts := b"".join(newest)) != streams.last_sent or now >= streams.next_repeat):
+            streams.last_sent, streams.next_repeat = parts, now + REPEAT
+            session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
 
     def _shared_parts(
         self, session: ClientSession, tally: Tally, answers: StepAnswers, time_ms: int, until: float
@@ -221,27 +221,19 @@ class Publisher:
                 answers.put(share.question, answer)
                 late.append(share)
                 continue
-            share.packed = self._packed(session, command, answer, time_ms, pack)
+            status, values = answer
+            try:
+                share.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
+            except Exception:
+                share.packed = self._packed(session, command, answer, time_ms)  # the error that says so
             share.round = self._round
         return late
 
-    def _packed(
-        self,
-        session: ClientSession,
-        command: Command,
-        answer: Answer,
-        time_ms: int,
-        pack: Callable[[list[Any]], bytes] | None = None,
-    ) -> bytes:
-        """Return an answer as it travels. What cannot be packed is an error of its stream alone.
-
-        Args:
-            pack: packs the values of an answer without an error at this time.
-        """
+    def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
+        """Return an answer as it travels. What cannot be packed is an error of its stream alone."""
+        status, values = answer
         try:
-            if pack is not None and answer.status == STATUS_OK:
-                return pack(answer.values)
-            return pack_answer(answer.status, time_ms, answer.values)
+            return pack_answer(status, time_ms, values)
         except Exception as error:
             status, values = self._executor.failure(session, command.name, error)
             return pack_answer(status, time_ms, values)
