@@ -29,7 +29,6 @@ from simx_server.runtime.background import wait_for_step
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.dispatch import Dispatch
 from simx_server.runtime.executor import Executor
-from simx_server.runtime.monitoring.metrics import Tally
 from simx_server.runtime.server_loop import Engine
 from simx_server.runtime.sessions import ClientSession
 
@@ -173,24 +172,23 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
     there, server, back = map(statistics.median, zip(*marks, strict=True))
     engine = transport.engine
     session = next(iter(engine.sessions.values()))
-    dispatch = Dispatch(engine.simulation, HANDLERS)
-    executor = Executor(engine.simulation, engine.metrics)
+    executor = Executor(Dispatch(engine.simulation, HANDLERS), engine.metrics)
     question, answer = transport.question, decode_delivery(transport.answer)
     call = decode_batch(question).calls[0]
     inner = [
         statistics.median(timed(part, calls))
         for part in (
             lambda: decode_batch(question),
-            lambda: _execute(dispatch, executor, session, call),
+            lambda: _execute(executor, session, call),
             lambda: encode(answer),
         )
     ]
     return _named(READ, READ_PARTS, [there, *inner, server - sum(inner), back])
 
 
-def _execute(dispatch: Dispatch, executor: Executor, session: ClientSession, call: Call) -> None:
-    tally = Tally(executor.metrics, session.called)
-    found = dispatch.find(session, call.command)
+def _execute(executor: Executor, session: ClientSession, call: Call) -> None:
+    tally = executor.tally(session.called)
+    found = executor.dispatch.find(session, call.command)
     assert found is not None
     executor.execute(session, tally, *found, call.arguments, wait_for_step)
     tally.end()

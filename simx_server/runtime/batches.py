@@ -24,10 +24,10 @@ from simx_server.limits import LimitReached
 
 from .answers import DONE, Answer
 from .background import Unfinished, refuse_steps, wait_for_step
-from .dispatch import Dispatch, Work, no_such_command
+from .dispatch import Work, no_such_command
 from .executor import Executor
 from .inbox import Inbox
-from .monitoring.metrics import UNKNOWN, Tally
+from .monitoring.metrics import UNKNOWN
 from .outbox import Outbox
 from .publishing import Publisher
 from .replies import Messages, Replies
@@ -57,7 +57,6 @@ class Batches:
     def __init__(
         self,
         engine: Engine,
-        dispatch: Dispatch,
         executor: Executor,
         publisher: Publisher,
         messages: Messages,
@@ -65,7 +64,7 @@ class Batches:
         outbox: Outbox,
     ) -> None:
         self._engine = engine
-        self._dispatch, self._executor = dispatch, executor
+        self._dispatch, self._executor = executor.dispatch, executor
         self._publisher, self._messages = publisher, messages
         self._inbox, self._outbox = inbox, outbox
         self.executing = ""
@@ -106,13 +105,13 @@ class Batches:
         """Return the batch; None if it is unreadable or beyond a limit, which the client is told."""
         limits = self._engine.simulation.limits
         try:
-            if len(payload) > limits.message:
-                self._refuse(session, payload, limits.reached("message", "send less at a time"))
-                return None
-            batch = decode_batch(payload)
-            if len(batch.calls) <= limits.calls:
-                return batch
-            self._refuse(session, payload, limits.reached("calls", "send less at a time"))
+            exceeded = "message"
+            if len(payload) <= limits.message:
+                batch = decode_batch(payload)
+                if len(batch.calls) <= limits.calls:
+                    return batch
+                exceeded = "calls"
+            self._refuse(session, payload, limits.reached(exceeded, "send less at a time"))
         except CodecError as error:
             if session.is_news("unreadable"):
                 logger.warning("client %s sent something unreadable: %s", session.name, error)
@@ -171,7 +170,7 @@ class Batches:
             has_waited: the first of the calls was paced, and the simulation step it waited for was made.
         """
         outer, self.executing = (self.executing, self.command), session.client
-        replies, tally = Replies(made), Tally(self._engine.metrics, session.called)
+        replies, tally = Replies(made), self._executor.tally(session.called)
         bound: str | None = None
         found: tuple[Command, Work] | None = None
         now = time.perf_counter
@@ -215,11 +214,19 @@ class Batches:
                 if not isinstance(answer, Future):
                     status, values = answer
                     replies.add(call_id, status, time_ms, values)
-                elif name == TRIGGER:
-                    self._await_trigger(session, answer, call_id, time_ms, replies.made, calls[position:])
-                    return
+                elif name != TRIGGER:
+                    batch = Interrupted([], [])
+                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
                 else:
-                    answer.add_done_callback(partial(self._deliver_later, session, [], call_id, time_ms))
+                    # All replies to a client that steps leave in one message after the simulation step. The calls
+                    # behind the trigger are executed then, or when the client's next batch comes before that.
+                    batch = Interrupted(replies.made, calls[position:])
+                    if batch.rest:
+                        session.interrupted = batch
+                    else:
+                        session.before_trigger = batch.replies
+                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
+                    return
             if replies.made:
                 self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
         finally:
@@ -262,7 +269,7 @@ class Batches:
             return  # it has left
         assert batch.call is not None
         command, steps = batch.call.command, batch.call.steps
-        outer, tally = (self.executing, self.command), Tally(self._engine.metrics)
+        outer, tally = (self.executing, self.command), self._executor.tally()
         self.executing, self.command = session.client, command.name
         try:
             answer = self._executor.execute(session, tally, command, lambda: steps, (), wait_for_step)
@@ -294,37 +301,6 @@ class Batches:
         if call.call_id:
             replies.add(call.call_id, STATUS_OK, self._messages.time_ms(), [])
 
-    def _await_trigger(
-        self,
-        session: ClientSession,
-        answer: Future[Answer],
-        call_id: int,
-        time_ms: int,
-        before: list[Reply],
-        rest: list[Call],
-    ) -> None:
-        """Send all answers to a client that steps in one message after the simulation step.
-
-        Args:
-            before: the replies to the calls in front of the trigger.
-            rest: the calls behind it, executed after the step or when the client's next batch comes before that.
-        """
-        if rest:
-            session.interrupted = batch = Interrupted(before, rest)
-            later = partial(self._go_on_later, session, batch, call_id, time_ms)
-        else:
-            session.before_trigger = before
-            later = partial(self._deliver_later, session, before, call_id, time_ms)
-        answer.add_done_callback(later)
-
-    def _go_on_later(
-        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
-    ) -> None:
-        """Go on behind a trigger whose step is made; runs on the thread that finished it."""
-        status, values = done.result()
-        reply = Reply(call_id, status, time_ms, values)
-        self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
-
     def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
         """Execute what waits for a simulation step now, unless it was executed already.
 
@@ -342,11 +318,15 @@ class Batches:
         elif reply is not None:
             session.link.deliver(self._messages.pack(session, [reply]))
 
-    def _deliver_later(
-        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
+    def _answered(
+        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
-        """Deliver an image that is rendered, or the reply to a trigger; runs on the thread that finished it."""
+        """Go on behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
         status, values = done.result()
-        replies = [*before, Reply(call_id, status, time_ms, values)]
-        before.clear()
+        reply = Reply(call_id, status, time_ms, values)
+        if batch.rest:
+            self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
+            return
+        replies = [*batch.replies, reply]
+        batch.replies.clear()
         session.link.deliver(self._messages.pack(session, replies))

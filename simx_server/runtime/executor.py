@@ -17,10 +17,10 @@ from simx_client.protocol import constants as c
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_REMOTE_ERROR
 from simx_server.errors import CommandError, one_line, shortened
-from simx_server.world.simulation import Simulation
 
 from .answers import DONE, Answer, answer_of
 from .background import Unfinished, refuse_steps
+from .dispatch import Dispatch, Work
 from .monitoring.metrics import Metrics, Tally
 from .sessions import ClientSession
 
@@ -33,13 +33,14 @@ _NOT_YET = (Future, GeneratorType)
 class Executor:
     """Runs handlers. Physics thread only, but for `failure`; images finish on the render thread."""
 
-    def __init__(self, simulation: Simulation, metrics: Metrics) -> None:
-        self.simulation = simulation
+    def __init__(self, dispatch: Dispatch, metrics: Metrics) -> None:
+        self.dispatch = dispatch
+        self.simulation = dispatch.simulation
         self.metrics = metrics
 
     @overload
     def execute(
-        self, client: ClientSession, tally: Tally, command: Command, work: Callable[..., Any]
+        self, client: ClientSession, tally: Tally, command: Command, work: Work
     ) -> Answer | Future[Answer]: ...
 
     @overload
@@ -48,7 +49,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Callable[..., Any],
+        work: Work,
         arguments: Sequence[Any],
         at_step: Callable[[Unfinished], Any],
     ) -> Answer | Future[Answer] | Unfinished: ...
@@ -58,7 +59,7 @@ class Executor:
         client: ClientSession,
         tally: Tally,
         command: Command,
-        work: Callable[..., Any],
+        work: Work,
         arguments: Sequence[Any] = (),
         at_step: Callable[[Unfinished], Any] = refuse_steps,
     ) -> Answer | Future[Answer] | Unfinished:
@@ -85,6 +86,14 @@ class Executor:
             return answer_of(command, result)
         except Exception as error:
             return self.failure(client, command.name, error)
+
+    def tally(self, called: dict[str, int] | None = None) -> Tally:
+        """Make what counts and times handlers that are run one behind the other.
+
+        Args:
+            called: how often a client called each command; is added to as well.
+        """
+        return Tally(self.metrics, called)
 
     def finish(self, call: Unfinished) -> Any:
         """Take all steps of a call at once, for ``execute``; return its result, or raise what the steps raise."""

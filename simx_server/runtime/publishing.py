@@ -17,12 +17,10 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Reply
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.world.simulation import Simulation
 
 from .answers import Answer
-from .dispatch import Dispatch, check
+from .dispatch import check
 from .executor import Executor
-from .monitoring.metrics import Metrics, Tally
 from .replies import Messages
 from .sessions import ClientSession
 from .streams import Question, Shared, StepAnswers, Stream
@@ -46,19 +44,11 @@ LONGEST_STEPPED = 0.5
 class Publisher:
     """Arms, computes and sends the streams. Physics thread only."""
 
-    def __init__(
-        self,
-        simulation: Simulation,
-        dispatch: Dispatch,
-        executor: Executor,
-        messages: Messages,
-        metrics: Metrics,
-    ) -> None:
-        self._simulation = simulation
-        self._dispatch = dispatch
+    def __init__(self, executor: Executor, messages: Messages) -> None:
+        self._simulation = executor.simulation
+        self._dispatch = executor.dispatch
         self._executor = executor
         self._messages = messages
-        self._metrics = metrics
         self._round = 0
         self._next_client = ""
         """Whose streams had to wait for the next pass."""
@@ -135,8 +125,8 @@ class Publisher:
         self, session: ClientSession, answers: StepAnswers, until: float, *, every_picture: bool
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
-        streams, tally = session.streams, Tally(self._metrics)
-        newest = self._shared_parts(session, tally, answers, time_ms, until)
+        streams, newest = session.streams, self._shared_parts(session, answers, time_ms, until)
+        tally = self._executor.tally()
         taken: list[Reply] = []
         has_begun = False
         for stream in streams.single_in_turn():
@@ -177,39 +167,22 @@ class Publisher:
             session.link.publish(self._messages.pack_parts(session, parts, len(newest) // 2))
 
     def _shared_parts(
-        self, session: ClientSession, tally: Tally, answers: StepAnswers, time_ms: int, until: float
+        self, session: ClientSession, answers: StepAnswers, time_ms: int, until: float
     ) -> list[bytes]:
-        """Return heads and answers, by turns, of this client's streams that share theirs."""
+        """Answer what this client's streams share with those of others and none of these has asked for yet.
+
+        Returns:
+            Heads and answers, by turns; earlier answers where there was no time.
+        """
+        now, has_begun, execute = time.perf_counter, False, self._executor.execute
         streams, this = session.streams, self._round
         due = [share for share in streams.shares() if share.round != this]
         if streams.is_cut:
             due.sort(key=attrgetter("round"))
-        late = self._answer(session, tally, answers, time_ms, due, until)
-        tally.end()
-        streams.is_cut = time.perf_counter() >= until
-        for share in late:
-            streams.separate(share)
-        return streams.parts()
-
-    def _answer(
-        self,
-        session: ClientSession,
-        tally: Tally,
-        answers: StepAnswers,
-        time_ms: int,
-        shares: list[Shared],
-        until: float,
-    ) -> list[Shared]:
-        """Answer what no stream of another client has asked for yet in this round, as long as there is time.
-
-        Returns:
-            The shares that will be answered later.
-        """
-        now, has_begun, execute = time.perf_counter, False, self._executor.execute
         late: list[Shared] = []
-        pack = answer_packer(STATUS_OK, time_ms)
-        for share in shares:
-            if share.round == self._round:
+        pack, tally = answer_packer(STATUS_OK, time_ms), self._executor.tally()
+        for share in due:
+            if share.round == this:
                 continue  # another stream of this client asks the same
             if has_begun and now() >= until:
                 break
@@ -224,10 +197,14 @@ class Publisher:
             status, values = answer
             try:
                 share.packed = pack(values) if status == STATUS_OK else pack_answer(status, time_ms, values)
-            except Exception:
-                share.packed = self._packed(session, command, answer, time_ms)  # the error that says so
-            share.round = self._round
-        return late
+            except Exception as error:
+                share.packed = self._failed(session, command, error, time_ms)
+            share.round = this
+        tally.end()
+        streams.is_cut = now() >= until
+        for share in late:
+            streams.separate(share)
+        return streams.parts()
 
     def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
         """Return an answer as it travels. What cannot be packed is an error of its stream alone."""
@@ -235,8 +212,11 @@ class Publisher:
         try:
             return pack_answer(status, time_ms, values)
         except Exception as error:
-            status, values = self._executor.failure(session, command.name, error)
-            return pack_answer(status, time_ms, values)
+            return self._failed(session, command, error, time_ms)
+
+    def _failed(self, session: ClientSession, command: Command, error: Exception, time_ms: int) -> bytes:
+        status, values = self._executor.failure(session, command.name, error)
+        return pack_answer(status, time_ms, values)
 
     def _publish_picture(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]

@@ -83,15 +83,13 @@ class Engine:
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
         self._dispatch = Dispatch(simulation, handlers)
-        executor, messages = Executor(simulation, self.metrics), Messages(simulation, pacer)
-        self._publisher = Publisher(simulation, self._dispatch, executor, messages, self.metrics)
+        executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self._publisher = Publisher(executor, messages)
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox(lambda: self.simulation.limits)
         self._outbox = Outbox(messages.pack)
-        self._batches = Batches(
-            self, self._dispatch, executor, self._publisher, messages, self._inbox, self._outbox
-        )
+        self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
         self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing)
         self._is_serving = False
         """Within `serve_others`."""

@@ -284,13 +284,10 @@ class Tally:
     __slots__ = ("_began", "_called", "_metrics", "command", "count")
 
     def __init__(self, metrics: Metrics, called: dict[str, int] | None = None) -> None:
-        """Count nothing yet.
-
-        Args:
-            called: how often a client called each command; adds to it as well, unless None.
-        """
         self._metrics = metrics
         self._called = called
+        """How often a client called each command, unless streams are counted."""
+
         self._began = 0.0
         self.command: Command | None = None
         self.count = 0
