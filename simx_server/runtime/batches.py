@@ -172,8 +172,9 @@ class Batches:
         outer, self.executing = (self.executing, self.command), session.client
         replies, tally = Replies(made), self._executor.tally(session.called)
         bound: str | None = None
-        found: tuple[Command, Work] | None = None
-        now = time.perf_counter
+        command: Command | None = None
+        work: Work | None = None
+        now, execute, at_step = time.perf_counter, self._executor.execute, self._at_step
         until = now() + SLICE
         try:
             for position, call in enumerate(calls, 1):
@@ -193,13 +194,13 @@ class Batches:
                     self._do_without_command(session, call, replies)
                     continue
                 if name != bound:
-                    bound, found = name, self._dispatch.find(session, name)
-                    self.command = found[0].name if found else ""
-                if found is None:
+                    bound, (command, work) = name, self._dispatch.find(session, name)
+                    self.command = command.name if command else ""
+                if command is None or work is None:
                     answer = self._refuse_unknown(session, name)
                 else:
-                    at_step = refuse_steps if operation == _STREAM else self._at_step
-                    answer = self._executor.execute(session, tally, *found, arguments, at_step)
+                    may_step = at_step if operation == _EXECUTE else refuse_steps
+                    answer = execute(session, tally, command, work, arguments, may_step)
                 if isinstance(answer, Unfinished):
                     self._await_step(
                         session, answer, call, Interrupted(replies.made, calls[position:], False)
@@ -209,8 +210,8 @@ class Batches:
                 if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
                     replies.done(call_id, time_ms)
                     continue
-                if operation == _STREAM and found is not None:
-                    self._publisher.arm(session, call, found[0], answer)
+                if operation == _STREAM and command is not None:
+                    self._publisher.arm(session, call, command, answer)
                 if not isinstance(answer, Future):
                     status, values = answer
                     replies.add(call_id, status, time_ms, values)

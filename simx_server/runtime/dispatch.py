@@ -25,16 +25,16 @@ class Dispatch:
         self.simulation = simulation
         self._handlers = handlers
 
-    def find(self, client: ClientSession, name: str) -> tuple[Command, Work] | None:
+    def find(self, client: ClientSession, name: str) -> tuple[Command, Work] | tuple[None, None]:
         """Find the command of this name, and what executes it: it checks the arguments and runs the handler.
 
         Returns:
-            None if the table has no such command. A command that is refused to the client raises the reason when
-            it is executed.
+            None for both if the table has no such command. A command that is refused to the client raises the
+            reason when it is executed.
         """
         command = ANSWERED.get(name)
         if command is None:
-            return None
+            return None, None
         try:
             run = self.handler(client, command).bound(self.simulation, client)
         except CommandError as error:
