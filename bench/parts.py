@@ -189,7 +189,8 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
 def _execute(executor: Executor, session: ClientSession, call: Call) -> None:
     tally = executor.tally(session.called)
     command, work = executor.dispatch.find(session, call.command)
-    assert command is not None and work is not None
+    assert command is not None
+    assert work is not None
     executor.execute(session, tally, command, work, call.arguments, wait_for_step)
     tally.end()
 
