@@ -31,11 +31,11 @@ REPEAT = 0.25
 """Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
 
 LONGEST = 0.05
-"""Seconds at most that the streams of one client take after a pass. Values beyond that are repeated from before, and
+"""Seconds at most that the streams of one client take after a step. Values beyond that are repeated from before, and
 come first after the next one; a client that wants less sees one instant."""
 
 LONGEST_FOR_ALL = 0.1
-"""Seconds of all streams, after which clients have to wait for the next pass. Others' calls would wait for longer."""
+"""Seconds of all streams, after which clients have to wait for the next step. Others' calls would wait for longer."""
 
 LONGEST_STEPPED = 0.5
 """The same as `LONGEST` for a client that steps: it waits for the values itself."""
@@ -51,7 +51,7 @@ class Publisher:
         self._messages = messages
         self._round = 0
         self._next_client = ""
-        """Whose streams had to wait for the next pass."""
+        """The client whose streams had to wait for the next step."""
 
         self._shared: WeakValueDictionary[Question, Shared] = WeakValueDictionary()
 
@@ -95,7 +95,7 @@ class Publisher:
         """Compute and send every stream that is due; one that fails ends those of its client.
 
         Args:
-            after_pass: the simulation has just made one.
+            after_pass: the simulation has just made a simulation step.
             is_bounded: as long as there is time. A recording knows no clock.
         """
         answers = StepAnswers()
@@ -116,13 +116,13 @@ class Publisher:
                 try:
                     longest = LONGEST_STEPPED if is_stepped else LONGEST
                     end = time.perf_counter() + longest if is_bounded else math.inf
-                    self._publish_client(session, answers, end, every_picture=is_stepped)
+                    self._publish_client(session, answers, end, every_image=is_stepped)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
                     session.streams.clear()
 
     def _publish_client(
-        self, session: ClientSession, answers: StepAnswers, until: float, *, every_picture: bool
+        self, session: ClientSession, answers: StepAnswers, until: float, *, every_image: bool
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
         streams, newest = session.streams, self._shared_parts(session, answers, time_ms, until)
@@ -133,7 +133,7 @@ class Publisher:
             command = stream.command
             if has_begun and time.perf_counter() >= until:
                 streams.next_single = streams.next_single or stream.stream_id
-            elif stream.is_due(now, every_picture=every_picture):
+            elif stream.is_due(now, every_image=every_image):
                 has_begun = True
                 question = stream.question()
                 answer = answers.get(question)
@@ -143,9 +143,7 @@ class Publisher:
                     answers.put(question, answer)
                 if isinstance(answer, Future):
                     stream.pending, stream.last = answer, None
-                    answer.add_done_callback(
-                        partial(self._publish_picture, session, stream.stream_id, time_ms)
-                    )
+                    answer.add_done_callback(partial(self._publish_image, session, stream.stream_id, time_ms))
                     continue
                 status, values = answer
                 if command.takes_what_it_reads:
@@ -218,7 +216,7 @@ class Publisher:
         status, values = self._executor.failure(session, command.name, error)
         return pack_answer(status, time_ms, values)
 
-    def _publish_picture(
+    def _publish_image(
         self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
         status, values = done.result()

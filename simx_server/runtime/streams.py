@@ -70,9 +70,9 @@ class Stream:
             return None  # it sets something: each client's own call counts
         return (self.command.name, *self.arguments)
 
-    def is_due(self, now: float, *, every_picture: bool) -> bool:
-        """Whether to execute it now. `every_picture`: the client steps and waits for each, so none is left out."""
-        is_behind = self.pending is not None and not self.pending.done() and not every_picture
+    def is_due(self, now: float, *, every_image: bool) -> bool:
+        """Whether to execute it now. `every_image`: the client steps and waits for each, so none is left out."""
+        is_behind = self.pending is not None and not self.pending.done() and not every_image
         if now < self.next_due or is_behind:
             return False
         self.next_due = now + self.delay
