@@ -25,9 +25,12 @@ from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
+from simx_server.runtime.background import wait_for_step
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.dispatch import Dispatch, Run
+from simx_server.runtime.dispatch import Dispatch
+from simx_server.runtime.executor import Executor
 from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession
 from simx_server.world.world import World
 
 from . import baselines, processes
@@ -170,23 +173,27 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
     there, server, back = map(statistics.median, zip(*marks, strict=True))
     engine = transport.engine
     session = next(iter(engine.sessions.values()))
-    dispatch = Dispatch(engine.parts, HANDLERS, engine.metrics)
+    executor = Executor(Dispatch(engine.world, HANDLERS), engine.metrics)
     question, answer = transport.question, decode_delivery(transport.answer)
     call = decode_batch(question).calls[0]
     inner = [
         statistics.median(timed(part, calls))
         for part in (
             lambda: decode_batch(question),
-            lambda: _execute(dispatch.run(session), call),
+            lambda: _execute(executor, session, call),
             lambda: encode(answer),
         )
     ]
     return _named(READ, READ_PARTS, [there, *inner, server - sum(inner), back])
 
 
-def _execute(run: Run, call: Call) -> None:
-    run.execute(call.command, call.arguments)
-    run.end()
+def _execute(executor: Executor, session: ClientSession, call: Call) -> None:
+    tally = executor.tally(session.called)
+    command, work = executor.dispatch.find(session, call.command)
+    assert command is not None
+    assert work is not None
+    executor.execute(session, tally, command, work, call.arguments, wait_for_step)
+    tally.end()
 
 
 def _parts_of_loop(

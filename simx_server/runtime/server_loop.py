@@ -26,10 +26,12 @@ from .batches import Batches
 from .busy import BusyDesk, Doing
 from .clock import Pacer
 from .dispatch import Dispatch
+from .executor import Executor
 from .inbox import Arrival, Event, Inbox, interfere
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
+from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 
 if TYPE_CHECKING:
@@ -82,14 +84,15 @@ class Engine(Part):
         self.sessions: dict[str, ClientSession] = {}
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
-        self._dispatch = Dispatch(world, handlers, self.metrics)
-        self._publisher = Publisher(world, self._dispatch, pacer, self.metrics)
+        self._dispatch = Dispatch(world, handlers)
+        executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self._publisher = Publisher(executor, messages)
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox(lambda: self.simulation.limits)
-        self._outbox = Outbox(self._publisher.message)
-        self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
-        self._busy = BusyDesk(simulation, self._inbox, self.sessions, self._publisher.message, self._doing)
+        self._outbox = Outbox(messages.pack)
+        self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
+        self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -287,7 +290,7 @@ class Engine(Part):
                 session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
     def _doing(self) -> Doing:
-        return Doing(self._batches.executing, self._dispatch.executing)
+        return Doing(self._batches.executing, self._batches.command)
 
     def _handle(self, event: Event | Arrival) -> None:
         outer = self._busy.begin()
