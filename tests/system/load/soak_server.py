@@ -111,10 +111,11 @@ class SoakServer:
 
     def __init__(self, stack: ExitStack, workspace: Path) -> None:
         self.workspace, self.scene = workspace, SCENE
-        self.simulation = open_world(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.parts = open_world(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.simulation = self.parts.simulation
         self.parts.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
-        self.engine = Engine(self.simulation, HANDLERS, pacer)
+        self.engine = Engine(self.parts, HANDLERS, pacer)
         self.parts.parameters.pace = pacer
         self.batches = 0
         submit_as = self.engine.submit_as
