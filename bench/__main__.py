@@ -23,25 +23,25 @@ from .measuring.report import PLOTS, Findings, Plot, compose
 
 logger = logging.getLogger("bench")
 
-MEASUREMENTS = (
-    "blocking",
-    "streaming",
-    "clients",
-    "values",
-    "parts",
-    "stepping",
-    "picture",
-    "sizes",
-    "servers",
-    "batch",
-    "scenes",
-    "sensors",
-    "view",
-    "startup",
-    "scale",
-    "edits",
-)
-"""Modules of this package with a function ``measure``, in the order of the report."""
+MEASUREMENTS = {
+    "blocking": "bench.calls.blocking",
+    "streaming": "bench.calls.streaming",
+    "clients": "bench.load.clients",
+    "values": "bench.calls.values",
+    "parts": "bench.calls.parts",
+    "stepping": "bench.calls.stepping",
+    "picture": "bench.images.picture",
+    "sizes": "bench.images.sizes",
+    "servers": "bench.load.servers",
+    "batch": "bench.calls.batch",
+    "scenes": "bench.world.scenes",
+    "sensors": "bench.world.sensors",
+    "view": "bench.load.view",
+    "startup": "bench.load.startup",
+    "scale": "bench.load.scale",
+    "edits": "bench.world.edits",
+}
+"""By name the module whose function ``measure`` makes it, in the order of the report."""
 
 REPORT = Path(__file__).with_name("REPORT.md")
 
@@ -79,7 +79,7 @@ def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Finding
     for place, name in enumerate(names, 1):
         logger.info("[%d/%d] %s", place, len(names), name)
         # Imported when it is needed: some load MuJoCo, and a blocking call is timed in a process as lean as a script.
-        measure = importlib.import_module(f"{__package__}.{name}").measure
+        measure = importlib.import_module(MEASUREMENTS[name]).measure
         began = time.monotonic()
         findings.append(measure(effort))
         took[name] = time.monotonic() - began

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import os
 from contextlib import ExitStack, closing
@@ -314,3 +315,8 @@ def test_the_page_is_told_beside_a_server_without_one() -> None:
     assert {ratio.what for ratio in found.ratios if ratio.target} == {view.LOOK, view.SURVEY}
     (grid,) = found.grids
     assert [name for name, _ in grid.lines] == [view.NO_PAGE, *view.LOOKERS]
+
+
+@pytest.mark.parametrize("module", bench.MEASUREMENTS.values())
+def test_every_measurement_has_its_function(module: str) -> None:
+    assert callable(importlib.import_module(module).measure)
