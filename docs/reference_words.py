@@ -1,4 +1,4 @@
-"""What docs/reference.py says of arguments and results beyond their kinds, and puts in for them in examples.
+"""Meanings of arguments and results for docs/reference.py, and their values in examples.
 
 Words are per name, as a name means the same in nearly all functions; where it does not, per function and name.
 """
@@ -203,12 +203,12 @@ SAMPLES: dict[str, str] = {
     "simxGetArrayParameter paramIdentifier": "vrep.sim_arrayparam_gravity",
     "simxSetArrayParameter paramIdentifier": "vrep.sim_arrayparam_gravity",
 }  # fmt: skip
-"""What stands in an example for an argument; the test gives the names that are not quoted their values."""
+"""Values of arguments in examples; the test defines the names that are not quoted."""
 
 REMARKS: dict[str, str] = {
     "simxAuxiliaryConsoleShow": "Code 8: there never was a console with this handle.",
     "simxGetObjectGroupData": "Handles, then flat lists; an unknown data type gives the handles alone. Code 8: "
-    "`objectType` is no object type and no collection.",
+    "`objectType` is neither an object type nor a collection.",
     "simxGetObjectHandle": "Code 8: there is none; the error text has the nearest names.",
     "simxCallScriptFunction": "The script's function gets four tables and returns four. Code 8 when there is no such "
     "script or function, when it has an error, or returns something else.",

@@ -2,7 +2,7 @@
 
 Of the client it imports ``simx_client.protocol`` alone. The packages, from the outside in:
 
-    app           flags and environment variables become one frozen `Settings`; the composition; ``--doctor``, ``--tree``
+    app           flags and variables become one frozen `Settings`; the composition; ``--doctor``, ``--tree``
     gateways      the ways in: Zenoh, and in-process for tests
     runtime       the server loop: inbox, batches, dispatch, sessions, streams, outbox; metrics
     handlers      one function per command of the table

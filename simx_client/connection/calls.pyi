@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from typing import Any, SupportsFloat, SupportsIndex
 
 from simx_client.connection.answers import Answer
-from simx_client.protocol.commands import Command
-from simx_client.legacy.marshalling import Shape
 from simx_client.legacy.images import DepthBuffer, VisionImage
+from simx_client.legacy.marshalling import Shape
+from simx_client.protocol.commands import Command
 
 def is_batched(command: Command) -> bool: ...
 

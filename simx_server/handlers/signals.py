@@ -42,7 +42,7 @@ def get_integer_signal(sim: Simulation, name: str) -> int:
 
 @handler("simxClearIntegerSignal")
 def clear_integer_signal(sim: Simulation, name: str) -> None:
-    """An empty name clears all; clearing what is not set is no error."""
+    """An empty name clears all; clearing a signal that is not set succeeds."""
     sim.signals.clear_integer(name)
 
 

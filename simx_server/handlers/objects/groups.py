@@ -123,7 +123,7 @@ def get_object_group_data(
     """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
 
     Raises:
-        CommandError: `object_type` is no object type and no collection.
+        CommandError: `object_type` is neither an object type nor a collection.
     """
     if object_type in sim.collections:
         handles = sim.collections.members(object_type)

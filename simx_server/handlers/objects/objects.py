@@ -68,7 +68,7 @@ def get_object_child(sim: Simulation, client: ClientSession, parent: int, index:
 def set_object_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
     """Parent -1 is the world.
 
-    Differs: there is no predefined assembly, which V-REP does when 0x400000 is added and the place is not kept.
+    Differs: without the predefined assembly that V-REP does when 0x400000 is added and the place is not kept.
     """
     if handle > 0 and handle & _ASSEMBLY_FLAG:
         if not keep_in_place:
@@ -101,7 +101,7 @@ def remove_model(sim: Simulation, handle: int) -> None:
 
 @handler("simxCopyPasteObjects")
 def copy_paste_objects(sim: Simulation, handles: list[int]) -> list[int]:
-    """Unknown handles are skipped, the selection stays. What a run copied is gone after its stop."""
+    """Unknown handles are skipped, the selection stays. A stop removes the objects that the run copied."""
     return copy_objects(sim, handles)
 
 

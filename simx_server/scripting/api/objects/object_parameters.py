@@ -138,7 +138,7 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectProperty(self, handle: int) -> int:
-        """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
+        """Return the bits sim.objectproperty_, for viewers; initially sim.objectproperty_selectable."""
         kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 
