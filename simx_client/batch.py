@@ -1,4 +1,4 @@
-"""For new code: many calls in one message, and many servers in step.
+"""Many calls in one message, and many servers in lock-step, for new code.
 
     from simx_client import batch
 
@@ -7,9 +7,11 @@
         calls.simxSetJointTargetPosition(joint, 0.5)
     print(position.value)
 
-The calls are executed in this order with no pass between them, and their answers come together. Only a trigger
-has its pass made in its place: what follows sees the new state. A batch of twenty calls costs little more than one.
-``Servers`` does the same with many servers at a time.
+The server executes the calls in this order within one simulation step, and returns their answers together.
+Only a
+trigger makes a simulation step in its place: the calls after it read the new state. A batch of twenty calls
+costs
+little more than one call. ``Servers`` does the same with many servers at a time.
 """
 
 from __future__ import annotations
@@ -29,20 +31,20 @@ __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]
 
 
 class Batch(Strict):
-    """Calls that are noted in a ``with`` block and made when it is left."""
+    """Calls that are noted in a ``with`` block and made at its end."""
 
     __slots__ = ("__weakref__", "_calls", "_check", "_connection", "_timeout")
 
     def __init__(self, client: int, *, timeout: float = DEFAULT_TIMEOUT, check: bool = True) -> None:
-        """A batch to one server; nothing is sent before the block is left.
+        """Prepare a batch to one server; it is sent at the end of the block.
 
         Args:
-            client: what simxStart returned.
-            timeout: seconds to wait for all answers.
-            check: raise when any call failed; otherwise ask each answer for its code.
+            client: client id that simxStart returned.
+            timeout: time-out for all answers together in seconds.
+            check: raise if a call failed; otherwise read the code of each answer.
 
         Raises:
-            ValueError: there is no such client.
+            ValueError: no client has this id.
         """
         self._connection = connection_of(client)
         self._timeout, self._check = timeout, check
@@ -58,10 +60,10 @@ class Batch(Strict):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Send everything and wait for the answers; nothing is sent if the block raised.
+        """Send the calls and wait for the answers; send nothing if the block raised.
 
         Raises:
-            CallsFailed: the server refused calls, has gone, or did not answer in time.
+            CallsFailed: the server refused calls, is gone, or did not answer in time.
         """
         if error is not None or not self._calls.noted:
             return

@@ -1,4 +1,4 @@
-"""From an address to a connection, with the reason as an exception when there is none."""
+"""Open a connection for an address; raise an exception with the reason when that fails."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from simx_client.errors import ConnectionFailed
 from simx_client.transport.zenoh import ZenohTransport
 
 DEFAULT_PORT = 19997
-"""Where V-REP's continuous service listened, and a server of this project does."""
+"""Port of V-REP's continuous service and of a server of this project."""
 
 
 def split_port(address: str, port: int | None) -> tuple[str, int]:
-    """Host, or realm and host, and port; the port may stand in the address: ``lab-3@router:7447``, ``[::1]:19997``.
+    """Return host (or realm and host) and port; the address may contain the port: ``lab-3@router:7447``,
+    ``[::1]:19997``.
 
     Raises:
-        ValueError: the port stands in both places, or is no port.
+        ValueError: the port is given twice, or is not valid.
     """
     written = re.fullmatch(r"(.*[^:]):(\d+)", address) if address.count(":") == 1 or "]:" in address else None
     if written is not None:
@@ -32,7 +33,10 @@ def split_port(address: str, port: int | None) -> tuple[str, int]:
 
 
 def open_connection(address: str, port: int, timeout: float) -> Connection:
-    """Connect; a server that goes away is not waited for.
+    """Connect to a server. The connection does not wait for a server that exits.
+
+    Args:
+        timeout: time-out in seconds.
 
     Raises:
         ConnectionFailed: with what was tried, what was found and what to do.
