@@ -1,4 +1,4 @@
-"""The programs as scripts for bash, zsh and fish, which those shells read by ``source``."""
+"""Completion scripts for bash, zsh and fish, which those shells read by ``source``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HEAD = "# made by: python -m simx_client completion {shell}"
 
 
 def bash(programs: Sequence[Program]) -> Iterator[str]:
-    """For bash 4 and newer, with or without the package bash-completion."""
+    """Yield the lines for bash 4 and newer, with or without the package bash-completion."""
     yield HEAD.format(shell="bash")
     for program in _all(programs):
         yield f"{_function(program)}() {{"
@@ -46,7 +46,7 @@ def _bash_reply(value: Value) -> str:
 
 
 def zsh(programs: Sequence[Program]) -> Iterator[str]:
-    """For zsh, after ``compinit``."""
+    """Yield the lines for zsh, after ``compinit``."""
     yield HEAD.format(shell="zsh")
     for program in _all(programs):
         yield f"{_function(program)}() {{"
@@ -89,7 +89,7 @@ def _zsh_described(items: Iterable[tuple[str, str]]) -> str:
 
 
 def fish(programs: Sequence[Program]) -> Iterator[str]:
-    """For fish 3 and newer."""
+    """Yield the lines for fish 3 and newer."""
     yield HEAD.format(shell="fish")
     for program in programs:
         yield f"complete -c {program.name} -f"
@@ -130,7 +130,7 @@ def _fish_path(path: str) -> str:
 
 
 def _all(programs: Iterable[Program]) -> Iterator[Program]:
-    """Each with its commands, these first."""
+    """Yield each program after its commands."""
     for program in programs:
         yield from _all(command for _, command in program.commands.values())
         yield program
@@ -141,5 +141,5 @@ def _function(program: Program) -> str:
 
 
 def _quoted(text: str) -> str:
-    """For bash, zsh and fish alike, in which a quote ends a quoted text."""
+    """Quote a text for bash, zsh and fish, in which a quote ends a quoted text."""
     return "'" + text.replace("'", "'\\''") + "'"

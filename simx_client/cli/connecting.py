@@ -1,4 +1,4 @@
-"""Which simulator a command line means, and a connection to it for as long as the command runs."""
+"""Select the simulator that a command line names, and connect to it while the command runs."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .command_parser import program
 from .discovery_flags import add_waiting
 
 USUAL_PORT = 19997
-"""Where old scripts look for a simulator that runs all the time."""
+"""Port of a simulator that runs permanently, for old scripts."""
 
 VALID = "PORT, HOST:PORT, REALM or REALM@HOST:PORT"
 
 
 class Unclear(SimxError):
-    """It does not follow from what was said which simulator is meant."""
+    """The arguments do not select a single simulator."""
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
@@ -41,11 +41,11 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connection]]:
-    """A client id and its connection; the log on stderr tells what went wrong in sentences.
+    """Connect; yield the client id and the connection. Errors are logged to stderr as sentences.
 
     Raises:
-        Unclear: no single simulator is meant.
-        ConnectionFailed: it could not be reached; the log has said why.
+        Unclear: the arguments do not select a single simulator.
+        ConnectionFailed: it could not be reached; the log contains the reason.
     """
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
     host, port = address(place, timeout)
@@ -63,7 +63,7 @@ def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connect
 
 
 def address(place: str | None, timeout: float) -> tuple[str, int]:
-    """Address and port as simxStart takes them. Raises Unclear."""
+    """Return address and port as simxStart takes them. Raises Unclear."""
     if place is None:
         return _usual()
     realm, at, rest = place.rpartition("@")

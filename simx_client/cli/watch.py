@@ -1,4 +1,5 @@
-"""``python -m simx_client watch FUNCTION ARGS...``: what a reading function gives, a line whenever it changes."""
+"""Implement ``python -m simx_client watch FUNCTION ARGS...``: print the results of a reading function when
+they change."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from .formatting import as_record, as_text
 from .one_call import Refused, alive, ask, handle_of, parse_words
 
 PAUSE = 0.01
-"""Seconds between two looks at a stream that has nothing new, short against a pass."""
+"""Seconds between two polls of a stream without news; short compared to a simulation step."""
 
 EXAMPLES = """\
 examples:
@@ -38,7 +39,7 @@ exit codes: 0 all lines are there, 1 the function failed or the simulator went a
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "watch",
         "Stream what a reading function gives, and print a line whenever it changes.",
@@ -47,15 +48,18 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add_arguments(parser, "one that reads, as simxGetObjectPosition")
     parser.add_argument(
-        "--every", type=seconds, metavar="SECONDS", help="a line so often, changed or not, in wall time"
+        "--every",
+        type=seconds,
+        metavar="SECONDS",
+        help="print a line at this interval of wall time, changed or not",
     )
-    parser.add_argument("--count", type=int, metavar="N", help="leave after so many lines")
+    parser.add_argument("--count", type=int, metavar="N", help="exit after this number of lines")
     connecting.add_flags(parser)
     return parser
 
 
 def main(argv: Sequence[str]) -> int:
-    """Print until there are enough lines. Returns the exit code."""
+    """Print up to the number of lines; return the exit code."""
     parser = make_parser()
     options = parse_words(parser, argv)
     if options.count is not None and options.count < 1:
@@ -65,7 +69,7 @@ def main(argv: Sequence[str]) -> int:
         check(command, options.arguments)
         with connecting.connected(options.at, options.timeout) as (client, connection):
             arguments = parse(command, options.arguments, partial(handle_of, client))
-            ask(client, command, arguments)  # refused now, with the reason, if ever
+            ask(client, command, arguments)  # a refusal is printed now, with its reason
             for number, (instant, values) in enumerate(
                 _values(connection, Shape(command), tuple(arguments), options.every), 1
             ):
@@ -95,9 +99,9 @@ def _reading(name: str) -> Command:
 def _values(
     connection: Connection, shape: Shape, arguments: tuple[Any, ...], every: float | None
 ) -> Iterator[tuple[float, list[Any]]]:
-    """Simulation time (s) and results: whenever these change, or every so many seconds of wall time.
+    """Yield simulation time (s) and results: when they change, or at an interval in seconds of wall time.
 
-    Raises Refused when there are none any more.
+    Raises Refused when the results end.
     """
     connection.invoke(shape, arguments, c.simx_opmode_streaming)
     patience = time.monotonic() + connection.timeout

@@ -1,7 +1,7 @@
-"""Where this server and its client differ from the original on purpose: numbered, each held by a test.
+"""Intended differences from the original: numbered, each with a test.
 
-The one place they are written: README shows those of `IN_README`, docs/coverage.md all. A number is never given again;
-new differences go to the end. The handlers' docstrings say `Differs:` where one of them is made.
+README shows those of `IN_README`, docs/coverage.md all. Numbers are never reused;
+new differences go to the end. Handlers' docstrings mark them with `Differs:`.
 """
 
 from __future__ import annotations
@@ -10,22 +10,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 IN_README = (1, 2, 3, 5, 7, 9, 10)
-"""Numbers of those that the README has too: scripts notice them first."""
+"""Numbers of the differences in the README: scripts notice these first."""
 
 
 NEVER = "never"
-"""A program that worked with V-REP behaves the same: what differs is of use to it, to scenes or to new programs."""
+"""A program that worked with V-REP behaves the same: only scenes or new programs notice the difference."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One difference; its number is its place in `DIFFERENCES`, from 1."""
+    """One difference; its number is its position in `DIFFERENCES`, from 1."""
 
     title: str
     text: str
-    """May be empty; together with the title it says what is different here."""
+    """May be empty; together with the title it describes this project's behaviour."""
     test: str
-    """The test that holds it, as pytest names it."""
+    """The test of the difference, as pytest names it."""
     commands: str = ""
     """Names of the functions affected, separated by blanks; empty if no single function is affected."""
     when: str = ""
@@ -146,7 +146,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal",
         when="signals and a stop",
     ),
-    # Only docs/coverage.md has those that follow.
+    # The README does not contain the differences from here on.
     Difference(
         "A blocking script call returns its own outputs.",
         "V-REP gave those of a oneshot call of the same function that was still on its way.",
@@ -545,7 +545,7 @@ DIFFERENCES: tuple[Difference, ...] = (
 
 
 def numbers_of(names: Iterable[str]) -> list[int]:
-    """Which differences are seen in a function, given all its names."""
+    """Return the numbers of the differences that affect a function, given all its names."""
     wanted = set(names)
     return [n for n, each in enumerate(DIFFERENCES, 1) if wanted & set(each.commands.split())]
 

@@ -1,9 +1,12 @@
-"""Looking for an answer again and again, for a moment, before sleeping until it is there.
+"""Busy wait: poll for an answer for a moment before sleeping.
 
-A thread that sleeps is woken through the system, which takes as long as the rest of a short call. Between two looks the
-core is offered to whoever wants it, such as the server. Looking costs the processor what sleeping would have spared,
-so it is done only as long as it pays: an answer that takes longer (a script's, or one of a machine whose cores are all
-busy) makes the next ones be slept for, twice as many each time. For pictures and triggered passes nobody looks at all.
+A sleeping thread is woken by the system, which takes as long as the rest of a short call. Between two polls
+the thread
+offers its core to other processes, such as the server. Polling uses processor time, so it is done only while
+it pays:
+an answer that takes longer (of a script, or on a machine with all cores busy) makes the next waits sleep,
+twice as
+many each time. Images and triggered simulation steps are never polled for.
 """
 
 from __future__ import annotations
@@ -17,17 +20,17 @@ from typing import TypeVar
 T = TypeVar("T")
 
 LOOKING = 200e-6
-"""Seconds; a read of a server on the same machine is answered in about half of that."""
+"""Duration of the busy wait in seconds; a server on the same machine answers a read in about half of it."""
 
 MOST_SLEPT_FOR = 256
-"""Answers that are slept for before looking is tried again."""
+"""Maximum number of waits that sleep before polling is tried again."""
 
-# Windows has no sched_yield.
+# Windows has no sched_yield
 _offer_core: Callable[[], object] = getattr(os, "sched_yield", partial(time.sleep, 0))
 
 
 class Spinning:
-    """Of one connection."""
+    """Busy wait of one connection."""
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
         self._now = now
@@ -35,7 +38,7 @@ class Spinning:
         self._after_next_miss = 1
 
     def look(self, take: Callable[[], T | None]) -> T | None:
-        """What `take` gives within a moment; None when the caller had better sleep."""
+        """Poll `take` for a moment; return its result, or None when the caller should sleep."""
         if self._to_sleep_for:
             self._to_sleep_for -= 1
             return None

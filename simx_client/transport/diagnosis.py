@@ -1,4 +1,4 @@
-"""Why no connection could be made: what is at a place, and what to do about it."""
+"""Find out why no connection could be made: what listens at an endpoint, and what to do."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .zenoh_session import Unanswered, host_and_port, why_closed
 
 
 def diagnose(place: Place, deadline: float) -> ConnectionFailed:
-    """Look at a place where no connection could be made.
+    """Examine an endpoint at which no connection could be made.
 
     Returns:
-        The error to raise: what is there and what to do. `NoAnswer` where a server may only be slow.
+        The error to raise: what listens there and what to do. `NoAnswer` if a server may only be slow.
     """
     if place.host_and_port is None:
         refusals = [
@@ -49,7 +49,8 @@ def diagnose(place: Place, deadline: float) -> ConnectionFailed:
 
 
 def busy_server(place: Place) -> str | None:
-    """Describe the simx-server of this host that is at a place and kept silent; None where no note of one lies."""
+    """Describe the simx-server of this host at an endpoint that does not answer; None if no server is noted
+    there."""
     if not any(roster.is_noted(each) for each in place.endpoints):
         return None
     return (
@@ -59,7 +60,7 @@ def busy_server(place: Place) -> str | None:
 
 
 def _silence(place: Place, *, accepts: bool, what_to_do: str) -> str:
-    """Describe what keeps silent at a place: here a server has left a note, elsewhere it may be anything."""
+    """Describe a silent endpoint: on this host a server has left a note, elsewhere it may be any program."""
     if busy := busy_server(place):
         return busy
     if accepts:
@@ -71,7 +72,7 @@ def _silence(place: Place, *, accepts: bool, what_to_do: str) -> str:
 
 
 def _refusal_at(endpoint: str, deadline: float) -> str | None:
-    """Why an endpoint where something listens may have refused; None when nothing does."""
+    """Return why a listening endpoint may have refused; None if nothing listens."""
     found = host_and_port(endpoint)
     try:
         return why_closed(*found, endpoint.startswith("tls/"), deadline) if found else None

@@ -12,7 +12,7 @@ import io
 import re
 import sys
 import tokenize
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,8 +21,17 @@ PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "docs/*.md")
 GENERATED = {"api.md", "coverage.md", "script-functions.md"}
 """Pages made from docstrings and tables in Python: a finding belongs to its source."""
 
-CLEAN = ("tests/system/english.py",)
+CLEAN = ("simx_client", "tests/system/english.py")
 """Folders and files whose Python texts have no findings. Add to this list, never remove from it."""
+
+PENDING = {
+    # to be rewritten
+    "simx_client/checking/wants.py",
+    "simx_client/cli/arguments.py",
+    "simx_client/protocol/commands.py",
+    "simx_client/protocol/kinds.py",
+}
+"""Files in clean folders that still have findings. Only remove from this list."""
 
 
 @dataclass(frozen=True)
@@ -161,13 +170,14 @@ def module_findings(path: Path) -> Iterator[tuple[int, str]]:
     yield from moods(tree)
 
 
-def chosen(arguments: Iterable[str]) -> Iterator[Path]:
+def chosen(arguments: Sequence[str]) -> Iterator[Path]:
     """Yield the files to read: those given, or the pages and the clean folders."""
     for pattern in () if arguments else PAGES:
         yield from (path for path in sorted(ROOT.glob(pattern)) if path.name not in GENERATED)
     for name in arguments or CLEAN:
         path = ROOT / name
-        yield from sorted(path.rglob("*.py")) if path.is_dir() else [path]
+        found = sorted(path.rglob("*.py")) if path.is_dir() else [path]
+        yield from (each for each in found if arguments or str(each.relative_to(ROOT)) not in PENDING)
 
 
 def main(arguments: list[str]) -> int:

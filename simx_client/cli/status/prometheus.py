@@ -1,4 +1,4 @@
-"""Metrics in Prometheus' text format, for its textfile collector: nothing listens for scrapes.
+"""Metrics in Prometheus' text format, for its textfile collector: no port is opened.
 
 The format: https://prometheus.io/docs/instrumenting/exposition_formats/
 """
@@ -33,7 +33,7 @@ SINGLE: tuple[tuple[str, str, str, _Value], ...] = (
 
 
 def exposition(servers: Sequence[Measured]) -> str:
-    """One text for all servers, each with its realm and host as labels."""
+    """Return one text for all servers, each with its realm and host as labels."""
     return "".join(f"{line}\n" for line in _lines(servers))
 
 
@@ -75,7 +75,7 @@ def _head(name: str, kind: str, help_text: str) -> Iterator[str]:
 
 
 def _summary(name: str, labels: Mapping[str, str], times: Timing) -> Iterator[str]:
-    """Quantiles are those of late, not a number when there was nothing."""
+    """Yield a summary with quantiles of recent times; NaN without any."""
     recent = times["recent"]
     for share, seconds in (("0.5", recent["p50"]), ("0.9", recent["p90"]), ("0.99", recent["p99"])):
         value = seconds if recent["per_second"] else float("nan")
