@@ -8,10 +8,8 @@
     print(position.value)
 
 The server executes the calls in this order within one simulation step, and returns their answers together.
-Only a
-trigger makes a simulation step in its place: the calls after it read the new state. A batch of twenty calls
-costs
-little more than one call. ``Servers`` does the same with many servers at a time.
+Only a trigger makes a simulation step in its place: the calls after it read the new state. A batch of twenty
+calls costs little more than one call. ``Servers`` does the same with many servers at a time.
 """
 
 from __future__ import annotations

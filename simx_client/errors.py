@@ -12,8 +12,8 @@
     ├── WrongKind            a TypeError: the object is of another kind than joint, camera, ...
     └── ObjectGone           a LookupError: an object was removed, or its scene was replaced
 
-``simx_client.Client`` raises the subclasses of CallsFailed, and the last two.
-Legacy functions do not raise them: they return a code, and the log contains the reason.
+``simx_client.Client`` raises the subclasses of CallsFailed, and the last two. Legacy functions do not raise
+them: they return a code, and the log contains the reason.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Assignments to names, and calls with their arguments: the part of a program that its texts need.
 
 The order of statements is not followed: a name may be anything that is assigned to it in its function. An
-attribute may
-be anything that is assigned to an attribute of that name anywhere.
+attribute may be anything that is assigned to an attribute of that name anywhere.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Meaning of an expression: a module, a class, a function, or something of another library.
 
 So a call is recognised by the function and not by its name: a wrapper's ``simxStart`` does not count as a
-call of the
-remote API, but ``api = vrep; f = api.simxStart; f(…)`` does.
+call of the remote API, but ``api = vrep; f = api.simxStart; f(…)`` does.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 shell.
 
 Everything is read from the programs' parsers and from the table. The server's flags are included if the
-server is
-installed.
+server is installed.
 """
 
 from __future__ import annotations

@@ -2,10 +2,8 @@
 launcher.
 
 Each shim is a few lines that work in any folder or package under the old name. They are real modules that
-contain every
-function and constant by name (``from simx_client import *`` with its complete ``__all__``), so that programs
-which read
-``dir(vrep)`` and type checkers find the same as in the original.
+contain every function and constant by name (``from simx_client import *`` with its complete ``__all__``), so
+that programs which read ``dir(vrep)`` and type checkers find the same as in the original.
 """
 
 from __future__ import annotations

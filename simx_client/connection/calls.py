@@ -1,8 +1,7 @@
 """Every remote function of the table as a method that notes the call instead of making it.
 
 Methods take neither client id nor operation mode: the batch has the id, and a mode has no meaning in it. The
-types
-are in ``calls.pyi``, made from the table by ``python -m simx_client.legacy.stubs``.
+types are in ``calls.pyi``, made from the table by ``python -m simx_client.legacy.stubs``.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Old scripts contain ``'127.0.0.1', 19997``. ``SIMX_REDIRECT`` maps ports to endpoints, for example
 ``19997=lab-pc:19997 19999=127.0.0.1:40123``; ``*=127.0.0.1:40123`` leads all other ports there, which is what
-``simx-run --server`` uses. A redirection counts for every address, except for ``REALM@ROUTER``, which
-``*`` leaves alone.
+``simx-run --server`` uses. A redirection counts for every address, except for ``REALM@ROUTER``, which ``*``
+leaves alone.
 """
 
 from __future__ import annotations

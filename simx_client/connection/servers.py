@@ -1,9 +1,8 @@
 """Many servers driven from one process in lock-step; their observations are gathered as arrays.
 
 All servers get their message before the first answer is awaited, so they compute at the same time. One
-message per
-server and simulation step carries the writes, the trigger and the reads after it; one message returns the
-answers.
+message per server and simulation step carries the writes, the trigger and the reads after it; one message
+returns the answers.
 """
 
 from __future__ import annotations

@@ -1,13 +1,10 @@
 """Replace a script's legacy binding by ``simx_client`` when it is imported.
 
 Scripts come with ``vrep.py`` or ``sim.py`` beside them or in a package, often with a compiled library for
-another
-system; some contain the binding in compiled form, as ``vrep.pyc``, ``vrep.so`` or ``vrep.pyd``. The finder
-here runs
-before all others, lets them find the file, and reads it: only a legacy binding is replaced, so that another
-``sim.py`` or ``sim.so`` is imported as usual. If no file is found, the four legacy names mean
-``simx_client``; so does
-a folder of that name without an ``__init__.py``, whose modules stay available.
+another system; some contain the binding in compiled form, as ``vrep.pyc``, ``vrep.so`` or ``vrep.pyd``. The
+finder here runs before all others, lets them find the file, and reads it: only a legacy binding is replaced,
+so that another ``sim.py`` or ``sim.so`` is imported as usual. If no file is found, the four legacy names mean
+``simx_client``; so does a folder of that name without an ``__init__.py``, whose modules stay available.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Set attributes of types that are written in C, such as NumPy's arrays, which Python refuses.
 
 Conversions such as ``float(a)`` use the type and not the object, so only this restores an old conversion. The
-type's
-flag "immutable" is cleared for that moment. It applies to this process only.
+type's flag "immutable" is cleared for that moment. It applies to this process only.
 """
 
 from __future__ import annotations

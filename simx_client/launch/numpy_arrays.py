@@ -1,7 +1,7 @@
 """Restore conversions of NumPy's arrays and arguments of the functions that make them.
 
-An array of one element was accepted as a number: ``float(a)``, ``int(a)``, ``'%.2f' % a``,
-``math.sin(a)``, ``b[0] = a``. NumPy 2.4 takes only arrays of no dimension (deprecated since 1.25).
+An array of one element was accepted as a number: ``float(a)``, ``int(a)``, ``'%.2f' % a``, ``math.sin(a)``,
+``b[0] = a``. NumPy 2.4 takes only arrays of no dimension (deprecated since 1.25).
 
 Sources: NumPy release notes 1.18 (``num`` of linspace), 1.24 (ragged lists), 2.0 (``copy=False``, methods ``ptp``,
 ``itemset``), 2.3 (``tostring``, ``fromstring`` of bytes), 2.4 (arrays of one element).

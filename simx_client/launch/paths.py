@@ -1,16 +1,13 @@
 """Translate Windows paths: on POSIX ``"imgTemp\\frame.jpg"`` means imgTemp/frame.jpg.
 
 A path is translated only if it contains a backslash, is relative or below the working folder or the script's
-folder
-(``os.getcwd() + "\\imgTemp"``), and no file of exactly that name exists. Opening a file for writing creates
-its
-folder; nothing else creates folders.
+folder (``os.getcwd() + "\\imgTemp"``), and no file of exactly that name exists. Opening a file for writing
+creates its folder; nothing else creates folders.
 
 The set of patched functions is small on purpose. Python code that opens files calls ``open`` or one of the
-``os``
-functions below: ``os.path.exists`` and others, ``shutil``, ``pathlib``, ``glob``, ``np.save``, ``np.load``,
-PIL. Only
-libraries that open files in C need separate patches: OpenCV's images and films, pygame's images.
+``os`` functions below: ``os.path.exists`` and others, ``shutil``, ``pathlib``, ``glob``, ``np.save``,
+``np.load``, PIL. Only libraries that open files in C need separate patches: OpenCV's images and films,
+pygame's images.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Implement ``simx-run SCRIPT``: run an unmodified legacy script with the adaptations in ``launch``.
 
 This file reads the flags, applies the adaptations in the order that works (patches before the script, the
-server
-before its first line) and converts the end into an exit code.
+server before its first line) and converts the end into an exit code.
 """
 
 from __future__ import annotations

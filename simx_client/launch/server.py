@@ -1,7 +1,7 @@
 """A private simx-server for the script: started and ready before the script, stopped after it.
 
-The server exits with this process, however it ends: its standard input is a pipe from here, and
-`simx-server --until-eof` exits when that pipe closes.
+The server exits with this process, however it ends: its standard input is a pipe from here, and `simx-server
+--until-eof` exits when that pipe closes.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 client's disk.
 
 The file is sent ahead in a separate call. The server keeps it for the loading call that follows. So every
-operation
-mode works as usual, and the key stays that of the given path.
+operation mode works as usual, and the key stays that of the given path.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """The two large values: a vision sensor's image and its depth buffer, as lists that NumPy reads directly.
 
-Old scripts expect a plain list: signed ints -128..127 (or floats 0..1), bottom row first. They index it,
-loop over it, edit it in place, feed it to ``array.array('b', ...)`` and to ``np.array(image,
-dtype=np.uint8)``; the last overflows for a plain list of negative ints on NumPy 2. So the value is a
-``list`` *subclass* with ``__array__``.
+Old scripts expect a plain list: signed ints -128..127 (or floats 0..1), bottom row first. They index it, loop
+over it, edit it in place, feed it to ``array.array('b', ...)`` and to ``np.array(image, dtype=np.uint8)``;
+the last overflows for a plain list of negative ints on NumPy 2. So the value is a ``list`` *subclass* with
+``__array__``.
 
 Filling the list is expensive (measured at 640x480x3: 6 ms, against 0.02 ms for ``np.array(image,
 dtype=np.uint8)`` from the bytes), so it happens at the first access. The value passes through up to three
-states, and each state is a class, because Python looks methods up on the class: methods without a guard
-cost nothing.
+states, and each state is a class, because Python looks methods up on the class: methods without a guard cost
+nothing.
 
 ======  ====================================  ============================================================
 state   holds                                 guarded methods
@@ -18,14 +18,14 @@ read    received bytes and the filled list    those that change it: the first dr
 edited  the list alone                        none; arrays are made from the list, so they are never stale
 ======  ====================================  ============================================================
 
-Consumers written in C work if they use Python's protocols, also with an unread value. They
-read a list's memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``,
-``f(*x)``, ``json``, ``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few
-read the memory of any subclass (``array.fromlist``, ``heapq``). They find the Nones of an unread value and
-raise TypeError: the list has its full length from the start (0.24 ms, while the image is awaited)
-so that the failure is visible and never an empty image. Any access (``image[0]``) or copy (``list(image)``)
-before such a call avoids it. An edit that such a function, or ``list.append(image, 1)`` past the class, makes
-to a *read* value is the only one that is not noticed.
+Consumers written in C work if they use Python's protocols, also with an unread value. They read a list's
+memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``, ``f(*x)``, ``json``,
+``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few read the memory of any
+subclass (``array.fromlist``, ``heapq``). They find the Nones of an unread value and raise TypeError: the list
+has its full length from the start (0.24 ms, while the image is awaited) so that the failure is visible and
+never an empty image. Any access (``image[0]``) or copy (``list(image)``) before such a call avoids it. An
+edit that such a function, or ``list.append(image, 1)`` past the class, makes to a *read* value is the only
+one that is not noticed.
 """
 
 from __future__ import annotations

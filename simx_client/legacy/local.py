@@ -1,8 +1,7 @@
 """The functions that work in the client: connection, pause, header fields, packing.
 
 Their names, parameters and sentences are in the table; a test compares both. They keep the legacy spelling
-and, like
-all legacy functions, never raise for errors of the server or network.
+and, like all legacy functions, never raise for errors of the server or network.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Intended differences from the original: numbered, each with a test.
 
-README shows those of `IN_README`, docs/coverage.md all. Numbers are never reused;
-new differences go to the end. Handlers' docstrings mark them with `Differs:`.
+README shows those of `IN_README`, docs/coverage.md all. Numbers are never reused; new differences go to the
+end. Handlers' docstrings mark them with `Differs:`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Zenoh options of client and server, each with its reason.
 
-Measured effects: fewer thread hand-overs save a sixth of a round trip, a longer queue of data
-batches a third of an image's transfer; a lease of seconds detects a frozen peer.
+Measured effects: fewer thread hand-overs save a sixth of a round trip, a longer queue of data batches a third
+of an image's transfer; a lease of seconds detects a frozen peer.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The messages: a batch of calls goes out, deliveries of replies come back, a greeting opens.
 
-Every message is a msgpack list in field order. Numbers with a fraction are float32, as
-in the original. The id of a stream is that of the call that started it, so an answer that was on its way
-when the stream was replaced cannot be taken for a new one.
+Every message is a msgpack list in field order. Numbers with a fraction are float32, as in the original. The
+id of a stream is that of the call that started it, so an answer that was on its way when the stream was
+replaced cannot be taken for a new one.
 """
 
 from __future__ import annotations

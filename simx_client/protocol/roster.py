@@ -1,8 +1,7 @@
 """The servers of this host and user: each writes a note of its endpoints, for ``simx_client list``.
 
 Without a router nothing else on the host knows all their ports. A note may be out of date, for example after
-its server
-was killed, so readers also send a request to the server.
+its server was killed, so readers also send a request to the server.
 """
 
 from __future__ import annotations

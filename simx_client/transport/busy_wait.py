@@ -1,12 +1,9 @@
 """Busy wait: poll for an answer for a moment before sleeping.
 
 A sleeping thread is woken by the system, which takes as long as the rest of a short call. Between two polls
-the thread
-offers its core to other processes, such as the server. Polling uses processor time, so it is done only while
-it pays:
-an answer that takes longer (of a script, or on a machine with all cores busy) makes the next waits sleep,
-twice as
-many each time. Images and triggered simulation steps are never polled for.
+the thread offers its core to other processes, such as the server. Polling uses processor time, so it is done
+only while it pays: an answer that takes longer (of a script, or on a machine with all cores busy) makes the
+next waits sleep, twice as many each time. Images and triggered simulation steps are never polled for.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A time-out for waits that have none.
 
 Zenoh's channels wake the waiting thread directly, without a detour through Python, but their ``recv`` takes
-no
-time-out. An alarm's thread ends such a wait from outside when the time-out has passed.
+no time-out. An alarm's thread ends such a wait from outside when the time-out has passed.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ CLOSE_TIMEOUT = 1.0
 
 SMALL = 4096
 """Maximum size in bytes of a message that the caller's thread sends. Zenoh's queue has room for as many of
-these as may be unanswered, so sending them never waits; larger messages may wait a second for room,
-whatever the caller's time-out."""
+these as may be unanswered, so sending them never waits; larger messages may wait a second for room, whatever
+the caller's time-out."""
 
 REPLIES_HELD = 1_000_000
 """Maximum number of deliveries that wait for the script's next call; more would block the whole session."""

@@ -1,10 +1,8 @@
 """Convert the text of a Python 2 file to Python 3.
 
 fissix, the maintained copy of the 2to3 that Python 3.13 no longer has, converts the spelling (print, except,
-raise,
-exec, octal numbers, renamed modules, lists instead of iterators). `meaning` converts what spelling cannot
-express.
-The code keeps the line numbers of the file, so that a traceback shows the lines of the file.
+raise, exec, octal numbers, renamed modules, lists instead of iterators). `meaning` converts what spelling
+cannot express. The code keeps the line numbers of the file, so that a traceback shows the lines of the file.
 """
 
 from __future__ import annotations

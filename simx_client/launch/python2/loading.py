@@ -1,10 +1,8 @@
 """Select and run the files that are Python 2: the script and its modules.
 
 If the script is Python 2, so are all its modules that are not installed: a program that prints without
-brackets also
-divides integers, and the module beside the script may show only the latter. If the script is Python 3, a
-module is
-converted only if Python 3 cannot run it.
+brackets also divides integers, and the module beside the script may show only the latter. If the script is
+Python 3, a module is converted only if Python 3 cannot run it.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """Restore the old meaning of words that Python 3 kept with another meaning.
 
 Works on a text with the spelling of Python 3. The syntax tree gives the places; edits are made in the text,
-within a
-line, so that comments, blanks and line numbers stay.
+within a line, so that comments, blanks and line numbers stay.
 
 Division matters most: ``7 / 2`` was 3, and old scripts index and count with it. If the text shows that an
-operand is a
-float, ``/`` stays; if both are whole, it becomes ``//``; otherwise the program decides at run time.
+operand is a float, ``/`` stays; if both are whole, it becomes ``//``; otherwise the program decides at run
+time.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Recognise a Python 2 script: by the line at which Python 3 stops, or by a removed built-in.
 
 Only unambiguous constructs count, so that a typing error is still shown as Python shows it, and a script for
-both
-versions is not converted.
+both versions is not converted.
 """
 
 from __future__ import annotations

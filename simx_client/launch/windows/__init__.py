@@ -11,6 +11,5 @@ them.
     desk/       that process: layout and trackbars, over Tk or pygame
 
 The screen is the display if there is one, else the web viewer if one runs, else none. Importing this package
-loads
-neither ``cv2`` nor a window system.
+loads neither ``cv2`` nor a window system.
 """

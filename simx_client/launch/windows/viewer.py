@@ -1,8 +1,7 @@
 """Windows in the web viewer of the server that the script drives: images go to the server, keys come back.
 
 A separate connection, so that the script's calls keep their order and their pace. ``protocol.windows``
-describes the
-messages.
+describes the messages.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Commands that install missing packages.
 
 This project is not on a package index, so a command that names it with an extra fails outside the folder of a
-clone.
-The packages behind an extra are on an index: a command that names those, with the versions that this project
-takes,
-works from a clone and from a wheel. Uses the standard library only, and imports it when something is missing.
+clone. The packages behind an extra are on an index: a command that names those, with the versions that this
+project takes, works from a clone and from a wheel. Uses the standard library only, and imports it when
+something is missing.
 """
 
 from __future__ import annotations

@@ -28,9 +28,7 @@ def print_what_can_be() -> None:
 
 
 def while_read(work: Callable[[], int]) -> int:
-    """Run a function that prints; return the exit code. A closed pipe, as behind ``
-    head``, ends it silently.
-    """
+    """Run a function that prints; return the exit code. A closed pipe, as behind `` head``, ends it silently."""
     try:
         code = work()
         sys.stdout.flush()
