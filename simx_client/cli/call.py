@@ -36,7 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
         "call",
         "Call one function of the legacy remote API, and print its results.",
         examples=EXAMPLES,
-        usage="FUNCTION [ARGS...] [--at PLACE] [--json]",
+        usage="FUNCTION [ARGS...] [--at SIMULATOR] [--json]",
     )
     add_arguments(parser, "its name, as simxGetObjectPosition")
     connecting.add_flags(parser)

@@ -29,9 +29,7 @@ exit codes: 0 the file is written, 1 it is not, 2 wrong usage
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser with the flags of the command."""
-    parser = command_parser(
-        "image", "Write the picture of a vision sensor into a PNG file.", examples=EXAMPLES
-    )
+    parser = command_parser("image", "Write the image of a vision sensor into a PNG file.", examples=EXAMPLES)
     parser.add_argument("camera", metavar="CAMERA", help="name, path or handle of a vision sensor")
     parser.add_argument(
         "file", metavar="FILE.png", type=Path, help="file to write; an existing one is replaced"
@@ -72,9 +70,9 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _colours(client: int, handle: int) -> tuple[int, int, bytes]:
-    (width, height), picture = ask(client, BY_NAME["simxGetVisionSensorImage"], [handle, 0])
-    rows = _top_first(picture.tobytes(), height)
-    return width, height, png(rows, width, height, is_colour=picture.channels == 3)
+    (width, height), image = ask(client, BY_NAME["simxGetVisionSensorImage"], [handle, 0])
+    rows = _top_first(image.tobytes(), height)
+    return width, height, png(rows, width, height, is_colour=image.channels == 3)
 
 
 def _depth(client: int, handle: int) -> tuple[int, int, bytes]:

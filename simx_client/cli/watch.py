@@ -44,7 +44,7 @@ def make_parser() -> argparse.ArgumentParser:
         "watch",
         "Stream what a reading function gives, and print a line whenever it changes.",
         examples=EXAMPLES,
-        usage="FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at PLACE] [--json]",
+        usage="FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at SIMULATOR] [--json]",
     )
     add_arguments(parser, "one that reads, as simxGetObjectPosition")
     parser.add_argument(
@@ -91,7 +91,7 @@ def _reading(name: str) -> Command:
     if command.place is not Place.REMOTE or not command.only_reads or command.large or not command.results:
         raise WrongUse(
             f"{name} cannot be watched; valid: functions that only read, such as simxGetJointPosition, "
-            f"and for pictures {program()} image"
+            f"and for images {program()} image"
         )
     return command
 
@@ -104,7 +104,7 @@ def _values(
     Raises Refused when the results end.
     """
     connection.invoke(shape, arguments, c.simx_opmode_streaming)
-    patience = time.monotonic() + connection.timeout
+    deadline = time.monotonic() + connection.timeout
     due, before = 0.0, None
     while True:
         code, *values = connection.invoke(shape, arguments, c.simx_opmode_buffer)
@@ -112,7 +112,7 @@ def _values(
         if not alive(connection):
             raise Refused(f"the simulator at {connection.where} went away", c.simx_return_novalue_flag)
         if code == 0:
-            patience = now + connection.timeout
+            deadline = now + connection.timeout
             if now >= due if every else values != before:
                 due = max(due + every, now) if every and due else now + (every or 0.0)
                 before = values
@@ -120,7 +120,7 @@ def _values(
                 continue
         elif code & c.simx_return_remote_error_flag:
             raise Refused(f"{shape.command.name}: the simulator refuses it by now; its reason is above", code)
-        elif now > patience:
+        elif now > deadline:
             raise Refused(f"{shape.command.name}: no value within {connection.timeout:g} s", code)
         time.sleep(PAUSE)
 

@@ -80,7 +80,7 @@ class Camera(Object):
         """
         import numpy as np
 
-        mode = self._ask(
+        mode = self._request(
             lambda calls: calls.simxGetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode)
         )
 
@@ -90,7 +90,7 @@ class Camera(Object):
             calls.simxSetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode, mode)
             return image
 
-        _, image = self._ask(render)
+        _, image = self._request(render)
         codes = image.upright().astype(np.int32) @ np.array([1, 256, 65536], np.int32)
         codes[codes == _NOTHING] = -1
         return codes
@@ -122,11 +122,11 @@ class Camera(Object):
         return self._parameter(c.sim_visionfloatparam_perspective_angle)
 
     def _parameter(self, number: int) -> float:
-        return self._ask(lambda calls: calls.simxGetObjectFloatParameter(self.handle, number))
+        return self._request(lambda calls: calls.simxGetObjectFloatParameter(self.handle, number))
 
     def _image(self, options: int) -> NDArray[np.uint8]:
         import numpy as np
 
-        _, image = self._ask(lambda calls: calls.simxGetVisionSensorImage(self.handle, options))
+        _, image = self._request(lambda calls: calls.simxGetVisionSensorImage(self.handle, options))
         # A copy: the view has negative strides, which OpenCV and PyTorch do not take.
         return np.ascontiguousarray(image.upright())

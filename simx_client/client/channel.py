@@ -49,8 +49,8 @@ class Channel:
         """Generation of the newest answer."""
 
         self._connection = connection
-        self._held: list[Answer[Any]] = []
-        self._holds = 0
+        self._batched: list[Answer[Any]] = []
+        self._batching_depth = 0
         self.is_closed = False
         self.is_stepping = False
         self._known: Reads | None = None
@@ -70,7 +70,7 @@ class Channel:
 
     # --- calling ---------------------------------------------------------------------------------
 
-    def ask(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
+    def request(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
         """Make a call and return its result. Raises as ``gather``."""
         return self.gather(note, *subjects).value
 
@@ -108,20 +108,20 @@ class Channel:
         self._check(subjects)  # another client may have loaded a scene meanwhile
         return result
 
-    def tell(self, note: Callable[[Calls], object], *subjects: Subject) -> None:
-        """Make calls without a result; within ``holding`` they are sent later. Raises as ``gather``."""
-        if not self._holds:
+    def send(self, note: Callable[[Calls], object], *subjects: Subject) -> None:
+        """Make calls without a result; within ``batching`` they are sent later. Raises as ``gather``."""
+        if not self._batching_depth:
             self.gather(note, *subjects)
             return
         self._check(subjects)
         calls = Calls(0, self.where)
         note(calls)
-        self._held += calls.noted
+        self._batched += calls.noted
 
     @property
-    def held_back(self) -> int:
+    def batched_count(self) -> int:
         """Return how many calls wait for the next message."""
-        return len(self._held)
+        return len(self._batched)
 
     def exchange(self, answers: Sequence[Answer[Any]]) -> None:
         """Send the batched calls and these calls, and wait for the answers.
@@ -130,8 +130,8 @@ class Channel:
             RemoteError: the server refused a batched call. The caller handles refusals of the others.
             TimedOut, NotConnected: an answer is missing.
         """
-        held, self._held = self._held, []
-        sent = [*held, *answers]
+        batched, self._batched = self._batched, []
+        sent = [*batched, *answers]
         if not sent:
             return
         if self.is_closed:
@@ -148,23 +148,23 @@ class Channel:
             raise (NotConnected if now == -1 or now != before else TimedOut)(missing)
         if header := self._connection.newest_header():
             self.generation = (before, header.scene_id)
-        self._raise([answer for answer in held if answer.code])
+        self._raise([answer for answer in batched if answer.code])
 
     # --- batching --------------------------------------------------------------------------------
 
     @contextmanager
-    def holding(self) -> Generator[None]:
+    def batching(self) -> Generator[None]:
         """Batch calls without a result: send them with the next call that has one, or at the end of the
         block."""
-        self._holds += 1
+        self._batching_depth += 1
         try:
             yield
-            if self._holds == 1:
+            if self._batching_depth == 1:
                 self.exchange([])
         finally:
-            self._holds -= 1
-            if not self._holds:
-                self._held = []  # an error drops the calls that were not sent
+            self._batching_depth -= 1
+            if not self._batching_depth:
+                self._batched = []  # an error drops the calls that were not sent
 
     # --- reading the results of a step -----------------------------------------------------------
 

@@ -219,7 +219,7 @@ class Client(Strict):
             RemoteError: no such script or function, or it failed; with the script's error.
         """
         name = script.name if isinstance(script, SceneObject) else script
-        results = self._channel.ask(
+        results = self._channel.request(
             lambda calls: calls.simxCallScriptFunction(
                 name, script_type, function, ints, floats, strings, buffer
             )
@@ -232,7 +232,7 @@ class Client(Strict):
         The message is sent at the end of the block, or with the first read in it. An exception drops the
         calls that were not sent.
         """
-        return self._channel.holding()
+        return self._channel.batching()
 
     def watching(self, read: Callable[[], T]) -> Watch[T]:
         """Return a callable that reads many values of one instant with one message.
@@ -270,4 +270,4 @@ class Client(Strict):
 
     def message(self, text: str) -> None:
         """Add a line to the server's status bar."""
-        self._channel.tell(lambda calls: calls.simxAddStatusbarMessage(text))
+        self._channel.send(lambda calls: calls.simxAddStatusbarMessage(text))

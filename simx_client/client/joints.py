@@ -35,16 +35,16 @@ class Joint(SceneObject):
     def position(self) -> float:
         """Return the joint position in rad or m. Setting it moves the joint at once, within its limits; its
         motor may then move it again."""
-        return self._ask(lambda calls: calls.simxGetJointPosition(self.handle))
+        return self._request(lambda calls: calls.simxGetJointPosition(self.handle))
 
     @position.setter
     def position(self, position: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointPosition(self.handle, position))
+        self._send(lambda calls: calls.simxSetJointPosition(self.handle, position))
 
     @property
     def velocity(self) -> float:
         """Return the joint velocity in rad/s or m/s."""
-        return self._ask(
+        return self._request(
             lambda calls: calls.simxGetObjectFloatParameter(self.handle, c.sim_jointfloatparam_velocity)
         )
 
@@ -54,16 +54,16 @@ class Joint(SceneObject):
 
         The sign is V-REP's, as in `simxGetJointForce`: negative while the motor pushes towards greater positions.
         """
-        return self._ask(lambda calls: calls.simxGetJointForce(self.handle))
+        return self._request(lambda calls: calls.simxGetJointForce(self.handle))
 
     @property
     def max_force(self) -> float:
         """Return the motor's maximum force in N or torque in N m."""
-        return self._ask(lambda calls: calls.simxGetJointMaxForce(self.handle))
+        return self._request(lambda calls: calls.simxGetJointMaxForce(self.handle))
 
     @max_force.setter
     def max_force(self, force: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointMaxForce(self.handle, force))
+        self._send(lambda calls: calls.simxSetJointMaxForce(self.handle, force))
 
     @property
     def target_position(self) -> NoReturn:
@@ -72,7 +72,7 @@ class Joint(SceneObject):
 
     @target_position.setter
     def target_position(self, position: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointTargetPosition(self.handle, position))
+        self._send(lambda calls: calls.simxSetJointTargetPosition(self.handle, position))
 
     @property
     def target_velocity(self) -> NoReturn:
@@ -81,7 +81,7 @@ class Joint(SceneObject):
 
     @target_velocity.setter
     def target_velocity(self, velocity: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
+        self._send(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
 
 
 class Joints(Strict, Sequence[Joint]):
@@ -167,7 +167,7 @@ class Joints(Strict, Sequence[Joint]):
         numbers = [float(value) for value in values]
         if len(numbers) != len(self):
             raise ValueError(f"{len(self)} joints need as many numbers, got {len(numbers)}")
-        self._channel.tell(
+        self._channel.send(
             lambda calls: [note(calls, joint, value) for joint, value in zip(self, numbers, strict=True)],
             *self,
         )

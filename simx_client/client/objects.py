@@ -104,11 +104,11 @@ class SceneObject(Strict):
     def _gather(self, note: Callable[[Calls], T]) -> T:
         return self._scene.channel.gather(note, self)
 
-    def _ask(self, note: Callable[[Calls], Answer[T]]) -> T:
-        return self._scene.channel.ask(note, self)
+    def _request(self, note: Callable[[Calls], Answer[T]]) -> T:
+        return self._scene.channel.request(note, self)
 
-    def _tell(self, note: Callable[[Calls], object]) -> None:
-        self._scene.channel.tell(note, self)
+    def _send(self, note: Callable[[Calls], object]) -> None:
+        self._scene.channel.send(note, self)
 
     def forget(self) -> None:
         """Look the name up again the next time."""
@@ -136,7 +136,7 @@ class SceneObject(Strict):
 
     @parent.setter
     def parent(self, parent: SceneObject | None) -> None:
-        self._tell(lambda calls: calls.simxSetObjectParent(self.handle, handle_of(parent), True))
+        self._send(lambda calls: calls.simxSetObjectParent(self.handle, handle_of(parent), True))
 
     def relative_to(self, other: SceneObject | None) -> Place:
         """Return the pose of the object in the frame of another object, or of the world (None); it can also
@@ -155,7 +155,7 @@ class SceneObject(Strict):
     def remove(self) -> None:
         """Remove the object from the scene; its children get its parent. A stop restores objects that the run
         removed."""
-        self._tell(lambda calls: calls.simxRemoveObject(self.handle))
+        self._send(lambda calls: calls.simxRemoveObject(self.handle))
         self.forget()
 
 
@@ -185,12 +185,12 @@ class Object(SceneObject):
     @property
     def velocity(self) -> Array:
         """Return the linear velocity in m/s along world axes, measured over the last simulation step."""
-        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle))[0])
+        return as_array(self._request(lambda calls: calls.simxGetObjectVelocity(self.handle))[0])
 
     @property
     def angular_velocity(self) -> Array:
         """Return the angular velocity in rad/s along world axes, measured over the last simulation step."""
-        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
+        return as_array(self._request(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
 
 
 class Shape(Object):

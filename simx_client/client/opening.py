@@ -6,7 +6,7 @@ import re
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.errors import ConnectionFailed
 from simx_client.transport.zenoh import ZenohTransport
 
@@ -42,9 +42,9 @@ def open_connection(address: str, port: int, timeout: float) -> Connection:
         ConnectionFailed: with what was tried, what was found and what to do.
         ValueError: the address or a variable of the environment cannot be read.
     """
-    place = find_place(address, port)
+    server = find_address(address, port)
     connection = Connection(
-        lambda: ZenohTransport(place, connect_timeout=timeout, retry=False, asked_port=port),
+        lambda: ZenohTransport(server, connect_timeout=timeout, retry=False, asked_port=port),
         where=f"{address}:{port}",
         timeout=timeout,
         may_reconnect=False,
@@ -54,7 +54,7 @@ def open_connection(address: str, port: int, timeout: float) -> Connection:
         connection.connect(timeout)
     except ConnectionFailed as error:
         CLIENTS.discard(connection)
-        raise ConnectionFailed(f"no connection: tried {place} over Zenoh; {error}") from None
+        raise ConnectionFailed(f"no connection: tried {server} over Zenoh; {error}") from None
     except BaseException:
         CLIENTS.discard(connection)
         raise

@@ -70,8 +70,8 @@ class Place(Strict):
     def _gather(self, note: Callable[[Calls], T]) -> T:
         return self._channel.gather(note, *self._subjects)
 
-    def _tell(self, note: Callable[[Calls], object]) -> None:
-        self._channel.tell(note, *self._subjects)
+    def _send(self, note: Callable[[Calls], object]) -> None:
+        self._channel.send(note, *self._subjects)
 
     @property
     def position(self) -> Array:
@@ -80,7 +80,7 @@ class Place(Strict):
 
     @position.setter
     def position(self, position: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectPosition(*self._handles, _exactly(3, position)))
+        self._send(lambda calls: calls.simxSetObjectPosition(*self._handles, _exactly(3, position)))
 
     @property
     def quaternion(self) -> Array:
@@ -89,7 +89,7 @@ class Place(Strict):
 
     @quaternion.setter
     def quaternion(self, quaternion: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectQuaternion(*self._handles, _exactly(4, quaternion)))
+        self._send(lambda calls: calls.simxSetObjectQuaternion(*self._handles, _exactly(4, quaternion)))
 
     @property
     def euler_angles(self) -> Array:
@@ -98,7 +98,7 @@ class Place(Strict):
 
     @euler_angles.setter
     def euler_angles(self, angles: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectOrientation(*self._handles, _exactly(3, angles)))
+        self._send(lambda calls: calls.simxSetObjectOrientation(*self._handles, _exactly(3, angles)))
 
     @property
     def pose(self) -> Pose:
@@ -114,7 +114,7 @@ class Place(Strict):
     @pose.setter
     def pose(self, pose: tuple[Numbers, Numbers]) -> None:
         position, quaternion = _exactly(3, pose[0]), _exactly(4, pose[1])
-        self._tell(
+        self._send(
             lambda calls: (
                 calls.simxSetObjectQuaternion(*self._handles, quaternion),
                 calls.simxSetObjectPosition(*self._handles, position),

@@ -52,7 +52,7 @@ class ProximitySensor(Object):
             RemoteError: the sensor was not handled yet: before the first simulation step of a run, or with
                 explicit handling.
         """
-        is_detecting, point, handle, normal = self._ask(
+        is_detecting, point, handle, normal = self._request(
             lambda calls: calls.simxReadProximitySensor(self.handle)
         )
         if not is_detecting:
@@ -83,14 +83,14 @@ class ForceSensor(Object):
 
     def read(self) -> Wrench | None:
         """Return force and torque, None without values, as while stopped."""
-        state, force, torque = self._ask(lambda calls: calls.simxReadForceSensor(self.handle))
+        state, force, torque = self._request(lambda calls: calls.simxReadForceSensor(self.handle))
         return Wrench(as_array(force), as_array(torque)) if state & _HAS_VALUES else None
 
     @property
     def is_broken(self) -> bool:
         """Return whether the sensor's connection has broken."""
-        return bool(self._ask(lambda calls: calls.simxReadForceSensor(self.handle))[0] & _IS_BROKEN)
+        return bool(self._request(lambda calls: calls.simxReadForceSensor(self.handle))[0] & _IS_BROKEN)
 
     def break_apart(self) -> None:
         """Break the sensor's connection until the simulation stops."""
-        self._tell(lambda calls: calls.simxBreakForceSensor(self.handle))
+        self._send(lambda calls: calls.simxBreakForceSensor(self.handle))

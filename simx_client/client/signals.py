@@ -67,12 +67,12 @@ class _OfKind(_Named[T]):
 
     def __setitem__(self, name: str, value: T) -> None:
         _check(name)
-        self._channel.tell(lambda calls: self._put(calls, name, value))
+        self._channel.send(lambda calls: self._put(calls, name, value))
 
     def __delitem__(self, name: str) -> None:
         """Clear a signal; succeeds if it is not set."""
         _check(name)
-        self._channel.tell(lambda calls: self._clear(calls, name))
+        self._channel.send(lambda calls: self._clear(calls, name))
 
 
 class Signals(_Named[int | float | str]):
@@ -132,12 +132,12 @@ class Signals(_Named[int | float | str]):
             else:
                 calls.simxSetFloatSignal(name, value)
 
-        self._channel.tell(note)
+        self._channel.send(note)
 
     def __delitem__(self, name: str) -> None:
         """Clear a signal in all kinds; succeeds if it is not set."""
         _check(name)
-        self._channel.tell(lambda calls: self._clear(calls, name))
+        self._channel.send(lambda calls: self._clear(calls, name))
 
     def _clear(self, calls: Calls, name: str) -> None:
         calls.simxClearIntegerSignal(name)

@@ -39,32 +39,32 @@ class Simulation(Strict):
 
     def start(self) -> None:
         """Start the simulation, or continue after a pause; no effect while it runs."""
-        self._channel.tell(lambda calls: calls.simxStartSimulation())
+        self._channel.send(lambda calls: calls.simxStartSimulation())
 
     def pause(self) -> None:
         """Pause the simulation until the next start."""
-        self._channel.tell(lambda calls: calls.simxPauseSimulation())
+        self._channel.send(lambda calls: calls.simxPauseSimulation())
 
     def stop(self) -> None:
         """Stop the simulation and restore the state of the start. Also ends stepped mode."""
-        self._channel.tell(lambda calls: calls.simxStopSimulation())
+        self._channel.send(lambda calls: calls.simxStopSimulation())
 
     @property
     def state(self) -> State:
         """Request the state from the server."""
-        self._ask_time_ms()
+        self._request_time_ms()
         header = self._connection.newest_header()
         return _state_of(0 if header is None else header.server_state)
 
     @property
     def time(self) -> float:
         """Return the simulation time in seconds, in whole milliseconds as messages carry it; 0 while stopped."""
-        return self._ask_time_ms() / 1000
+        return self._request_time_ms() / 1000
 
     @property
     def time_step(self) -> float:
         """Return the duration of a simulation step in simulated seconds. Set it while stopped."""
-        seconds = self._channel.ask(
+        seconds = self._channel.request(
             lambda calls: calls.simxGetFloatingParameter(c.sim_floatparam_simulation_time_step)
         )
         return float(f"{seconds:.6g}")  # the server sends single precision: 0.05 instead of 0.0500000007
@@ -73,11 +73,11 @@ class Simulation(Strict):
     def time_step(self, seconds: float) -> None:
         if self.state is not State.STOPPED:  # the server ignores it silently, as V-REP did
             raise SimxError("the time step cannot be changed while a simulation runs; stop it first")
-        self._channel.tell(
+        self._channel.send(
             lambda calls: calls.simxSetFloatingParameter(c.sim_floatparam_simulation_time_step, seconds)
         )
 
-    def _ask_time_ms(self) -> int:
+    def _request_time_ms(self) -> int:
         answer = self._channel.gather(
             lambda calls: calls.simxGetIntegerParameter(c.sim_intparam_program_version)
         )

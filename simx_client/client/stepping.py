@@ -21,18 +21,22 @@ T = TypeVar("T")
 class Stepping(Strict, Generic[T]):
     """The ``with`` block of ``Client.stepping``. Call the object to make a simulation step."""
 
-    __slots__ = ("_before", "_channel", "_hold", "_simulation", "_watch", "latest")
+    __slots__ = ("_batching", "_before", "_channel", "_simulation", "_watch", "latest")
 
     def __init__(self, channel: Channel, simulation: Simulation, watch: Callable[[], T]) -> None:
         self._channel, self._simulation = channel, simulation
         self._watch = Watch(channel, watch)
         self._before = State.STOPPED
-        self._hold: AbstractContextManager[None] = nullcontext()
+        self._batching: AbstractContextManager[None] = nullcontext()
 
     def __repr__(self) -> str:
-        held = f", {self._channel.held_back} calls set for the next step" if self._channel.held_back else ""
+        batched = (
+            f", {self._channel.batched_count} calls set for the next step"
+            if self._channel.batched_count
+            else ""
+        )
         mode = "in stepped mode" if self._channel.is_stepping else "not in stepped mode"
-        return f"<Stepping {self._channel.state}, {mode}{held}>"
+        return f"<Stepping {self._channel.state}, {mode}{batched}>"
 
     def __enter__(self) -> Stepping[T]:
         """Turn on stepped mode, and start the simulation if it does not run yet."""
@@ -46,8 +50,8 @@ class Stepping(Strict, Generic[T]):
         except BaseException:
             self._end()
             raise
-        self._hold = self._channel.holding()
-        self._hold.__enter__()
+        self._batching = self._channel.batching()
+        self._batching.__enter__()
         return self
 
     def __exit__(
@@ -56,7 +60,7 @@ class Stepping(Strict, Generic[T]):
         """Send the calls set since the last step; then stop, pause or continue the simulation, as before the
         block."""
         try:
-            self._hold.__exit__(kind, error, trace)
+            self._batching.__exit__(kind, error, trace)
         finally:
             self._end()
 

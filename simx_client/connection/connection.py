@@ -22,7 +22,7 @@ from simx_client.transport.zenoh import Transport
 from .background import Attempts
 from .message_header import client_time
 from .timeouts import DEFAULT_TIMEOUT, FLUSH_TIMEOUT, LAST_LOOK, MAX_UNANSWERED, RETRY_PAUSE, WELCOME_TIMEOUT
-from .trigger_batching import Hold
+from .trigger_batching import TriggerBatching
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ class Connection:
 
         self._lock = threading.RLock()
         self._pauses = 0
-        self._hold = Hold(self._modes, self._drain_and_flush, self._send_held)
+        self._batching = TriggerBatching(self._modes, self._drain_and_flush, self._send_batched)
         self._connection_id = -1
         self._connections = 0
         self._next_greeting = 0.0
@@ -152,7 +152,7 @@ class Connection:
             self._connection_id = -1
             if self._transport is not None:
                 self._transport.close()
-            self._hold.close()
+            self._batching.close()
             if is_free:
                 self._lock.release()
         if self._connecting is not None:
@@ -177,7 +177,7 @@ class Connection:
             return False
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
-            self._hold.is_on = False
+            self._batching.is_on = False
             self._modes.lose(arms_again=self._may_reconnect)
             self._takers.clear()
             self._header = None
@@ -216,8 +216,8 @@ class Connection:
         with self._lock:
             if not self._check_link() or self._pauses:
                 return self._modes.call(shape, values, mode)
-            if self._hold.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
-                return self._hold.call(shape, values, mode)
+            if self._batching.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
+                return self._batching.call(shape, values, mode)
             self._drain()
             result = self._modes.call(shape, values, mode)
             if mode != c.simx_opmode_buffer:  # buffer mode adds no call, and batched calls may wait
@@ -228,7 +228,7 @@ class Connection:
         self._drain()
         self._flush()
 
-    def _send_held(self) -> None:
+    def _send_batched(self) -> None:
         """Send the batched calls from the alarm's thread: no trigger came."""
         with self._lock:
             if self._check_link() and not self._pauses:
@@ -278,7 +278,7 @@ class Connection:
             is_soon = shape.command.answers_soon and pace is not Pace.EVERY
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
-                self._hold.switch(bool(values[0]))
+                self._batching.switch(bool(values[0]))
         return self._modes.answer(shape)
 
     def _receive_until(
@@ -314,7 +314,7 @@ class Connection:
             self._absorb(payload)
         if newest is not None:
             self._absorb(newest)
-        for payload in transport.pictures():
+        for payload in transport.images():
             self._absorb(payload)
 
     def _absorb(self, payload: bytes) -> None:

@@ -20,7 +20,7 @@ REALM_VARIABLE = "SIMX_REALM"
 
 
 @dataclass(frozen=True)
-class Place:
+class ServerAddress:
     """Endpoints and realm by which a transport finds its server."""
 
     endpoints: tuple[str, ...]
@@ -37,11 +37,11 @@ class Place:
         return through if self.realm is None else f"realm {self.realm} at {through}"
 
     @classmethod
-    def at(cls, host: str, port: int, realm: str | None = None) -> Place:
+    def at(cls, host: str, port: int, realm: str | None = None) -> ServerAddress:
         return cls(tuple(_endpoints(host, port)), realm, (host, port))
 
 
-def find_place(address: str, port: int) -> Place:
+def find_address(address: str, port: int) -> ServerAddress:
     """Return the server's address for the arguments of simxStart.
 
     A redirected port has precedence, then a realm and host in the address, then the two variables. ``lab@``
@@ -55,16 +55,20 @@ def find_place(address: str, port: int) -> Place:
     name, at, host = host.rpartition("@")
     realm = check_chunk(name) if at else None
     if is_redirected:
-        return Place.at(host, target, realm)
+        return ServerAddress.at(host, target, realm)
     if realm is None and (wanted := os.environ.get(REALM_VARIABLE, "").strip()):
         try:
             realm = check_chunk(wanted)
         except ValueError as error:
             raise ValueError(f"{REALM_VARIABLE}: {error}") from None
     if at and host:
-        return Place.at(host, target, realm)
+        return ServerAddress.at(host, target, realm)
     routers = connect_endpoints()
-    return Place(routers, realm, None) if routers else Place.at(host or "127.0.0.1", target, realm)
+    return (
+        ServerAddress(routers, realm, None)
+        if routers
+        else ServerAddress.at(host or "127.0.0.1", target, realm)
+    )
 
 
 def connect_endpoints() -> tuple[str, ...]:

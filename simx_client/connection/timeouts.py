@@ -21,9 +21,9 @@ LAST_LOOK = 0.02
 RETRY_PAUSE = 0.1
 """Seconds between two attempts to greet a server that came back."""
 
-HOLD = 0.005
+BATCHING_TIME = 0.005
 """Seconds that oneshot sets of a stepping client may wait for its trigger, to leave with it in one message.
 The original's thread sent every 5 ms, too."""
 
-MAX_HELD = 256
+MAX_BATCHED = 256
 """Maximum number of batched sets; more are sent at once, since the calls of one message are limited."""

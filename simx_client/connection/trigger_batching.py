@@ -10,10 +10,10 @@ from simx_client.legacy.marshalling import Shape
 from simx_client.legacy.operation_modes import Modes
 from simx_client.transport.time_limit import Alarm
 
-from .timeouts import HOLD, MAX_HELD
+from .timeouts import BATCHING_TIME, MAX_BATCHED
 
 
-class Hold:
+class TriggerBatching:
     """Keeps oneshot sets in the outbox while the simulation waits for this client's trigger."""
 
     def __init__(self, modes: Modes, send: Callable[[], None], send_late: Callable[[], None]) -> None:
@@ -43,9 +43,9 @@ class Hold:
         once."""
         assert self._alarm is not None
         if not self._modes.unsent:
-            self._alarm.set(time.monotonic() + HOLD)
+            self._alarm.set(time.monotonic() + BATCHING_TIME)
         result = self._modes.call(shape, values, mode)
-        if self._modes.unsent >= MAX_HELD:
+        if self._modes.unsent >= MAX_BATCHED:
             self._send()
         return result
 

@@ -103,7 +103,7 @@ def _imrotate(arr: Any, angle: float, interp: str = "bilinear") -> Any:
     return np.array(_toimage(arr).rotate(angle, getattr(Image.Resampling, interp.upper())))
 
 
-def _pictures(module: ModuleType) -> None:
+def _images(module: ModuleType) -> None:
     give_missing(
         module,
         bytescale=_to_bytes, imread=_imread, imresize=_imresize, imrotate=_imrotate, imsave=_imsave, toimage=_toimage,
@@ -113,7 +113,7 @@ def _pictures(module: ModuleType) -> None:
 
 LIBRARIES: dict[str, Patch] = {
     "PIL.Image": _pillow,
-    "scipy.misc": _pictures,
+    "scipy.misc": _images,
     "scipy.signal": _windows,
     "scipy.integrate": _renamed(
         {"simps": "simpson", "trapz": "trapezoid", "cumtrapz": "cumulative_trapezoid"}

@@ -157,7 +157,7 @@ class PixelList(list[Any]):
         values = width * height * channels
         if received.nbytes != values * cls._item_bytes:
             raise ValueError(
-                f"a {width}x{height} picture of {channels} channel(s) takes "
+                f"a {width}x{height} image of {channels} channel(s) takes "
                 f"{values * cls._item_bytes} bytes, got {received.nbytes}"
             )
         self = cls._of_nones(values)
@@ -177,7 +177,7 @@ class PixelList(list[Any]):
         shape = (self.height, self.width) if self.channels == 1 else (self.height, self.width, self.channels)
         if flat.size != self.height * self.width * self.channels:
             raise ValueError(
-                f"the list was edited to {flat.size} values, which is no {shape} picture any more"
+                f"the list was edited to {flat.size} values, which do not fit an image of shape {shape} any more"
             )
         return flat.reshape(shape)
 
@@ -299,7 +299,7 @@ def _converted(values: NDArray[Any], dtype: DTypeLike | None, copy: bool | None)
     target = values.dtype if dtype is None else dtype
     if copy is False and values.dtype != target:
         raise ValueError(
-            f"a picture cannot be seen as {target} without a copy; leave copy=False out, or use .array"
+            f"an image cannot be seen as {target} without a copy; leave copy=False out, or use .array"
         )
     return values if copy is False else values.astype(target)
 

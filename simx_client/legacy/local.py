@@ -15,7 +15,7 @@ from typing import Any
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.connection.message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
 from simx_client.connection.pace import chosen_pace
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
@@ -69,14 +69,14 @@ def simxStart(
         logger.warning("no connection to %s:%d: the port must be 1..65535, or negative", address, port)
         return -1
     try:
-        place, pace = find_place(address, port), chosen_pace()
+        server, pace = find_address(address, port), chosen_pace()
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
-    patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
-    attempt = patience if waits else 0.0  # the background thread repeats attempts
+    timeout = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    attempt = timeout if waits else 0.0  # the background thread repeats attempts
     connection = Connection(
-        lambda: ZenohTransport(place, connect_timeout=attempt, retry=not once, asked_port=port),
+        lambda: ZenohTransport(server, connect_timeout=attempt, retry=not once, asked_port=port),
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
@@ -89,9 +89,9 @@ def simxStart(
         connection.connect_in_background()
         return client_id
     try:
-        connection.connect(patience)
+        connection.connect(timeout)
     except ConnectionFailed as error:
-        logger.warning("no connection: tried %s over Zenoh; %s", place, error)
+        logger.warning("no connection: tried %s over Zenoh; %s", server, error)
         CLIENTS.discard(connection)
         return -1
     except BaseException:  # Ctrl-C: a script may continue and try again
@@ -211,13 +211,13 @@ def simxQuery(
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag, bytearray()
-    patience = max(0, to_int32(timeOutInMs)) / 1000
-    deadline = time.monotonic() + patience
+    timeout = max(0, to_int32(timeOutInMs)) / 1000
+    deadline = time.monotonic() + timeout
     connection.invoke(_CLEAR_STRING, (retSignalName,), c.simx_opmode_oneshot)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_remove)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
     code = connection.blocking(
-        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(patience, connection.timeout)
+        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(timeout, connection.timeout)
     )
     if code:
         connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)

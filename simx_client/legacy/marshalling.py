@@ -93,7 +93,7 @@ class Shape:
         if not self._results:
             return 0
         if self.command.large:
-            return _picture(self._results[1], values)
+            return _image(self._results[1], values)
         return (
             0,
             *[
@@ -108,7 +108,7 @@ def _picked(positions: tuple[int, ...]) -> Callable[[list[Any]], Any]:
     return cast(Callable[[list[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
 
 
-def _picture(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
+def _image(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
     (width, height), data = values
     if kind is DEPTHS:
         return 0, [width, height], DepthBuffer.from_bytes(data, width, height)

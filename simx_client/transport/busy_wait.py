@@ -16,17 +16,17 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-LOOKING = 200e-6
+SPIN_TIME = 200e-6
 """Duration of the busy wait in seconds; a server on the same machine answers a read in about half of it."""
 
-MOST_SLEPT_FOR = 256
+MAX_SLEEPS = 256
 """Maximum number of waits that sleep before polling is tried again."""
 
 # Windows has no sched_yield
 _offer_core: Callable[[], object] = getattr(os, "sched_yield", partial(time.sleep, 0))
 
 
-class Spinning:
+class BusyWait:
     """Busy wait of one connection."""
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:
@@ -34,17 +34,17 @@ class Spinning:
         self._to_sleep_for = 0
         self._after_next_miss = 1
 
-    def look(self, take: Callable[[], T | None]) -> T | None:
+    def poll(self, take: Callable[[], T | None]) -> T | None:
         """Poll `take` for a moment; return its result, or None when the caller should sleep."""
         if self._to_sleep_for:
             self._to_sleep_for -= 1
             return None
         now = self._now
-        until = now() + LOOKING
+        until = now() + SPIN_TIME
         while (found := take()) is None:
             if now() > until:
                 self._to_sleep_for = self._after_next_miss
-                self._after_next_miss = min(2 * self._after_next_miss, MOST_SLEPT_FOR)
+                self._after_next_miss = min(2 * self._after_next_miss, MAX_SLEEPS)
                 return None
             _offer_core()
         self._after_next_miss = 1

@@ -16,7 +16,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.protocol import keys, link
 from simx_client.protocol.codec import CodecError, decode_welcome, encode
@@ -28,7 +28,7 @@ from simx_client.protocol.messages import (
     no_common_version,
 )
 
-from .busy_wait import Spinning
+from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
 from .time_limit import Alarm
 from .writer import Writer
@@ -114,7 +114,7 @@ class Transport(Protocol):
         """Return the newest values of the small streams; None if they were taken already."""
         ...
 
-    def pictures(self) -> list[bytes]:
+    def images(self) -> list[bytes]:
         """Return the newest image of each image stream, without those taken already."""
         ...
 
@@ -127,12 +127,12 @@ class ZenohTransport:
     """One Zenoh session to one server. Zenoh's threads only store what arrives."""
 
     def __init__(
-        self, place: Place, *, connect_timeout: float, retry: bool, asked_port: int | None = None
+        self, server: ServerAddress, *, connect_timeout: float, retry: bool, asked_port: int | None = None
     ) -> None:
         """Open a session to a server's port, or to a router that reaches the server.
 
         Args:
-            place: the server's address.
+            server: the server's address.
             connect_timeout: time-out in seconds for opening and its diagnosis; 0: the duration of one
                 attempt.
             retry: repeat attempts until the time-out; otherwise make one attempt, and further ones only while
@@ -145,15 +145,15 @@ class ZenohTransport:
         """
         zenoh = link.import_zenoh()
         self._zenoh = zenoh
-        self._place = place
-        at_port = place.host_and_port[1] if place.host_and_port else 0
+        self._address = server
+        at_port = server.host_and_port[1] if server.host_and_port else 0
         self._asked_port = at_port if asked_port is None else asked_port
         self.client = client_name()
         self._secret = os.urandom(16)
         """Proves to the server that a message in this client's name is from this client; other clients may
         learn the name."""
 
-        self._pictures: dict[str, Any] = {}
+        self._images: dict[str, Any] = {}
         """Newest image of each stream, by key."""
 
         self._alive = False
@@ -162,14 +162,14 @@ class ZenohTransport:
         self._closed = False
         self._session = self._open(connect_timeout, retry)
         self._alarm = Alarm(self._wake)
-        self._spinning = Spinning()
+        self._busy_wait = BusyWait()
         self._writer = Writer(self._put)
 
-    def _open(self, patience: float, retry: bool) -> Any:
-        deadline = time.monotonic() + patience if patience else math.inf
+    def _open(self, timeout: float, retry: bool) -> Any:
+        deadline = time.monotonic() + timeout if timeout else math.inf
         options: dict[str, Any] = {
             "mode": "client",
-            "connect/endpoints": list(self._place.endpoints),
+            "connect/endpoints": list(self._address.endpoints),
             # One attempt each time: with a time-out Zenoh repeats only the first endpoint.
             "connect/timeout_ms": 0,
             "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
@@ -179,15 +179,15 @@ class ZenohTransport:
         while True:
             left = deadline - time.monotonic()
             for_each = min(
-                link.OPEN_TIMEOUT_MS, 1000 * max(0.05, left * OPENING / len(self._place.endpoints))
+                link.OPEN_TIMEOUT_MS, 1000 * max(0.05, left * OPENING / len(self._address.endpoints))
             )
             defaults = {**link.CLIENT, "transport/unicast/open_timeout": int(for_each)}
             try:
                 return open_session(self._zenoh, options, defaults)
             except self._zenoh.ZError:
-                is_last = not patience or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline
+                is_last = not timeout or time.monotonic() + OPENING_PAUSE + LEAST_ATTEMPT >= deadline
                 if is_last or not retry:
-                    failure = diagnose(self._place, deadline)
+                    failure = diagnose(self._address, deadline)
                     if is_last or not isinstance(failure, NoAnswer):
                         raise failure from None
             time.sleep(OPENING_PAUSE)
@@ -207,13 +207,13 @@ class ZenohTransport:
         name = f"{os.path.basename(sys.argv[0] or 'python')} (pid {os.getpid()})"
         greeting = encode(Greeting(OLDEST_PROTOCOL, self.client, name, self._asked_port, PROTOCOL_VERSION))
         if self._realm is None:
-            self._declare(self._place.realm or self._only_realm(deadline, until))
+            self._declare(self._address.realm or self._only_realm(deadline, until))
         assert self._realm is not None
         # The request before only found the realm. The server can reach this client by now: greet it.
         welcomes = self._ask(keys.hello(self._realm), greeting, deadline, until)
         if len(welcomes) > 1:
             raise ConnectionFailed(
-                f"{len(welcomes)} simulators at {self._place} are called {self._realm}, and both would do what one "
+                f"{len(welcomes)} simulators at {self._address} are called {self._realm}, and both would do what one "
                 "is told; give each a name of its own: simx-server --realm NAME"
             )
         chosen = welcomes[0].protocol
@@ -226,7 +226,7 @@ class ZenohTransport:
         realms = sorted({welcome.realm for welcome in self._ask(keys.ANY_HELLO, None, deadline, until)})
         if len(realms) > 1:
             raise ConnectionFailed(
-                f"several simulators are at {self._place}: {_listed(realms)}; say which: "
+                f"several simulators are at {self._address}: {_listed(realms)}; say which: "
                 f"simxStart('{realms[0]}@ROUTER', PORT, ...), or SIMX_REALM={realms[0]}"
             )
         return realms[0]
@@ -259,35 +259,37 @@ class ZenohTransport:
             welcome = decode_welcome(payload)
         except CodecError as error:
             raise ConnectionFailed(
-                f"the program at {self._place} answered with something else than a greeting ({error}); "
+                f"the program at {self._address} answered with something else than a greeting ({error}); "
                 "is it a simx-server of this version?"
             ) from None
         if welcome.refusal:
-            raise ConnectionFailed(f"the program at {self._place} refused the connection: {welcome.refusal}")
+            raise ConnectionFailed(
+                f"the program at {self._address} refused the connection: {welcome.refusal}"
+            )
         return welcome
 
-    def _silence(self, patience: float) -> ConnectionFailed:
+    def _silence(self, timeout: float) -> ConnectionFailed:
         """Return why no server answered, as far as it can be found out within the time-out in seconds, and
         what to do."""
-        wanted = self._place.realm or self._realm
-        realms = living_realms(self._session, time.monotonic() + patience)
+        wanted = self._address.realm or self._realm
+        realms = living_realms(self._session, time.monotonic() + timeout)
         if realms if wanted is None else wanted in realms:
             return NoAnswer(
-                f"the simulator of {self._place} is there but does not answer; it may be frozen or overloaded, or its "
-                "access rules do not let this user in so (who may only read: SIMX_ROLE=viewer)"
+                f"the simulator of {self._address} is there but does not answer; it may be frozen or overloaded, "
+                "or its access rules do not let this user in so (who may only read: SIMX_ROLE=viewer)"
             )
         if wanted is None:
-            if busy := busy_server(self._place):
+            if busy := busy_server(self._address):
                 return NoAnswer(busy)
             return ConnectionFailed(
-                f"the program at {self._place} speaks Zenoh but no simx-server answered there; "
+                f"the program at {self._address} speaks Zenoh but no simx-server answered there; "
                 "start one with 'simx-server', or ask for its port"
             )
         near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
         there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
         return ConnectionFailed(
-            f"no simulator of that name answered at {self._place}; there: {there}; check the name, "
-            f"or start one: simx-server --realm {wanted} --connect {self._place.endpoints[0]}"
+            f"no simulator of that name answered at {self._address}; there: {there}; check the name, "
+            f"or start one: simx-server --realm {wanted} --connect {self._address.endpoints[0]}"
         )
 
     def _declare(self, realm: str) -> None:
@@ -305,8 +307,8 @@ class ZenohTransport:
         self._streams = session.declare_subscriber(
             keys.stream(realm, self.client), zenoh.handlers.RingChannel(1)
         )
-        self._picture_streams = session.declare_subscriber(
-            keys.picture(realm, self.client), direct(self._on_picture, indirect=False)
+        self._image_streams = session.declare_subscriber(
+            keys.picture(realm, self.client), direct(self._on_image, indirect=False)
         )
         self._server = session.liveliness().declare_subscriber(
             keys.alive(realm), direct(self._on_server, indirect=False), history=True
@@ -323,8 +325,8 @@ class ZenohTransport:
         ):  # the session was closed meanwhile, which ends the wait too
             self._bell.put(b"")
 
-    def _on_picture(self, sample: Any) -> None:
-        self._pictures[str(sample.key_expr)] = sample
+    def _on_image(self, sample: Any) -> None:
+        self._images[str(sample.key_expr)] = sample
 
     def _on_server(self, sample: Any) -> None:
         if sample.kind == self._zenoh.SampleKind.DELETE:
@@ -347,7 +349,7 @@ class ZenohTransport:
     def receive(self, timeout: float, *, is_soon: bool = False) -> bytes | None:
         try:
             if timeout > 0:
-                sample = self._spinning.look(self._replies.try_recv) if is_soon else None
+                sample = self._busy_wait.poll(self._replies.try_recv) if is_soon else None
                 if sample is None:
                     self._alarm.set(time.monotonic() + timeout)
                     # In this order: a loss after this check sets the flag and ends the wait.
@@ -363,10 +365,10 @@ class ZenohTransport:
         sample = self._streams.try_recv()
         return None if sample is None else sample.payload.to_bytes()
 
-    def pictures(self) -> list[bytes]:
+    def images(self) -> list[bytes]:
         payloads: list[bytes] = []
-        while self._pictures:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
-            payloads.append(self._pictures.popitem()[1].payload.to_bytes())
+        while self._images:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
+            payloads.append(self._images.popitem()[1].payload.to_bytes())
         return payloads
 
     def close(self) -> None:

@@ -95,12 +95,12 @@ def living_realms(session: Any, deadline: float) -> list[str]:
     Args:
         deadline: on the monotonic clock; an empty list is returned after `SEEN_AGAIN` seconds.
     """
-    patience = min(deadline, time.monotonic() + SEEN_AGAIN)
+    until = min(deadline, time.monotonic() + SEEN_AGAIN)
     while True:
         left = max(_LEAST_ANSWER, deadline - time.monotonic())
         tokens = session.liveliness().get(keys.ANY_ALIVE, timeout=left)
         realms = {keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None}
-        if realms or time.monotonic() >= patience:
+        if realms or time.monotonic() >= until:
             return sorted(realms)
         time.sleep(0.01)
 

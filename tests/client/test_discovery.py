@@ -19,7 +19,7 @@ from routers import Wire, free_port, router
 import simx_client as v
 from simx_client.cli import listing
 from simx_client.connection.discovery import Found, find_servers
-from simx_client.connection.endpoints import Place, find_place
+from simx_client.connection.endpoints import ServerAddress, find_address
 from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
 from simx_server.runtime.monitoring.load import LoadMeter
@@ -269,26 +269,26 @@ def test_one_that_did_not_answer_is_listed_as_such() -> None:
 @pytest.mark.parametrize(
     ("address", "variables", "place"),
     [
-        ("127.0.0.1", {}, Place.at("127.0.0.1", 19997)),
-        ("lab@router", {}, Place(("tcp/router:19997",), "lab", ("router", 19997))),
-        ("pc", {"SIMX_REALM": "lab"}, Place.at("pc", 19997, "lab")),
-        ("pc", {"SIMX_CONNECT": "tcp/r:7447"}, Place(("tcp/r:7447",), None, None)),
+        ("127.0.0.1", {}, ServerAddress.at("127.0.0.1", 19997)),
+        ("lab@router", {}, ServerAddress(("tcp/router:19997",), "lab", ("router", 19997))),
+        ("pc", {"SIMX_REALM": "lab"}, ServerAddress.at("pc", 19997, "lab")),
+        ("pc", {"SIMX_CONNECT": "tcp/r:7447"}, ServerAddress(("tcp/r:7447",), None, None)),
         (
             "b@",
             {"SIMX_CONNECT": "tcp/r:1,tls/s:2", "SIMX_REALM": "a"},
-            Place(("tcp/r:1", "tls/s:2"), "b", None),
+            ServerAddress(("tcp/r:1", "tls/s:2"), "b", None),
         ),
-        ("b@pc", {"SIMX_CONNECT": "tcp/r:7447"}, Place.at("pc", 19997, "b")),
-        ("x", {"SIMX_REDIRECT": "19997=pc:5", "SIMX_CONNECT": "tcp/r:7447"}, Place.at("pc", 5)),
-        ("x", {"SIMX_REDIRECT": "19997=lab@r:7447"}, Place.at("r", 7447, "lab")),
+        ("b@pc", {"SIMX_CONNECT": "tcp/r:7447"}, ServerAddress.at("pc", 19997, "b")),
+        ("x", {"SIMX_REDIRECT": "19997=pc:5", "SIMX_CONNECT": "tcp/r:7447"}, ServerAddress.at("pc", 5)),
+        ("x", {"SIMX_REDIRECT": "19997=lab@r:7447"}, ServerAddress.at("r", 7447, "lab")),
     ],
 )
 def test_where_a_script_is_led(
-    address: str, variables: dict[str, str], place: Place, monkeypatch: pytest.MonkeyPatch
+    address: str, variables: dict[str, str], place: ServerAddress, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    assert find_place(address, 19997) == place
+    assert find_address(address, 19997) == place
 
 
 @pytest.mark.parametrize(

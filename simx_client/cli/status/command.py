@@ -15,7 +15,7 @@ from simx_client.cli import discovery_flags
 from simx_client.cli.command_parser import command_parser, program
 from simx_client.cli.listing import NO_ANSWER
 from simx_client.connection.discovery import Measured, Unreachable, measure_servers, silent_servers
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.protocol import roster
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.keys import check_chunk
@@ -57,7 +57,7 @@ def where(text: str) -> Where:
         return Where((), realm)
     host, colon, port = address.rpartition(":")
     if port.isdecimal() and int(port) <= 65535:
-        return Where(Place.at(host or "127.0.0.1", int(port)).endpoints, realm)
+        return Where(ServerAddress.at(host or "127.0.0.1", int(port)).endpoints, realm)
     if colon or at:
         raise ValueError(f"{address!r} is not HOST:PORT")
     return Where((), check_chunk(text))

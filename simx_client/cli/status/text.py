@@ -45,7 +45,7 @@ def _summary(metrics: Metrics) -> Iterator[str]:
     speed = "max" if passes["speed"] is None else f"{passes['speed']:g} x"
     p50, p99 = _percentiles(passes["times"])
     yield (
-        f"  passes    {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
+        f"  steps     {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
         f"{speed}); each of {passes['time_step'] * 1000:g} ms takes {duration(p50)} (p50), {duration(p99)} (p99); "
         f"{passes['lost']:.2f} s lost"
     )
@@ -55,7 +55,7 @@ def _summary(metrics: Metrics) -> Iterator[str]:
     )
     if pictures["cameras"] or pictures["waiting"] or pictures["failed"]:
         yield (
-            f"  pictures  made with {pictures['backend'] or 'nothing yet'}, {pictures['waiting']} waiting, "
+            f"  images    made with {pictures['backend'] or 'nothing yet'}, {pictures['waiting']} waiting, "
             f"{pictures['failed']} failed"
         )
     files = "" if process["open_files"] is None else f", {process['open_files']} open files"

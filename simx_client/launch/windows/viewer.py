@@ -15,7 +15,7 @@ import msgpack
 
 from simx_client.client.channel import Channel
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.transport.zenoh import ZenohTransport
 
 from ...errors import SimxError
@@ -140,7 +140,7 @@ class Viewer:
     def _exchange(self, windows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         """Send all windows and new images to the server; return its reply. Raises SimxError, ValueError."""
         told = msgpack.packb({w.OWNER: self._owner, w.WINDOWS: list(windows)})
-        results = self._channel.ask(
+        results = self._channel.request(
             lambda calls: calls.simxCallScriptFunction(w.ADD_ON, w.ADD_ON_TYPE, w.EXCHANGE, [], [], [], told)
         )
         for window in windows:
@@ -162,7 +162,7 @@ def _connect(where: str) -> Connection:
     """Connect to the server. Raises NoScreen."""
     host, _, port = where.rpartition(":")
     try:
-        place = find_place(host, int(port))
+        place = find_address(host, int(port))
         connection = Connection(
             # Without a port: a client that connects to 19999 starts the simulation.
             lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=0),
