@@ -81,12 +81,8 @@ class Texts:
             return (_constant(node.value),)
         if isinstance(node, ast.JoinedStr):
             return _joined(self._piece(each, scope, deeper) for each in node.values)
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-            if _is_number(node.left) or _is_number(node.right):
-                return (ANY,)  # a sum
-            return _joined((self.of(node.left, scope, deeper), self.of(node.right, scope, deeper)))
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod):
-            return self._percent(node, scope, deeper)
+        if isinstance(node, ast.BinOp):
+            return self._binary(node, scope, deeper)
         if isinstance(node, ast.Call):
             return self._call(node, scope, deeper)
         if isinstance(node, (ast.Name, ast.Attribute)) and (numbers := self._constants(node, scope)):
@@ -102,6 +98,14 @@ class Texts:
         if isinstance(node, ast.BoolOp):
             return itertools.chain.from_iterable(self.of(each, scope, deeper) for each in node.values)
         return (ANY,)
+
+    def _binary(self, node: ast.BinOp, scope: Scope, depth: int) -> Iterable[str]:
+        """Return the possible texts of ``left + right`` and ``form % values``."""
+        if isinstance(node.op, ast.Mod):
+            return self._percent(node, scope, depth)
+        if not isinstance(node.op, ast.Add) or _is_number(node.left) or _is_number(node.right):
+            return (ANY,)
+        return _joined((self.of(node.left, scope, depth), self.of(node.right, scope, depth)))
 
     def _constants(self, node: ast.expr, scope: Scope) -> list[str]:
         """Return the numbers of the binding's constants that an expression means."""

@@ -15,7 +15,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.launch import script
@@ -124,20 +124,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         script.show(error.with_traceback(None))
         return FAILURE
-    if converted:
-        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
-    if options.pace:
-        os.environ[VARIABLE] = options.pace
-    if not os.environ.get(VARIABLE, "").strip():
-        os.environ[VARIABLE] = OLD_SCRIPTS
-    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
+    _prepare(options, path, is_python2=converted is not None)
     if options.server:
         try:
             _start_server(options)
         except ServerNotReady as error:
             return _refuse(str(error), FAILURE)
+    return _run(code, options.script, options.arguments)
+
+
+def _prepare(options: argparse.Namespace, path: str, *, is_python2: bool) -> None:
+    """Set the pace and install the adaptations for a script."""
+    if is_python2:
+        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
+    if options.pace:
+        os.environ[VARIABLE] = options.pace
+    if not os.environ.get(VARIABLE, "").strip():
+        os.environ[VARIABLE] = OLD_SCRIPTS
+    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=is_python2)
+
+
+def _run(code: CodeType, path: str, arguments: Sequence[str]) -> int:
+    """Run the script; return the exit code, or let its SystemExit pass."""
     try:
-        script.run_as_main(code, options.script, options.arguments)
+        script.run_as_main(code, path, arguments)
     except SystemExit:
         raise
     except KeyboardInterrupt as error:

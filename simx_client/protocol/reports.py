@@ -240,13 +240,7 @@ def _check(value: Any, kind: Any, where: str) -> None:
     """Raise CodecError unless a value of JSON is of this kind; accept unknown fields."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_typeddict(kind):
-        fields = _mapping(value, where)
-        for name, part in get_type_hints(kind).items():
-            if name not in fields:
-                if name in kind.__optional_keys__:
-                    continue
-                raise CodecError(f"{where}.{name} is missing")
-            _check(fields[name], part, f"{where}.{name}")
+        _check_fields(_mapping(value, where), kind, where)
     elif origin is dict:
         for name, item in _mapping(value, where).items():
             _check(item, parts[1], f"{where}[{name!r}]")
@@ -260,6 +254,15 @@ def _check(value: Any, kind: Any, where: str) -> None:
             _check(value, parts[0], where)
     elif type(value) is not kind and not (kind is float and type(value) is int):
         raise CodecError(f"{where} must be {kind.__name__}, got {type(value).__name__}")
+
+
+def _check_fields(fields: Mapping[str, Any], kind: Any, where: str) -> None:
+    """Raise CodecError unless an object of JSON has the fields of this TypedDict."""
+    for name, part in get_type_hints(kind).items():
+        if name in fields:
+            _check(fields[name], part, f"{where}.{name}")
+        elif name not in kind.__optional_keys__:
+            raise CodecError(f"{where}.{name} is missing")
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:

@@ -217,11 +217,15 @@ class _Editor(ast.NodeVisitor):
                 self._wrap(node, "float")
             case _:
                 pass
+        self._replace_cmp(node)
+        self.generic_visit(node)
+
+    def _replace_cmp(self, node: ast.Call) -> None:
+        """Replace the argument ``cmp`` of a call by ``key``."""
         for keyword in node.keywords:
             if keyword.arg == "cmp":
                 self._replace(self._start(keyword), self._start(keyword) + len("cmp"), "key")
                 self._wrap(keyword.value, self._helper("py2_key"))
-        self.generic_visit(node)
 
     def _is_rounding(self, node: ast.expr) -> bool:
         match node:

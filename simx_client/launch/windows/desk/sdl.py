@@ -82,29 +82,10 @@ class _Sdl:
     def _deliver(self, event: Any, window: Any, listener: Listener) -> None:
         pygame = self._pygame
         kind = event.type
-        if kind in (pygame.KEYDOWN, pygame.KEYUP):
-            self._held = event.mod
-            if kind == pygame.KEYDOWN:
-                self._typed = event.unicode
-                listener.on_key(self._keysym(event))
-        elif kind == pygame.TEXTINPUT and event.text != self._typed:  # composed of several keys
-            for letter in event.text:
-                listener.on_key(_keysym_of(ord(letter)))
-        elif kind == pygame.MOUSEMOTION:
-            self._mouse = event.pos
-            x, y = event.pos
-            listener.on_motion(x, y, self._modifiers())
-        elif kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
-            self._mouse = event.pos
-            if event.button in _BUTTONS:
-                is_down = kind == pygame.MOUSEBUTTONDOWN
-                x, y = event.pos
-                listener.on_button(_BUTTONS[event.button], is_down, x, y, self._modifiers())
-        elif kind == pygame.MOUSEWHEEL:
-            x, y = self._mouse
-            for steps, is_horizontal in ((event.y, False), (event.x, True)):
-                if steps:
-                    listener.on_wheel(steps, is_horizontal, x, y, self._modifiers())
+        if kind in (pygame.KEYDOWN, pygame.KEYUP, pygame.TEXTINPUT):
+            self._deliver_key(event, listener)
+        elif kind in (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL):
+            self._deliver_mouse(event, listener)
         elif kind == pygame.WINDOWCLOSE:
             listener.on_close()
         elif kind in (pygame.WINDOWMOVED, pygame.WINDOWSIZECHANGED, pygame.WINDOWEXPOSED):
@@ -112,6 +93,31 @@ class _Sdl:
             listener.on_place(x, y, width, height)
             if kind == pygame.WINDOWEXPOSED:
                 listener.on_exposed()
+
+    def _deliver_key(self, event: Any, listener: Listener) -> None:
+        if event.type == self._pygame.TEXTINPUT:
+            if event.text != self._typed:  # composed of several keys
+                for letter in event.text:
+                    listener.on_key(_keysym_of(ord(letter)))
+            return
+        self._held = event.mod
+        if event.type == self._pygame.KEYDOWN:
+            self._typed = event.unicode
+            listener.on_key(self._keysym(event))
+
+    def _deliver_mouse(self, event: Any, listener: Listener) -> None:
+        if event.type == self._pygame.MOUSEWHEEL:
+            x, y = self._mouse
+            for steps, is_horizontal in ((event.y, False), (event.x, True)):
+                if steps:
+                    listener.on_wheel(steps, is_horizontal, x, y, self._modifiers())
+            return
+        self._mouse = x, y = event.pos
+        if event.type == self._pygame.MOUSEMOTION:
+            listener.on_motion(x, y, self._modifiers())
+        elif event.button in _BUTTONS:
+            is_down = event.type == self._pygame.MOUSEBUTTONDOWN
+            listener.on_button(_BUTTONS[event.button], is_down, x, y, self._modifiers())
 
     def _keysym(self, event: Any) -> int:
         if event.key in self._keysyms:
@@ -143,8 +149,8 @@ class _Pane:
 
     def draw(self, rgb: Any) -> None:
         height, width = rgb.shape[:2]
-        picture = self._pygame.image.frombuffer(rgb.tobytes(), (width, height), "RGB")
-        texture = self._video.Texture.from_surface(self._renderer, picture)
+        rgb_image = self._pygame.image.frombuffer(rgb.tobytes(), (width, height), "RGB")
+        texture = self._video.Texture.from_surface(self._renderer, rgb_image)
         self._renderer.clear()
         texture.draw(dstrect=(0, 0, width, height))
         self._renderer.present()
