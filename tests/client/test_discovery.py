@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from processes import ROOT, ServerProcess, server, wait_until
@@ -55,7 +56,13 @@ class Network:
         assert not unreachable
         return {one.realm: one for one in servers}
 
-    def connect(self, realm: str, **options: object) -> int:
+    def status(self, realm: str) -> Status:
+        """Return what a server answers."""
+        status = self.found()[realm].status
+        assert status is not None
+        return status
+
+    def connect(self, realm: str, **options: Any) -> int:
         return _connect(f"{realm}@127.0.0.1", self.port, **options)
 
 
@@ -98,7 +105,7 @@ def test_a_simulator_is_found_by_its_name_through_a_router(network: Network) -> 
             name: int(name == realm) for name in network.servers
         }
         v.simxFinish(client)
-        assert wait_until(lambda realm=realm: network.found()[realm].status.clients == 0, PATIENCE)
+        assert wait_until(lambda realm=realm: network.status(realm).clients == 0, PATIENCE)
 
 
 def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
@@ -110,10 +117,10 @@ def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
         assert status.process_id == process.process.pid
         assert status.scene == "pendulum"
         assert status.age > 0
-    assert statuses["south"].state == "stopped"
-    assert statuses["south"].real_time_factor == 0
-    assert statuses["north"].state == "running"
-    assert wait_until(lambda: network.found()["north"].status.real_time_factor > 0.3, PATIENCE)
+    south = network.status("south")
+    assert (south.state, south.real_time_factor) == ("stopped", 0)
+    assert network.status("north").state == "running"
+    assert wait_until(lambda: network.status("north").real_time_factor > 0.3, PATIENCE)
 
 
 def test_an_unknown_name_is_told_with_those_that_are_there(
@@ -157,7 +164,7 @@ def test_a_server_keeps_its_own_ports_beside_the_router(network: Network) -> Non
     for realm, process in network.servers.items():
         client = _connect("127.0.0.1", process.port)
         assert _hinge(client) == v.simx_return_ok
-        assert network.found()[realm].status.clients == 1
+        assert network.status(realm).clients == 1
         v.simxFinish(client)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from concurrent.futures import Future
 from types import SimpleNamespace
+from typing import cast
 
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
@@ -17,7 +18,7 @@ from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import Engine
-from simx_server.world.simulation import SimulationState
+from simx_server.world.simulation import Simulation, SimulationState
 
 
 class PlainSimulation:
@@ -137,7 +138,7 @@ class World:
 
     def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed, now), **engine_options)
+        self.engine = Engine(cast(Simulation, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
         self.transports: dict[int, LoopbackTransport] = {}
 
     def client(self, *, port: int = 0, **options) -> int:
