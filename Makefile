@@ -13,7 +13,7 @@ SECONDS ?= 600
 ROLES   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-fast soak siege check format bench clean
+.PHONY: help setup demo test test-fast soak siege check format generate bench clean
 
 help: ## this list
 	@echo "usage: make TARGET"
@@ -53,7 +53,7 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/soak.py $(SECONDS)
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
-	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
 check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \
@@ -68,9 +68,18 @@ format: $(READY) ## put the code into its form
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
 
+# Each page is complete before it replaces the old one: a command that fails leaves the old page as it is.
+new_page = $(1) > $(2).new && mv $(2).new $(2) || { rm -f $(2).new; exit 1; }
+
+generate: $(READY) ## write the files that follow from the table of functions: type stubs, pages of docs/
+	@$(BIN)/python -m simx_client.legacy.stubs
+	@$(call new_page,$(BIN)/python docs/reference.py,docs/api.md)
+	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
+	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
+
 bench: $(READY) ## measure a call, a simulation step and an image on this machine
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made
-	rm -rf $(VENV) build dist demo_output .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist demo_output .coverage .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

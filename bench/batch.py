@@ -20,7 +20,7 @@ from typing import Any
 
 import simx_client as vrep
 from simx_client import batch
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 
 from .client import CAMERA, JOINTS, check, connected, handle_of, running
@@ -148,10 +148,10 @@ def _one_set(effort: Effort, task: Task, work: dict[str, Work], stack: ExitStack
         chosen = [places.pop() for _ in range(count)]
         step = stack.enter_context(_lock_step(task, [port for port, _ in chosen]))
         cases[by_batch(count)] = Case(step, [process_id for _, process_id in chosen])
-    simulation = build_simulation(Settings(scene=task.scene), stack)
-    simulation.start()
-    stack.callback(simulation.stop)
-    cases[PASS] = Case(simulation.advance)
+    simulation = open_world(Settings(scene=task.scene), stack)
+    simulation.simulation.start()
+    stack.callback(simulation.simulation.stop)
+    cases[PASS] = Case(simulation.step)
     for name, case in cases.items():
         case.work = work.setdefault(name, Work())
     calls = effort.count(60)

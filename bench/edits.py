@@ -10,12 +10,12 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 
-from simx_server.limits import Limits
 from simx_server.scene import models
 from simx_server.scene.editing import copying, creating, editing
 from simx_server.scene.formats.loader import load_text
-from simx_server.world.building import attach_parts
-from simx_server.world.simulation import Simulation
+from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.world.building import build_world
+from simx_server.world.world import World
 
 from .measure import Effort, Progress, Rounds, ratio
 from .report import Findings, Grid, Ratio
@@ -80,10 +80,12 @@ def _taken(static: int, free: int, effort: Effort) -> dict[str, Rounds]:
     rounds = effort.count(9, 3)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        sim = Simulation()
-        attach_parts(sim, folder, Limits())
+        rendering = RenderThread()
+        stack.callback(rendering.close)
+        world = build_world(rendering, workspace=folder)
+        sim = world.simulation
         sim.use(*load_text(_scene(static, free)))
-        edits = _edits(sim, folder)
+        edits = _edits(world, folder)
         taken: dict[str, list[float]] = {what: [] for what in edits}
         progress = Progress(f"edits in {static + free} bodies", (rounds + 1) * len(edits))
         for turn in range(rounds + 1):
@@ -98,7 +100,8 @@ def _taken(static: int, free: int, effort: Effort) -> dict[str, Rounds]:
     return {what: Rounds(tuple((seconds,) for seconds in values)) for what, values in taken.items()}
 
 
-def _edits(sim: Simulation, folder: Path) -> dict[str, Callable[[], object]]:
+def _edits(world: World, folder: Path) -> dict[str, Callable[[], object]]:
+    sim = world.simulation
     model = folder / "lamp.xml"
     model.write_text(MODEL, encoding="utf-8")
     alone = sim.scene.spec.copy()
@@ -118,14 +121,14 @@ def _edits(sim: Simulation, folder: Path) -> dict[str, Callable[[], object]]:
     return {
         COMPILE: partial(compile_alone, 1),
         "create a dummy": lambda: editing.create_dummy(sim, 0.1),
-        "create a cuboid": lambda: creating.create_primitive(sim, "cuboid", [0.1] * 3, creating.Body()),
-        "copy one": lambda: copying.copy_objects(sim, [first]),
+        "create a cuboid": lambda: creating.create_primitive(world, "cuboid", [0.1] * 3, creating.Body()),
+        "copy one": lambda: copying.copy_objects(world, [first]),
         COMPILE_FIFTY: partial(compile_alone, 50),
-        "copy fifty": lambda: copying.copy_objects(sim, fifty),
+        "copy fifty": lambda: copying.copy_objects(world, fifty),
         DELETE: compile_without_one,
         "set a parent": lambda: editing.set_parent(sim, second, first, True),
         "remove one": lambda: editing.remove_object(sim, third),
-        "load a model": lambda: models.load_model(sim, model),
+        "load a model": lambda: models.load_model(world, model),
     }
 
 

@@ -25,7 +25,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Batch, Call, Greetin
 
 from .client import JOINTS, handle_of
 from .processes import ROOT, NotReady, server
-from .resources import private_mb
+from .resources import keep_apart, private_mb
 
 FLOODERS = 8
 TIMED = 5.0
@@ -150,26 +150,13 @@ def call_times(client: int, handle: int, seconds: float) -> list[float]:
     return sorted(found)
 
 
-def keep_apart() -> None:
-    """Leave the flooders all processor cores but one, which the server and the bystander share.
-
-    Eight programs that never wait take what there is of the cores, whatever the server does; how the server takes that
-    what they send is to be seen.
-    """
-    global _flooders_cores
-    *others, own = sorted(os.sched_getaffinity(0))
-    if others:
-        _flooders_cores = set(others)
-        os.sched_setaffinity(0, {own})
-
-
 _flooders_cores: set[int] = set()
 
 
 def main() -> None:
     """Print, for each kind of flood, what a blocking read of a bystander takes beside it and without it."""
-    if hasattr(os, "sched_setaffinity"):
-        keep_apart()
+    global _flooders_cores
+    _flooders_cores = keep_apart()
     kinds = sys.argv[1:] or KINDS
     for kind in kinds:
         with server("ur5_rg2_kinect") as running:

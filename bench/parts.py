@@ -21,13 +21,17 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import decode_batch, decode_delivery, encode
 from simx_client.protocol.messages import Call
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
+from simx_server.runtime.background import wait_for_step
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.dispatch import Dispatch, Run
+from simx_server.runtime.dispatch import Dispatch
+from simx_server.runtime.executor import Executor
 from simx_server.runtime.server_loop import Engine
+from simx_server.runtime.sessions import ClientSession
+from simx_server.world.world import World
 
 from . import baselines, processes
 from .blocking import message_sizes
@@ -125,7 +129,7 @@ def _grid(name: str, parts: Mapping[str, float], taken: Mapping[str, Rounds]) ->
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     calls = effort.count(300, 20)
-    simulation = build_simulation(Settings(), stack)
+    simulation = open_world(Settings(), stack)
     engine = Engine(simulation, HANDLERS, Pacer(math.inf))
     transport = StampedTransport(engine)
     client = CLIENTS.add(connection := Connection(lambda: transport, where="this process"))
@@ -169,23 +173,27 @@ def _parts_of_read(client: int, handle: int, transport: StampedTransport, calls:
     there, server, back = map(statistics.median, zip(*marks, strict=True))
     engine = transport.engine
     session = next(iter(engine.sessions.values()))
-    dispatch = Dispatch(engine.simulation, HANDLERS, engine.metrics)
+    executor = Executor(Dispatch(engine.world, HANDLERS), engine.metrics)
     question, answer = transport.question, decode_delivery(transport.answer)
     call = decode_batch(question).calls[0]
     inner = [
         statistics.median(timed(part, calls))
         for part in (
             lambda: decode_batch(question),
-            lambda: _execute(dispatch.run(session), call),
+            lambda: _execute(executor, session, call),
             lambda: encode(answer),
         )
     ]
     return _named(READ, READ_PARTS, [there, *inner, server - sum(inner), back])
 
 
-def _execute(run: Run, call: Call) -> None:
-    run.execute(call.command, call.arguments)
-    run.end()
+def _execute(executor: Executor, session: ClientSession, call: Call) -> None:
+    tally = executor.tally(session.called)
+    command, work = executor.dispatch.find(session, call.command)
+    assert command is not None
+    assert work is not None
+    executor.execute(session, tally, command, work, call.arguments, wait_for_step)
+    tally.end()
 
 
 def _parts_of_loop(
@@ -194,11 +202,12 @@ def _parts_of_loop(
     simulation = transport.engine.simulation
     passes: list[tuple[float, float]] = []
     marks: list[list[float]] = []
-    advance = simulation.advance
+    stages = World.STEP
 
-    def stamped() -> None:
+    def stamped(world: World) -> None:
         began = now()
-        advance()
+        for _, stage in stages:
+            stage(world)
         passes.append((began, now()))
 
     def turn() -> None:
@@ -222,7 +231,7 @@ def _parts_of_loop(
             ]
         )
 
-    simulation.advance = stamped
+    World.STEP = (("all", stamped),)
     with running(client, stepped=True):
         _arm(client, handles)
         timed(turn, calls)

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 import mujoco
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 
 
@@ -15,13 +15,13 @@ class Physics:
 
     def __init__(self, stack: ExitStack) -> None:
         """Load it; gone when the stack is closed."""
-        self.simulation = build_simulation(Settings(), stack)
-        self.simulation.start()
-        stack.callback(self.simulation.stop)
-        self._model = self.simulation.model
+        self.simulation = open_world(Settings(), stack)
+        self.simulation.simulation.start()
+        stack.callback(self.simulation.simulation.stop)
+        self._model = self.simulation.simulation.model
         self._data = mujoco.MjData(self._model)
-        mujoco.mj_copyData(self._data, self._model, self.simulation.data)
-        self._substeps = self.simulation.substeps
+        mujoco.mj_copyData(self._data, self._model, self.simulation.simulation.data)
+        self._substeps = self.simulation.simulation.substeps
 
     def step(self) -> None:
         """The physics steps of one pass, and nothing else."""

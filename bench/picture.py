@@ -19,7 +19,7 @@ import numpy as np
 
 import simx_client as vrep
 from simx_client.legacy.images import VisionImage
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
 
@@ -134,9 +134,9 @@ class _Server:
     """The server's own path from a request to the finished picture, on its render thread, in this process."""
 
     def __init__(self, stack: ExitStack) -> None:
-        self._simulation = simulation = build_simulation(Settings(), stack)
-        self._joints = [simulation.scene.resolve(name) for name in JOINTS]
-        self._camera = simulation.scene.resolve(CAMERA)
+        self._simulation = simulation = open_world(Settings(), stack)
+        self._joints = [simulation.simulation.scene.resolve(name) for name in JOINTS]
+        self._camera = simulation.simulation.scene.resolve(CAMERA)
         self._angles = itertools.cycle((0.0, 0.001))
         for handle, degrees in zip(self._joints, rendering.SEES_THE_BALL, strict=True):
             self._execute("simxSetJointPosition", handle, degrees * 0.017453292519943295)

@@ -11,12 +11,13 @@ from functools import partial
 
 import mujoco
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
 from simx_server.sensors.vision.image import CameraView, Renderer, fovy_from_perspective_angle
 from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 from .client import CAMERA, JOINTS
 from .measure import Effort, Rounds, difference, repeated, side_by_side
@@ -88,10 +89,11 @@ def _tell_parts(found: Findings, taken: dict[str, Rounds]) -> None:
     ]
 
 
-def view_of(simulation: Simulation, camera: str, size: tuple[int, int]) -> CameraView:
+def view_of(world: World, camera: str, size: tuple[int, int]) -> CameraView:
     """A camera's view in another size."""
+    simulation = world.simulation
     handle = simulation.scene.resolve(camera)
-    settings = simulation.vision.settings(handle)
+    settings = world.vision.settings(handle)
     return CameraView(
         camera_id=simulation.scene.get(handle).id,
         width=size[0],
@@ -111,10 +113,10 @@ def look_at_the_ball(simulation: Simulation) -> None:
 
 
 def _one_set(effort: Effort, scene: str, backend: str, stack: ExitStack) -> dict[str, Rounds]:
-    simulation = build_simulation(Settings(scene=scene), stack)
-    model, data = simulation.model, simulation.data
+    simulation = open_world(Settings(scene=scene), stack)
+    model, data = simulation.simulation.model, simulation.simulation.data
     if scene == TUTORIAL:
-        look_at_the_ball(simulation)
+        look_at_the_ball(simulation.simulation)
     mujoco.mj_forward(model, data)
     cases: dict[str, Callable[[], object]] = {}
     rays = stack.enter_context(closing(RaycastRenderer(model)))

@@ -13,6 +13,19 @@ _TCP_INFO_BYTES = 120
 """Offset of tcpi_bytes_acked in struct tcp_info (linux/tcp.h); tcpi_bytes_received follows."""
 
 
+def keep_apart() -> set[int]:
+    """Have this process and the server run on one core, and the attackers on the others, which are returned.
+
+    Programs that never wait take what there is of the cores, whatever the server does.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return set()
+    *others, own = sorted(os.sched_getaffinity(0))
+    if others:
+        os.sched_setaffinity(0, {own})
+    return set(others)
+
+
 def memory_mb(process_ids: Iterable[int]) -> float:
     """Proportional set size of these processes together: what they share counts once."""
     return sum(_sizes(process_id)["Pss"] for process_id in process_ids) / 1024

@@ -8,7 +8,7 @@ from typing import Any
 
 import mujoco
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.files.library import list_scenes
 
@@ -44,21 +44,21 @@ def measure(effort: Effort) -> Findings:
 def time_step_of(scene: str) -> float:
     """Seconds of a scene's pass."""
     with ExitStack() as stack:
-        return build_simulation(Settings(scene=scene), stack).time_step
+        return open_world(Settings(scene=scene), stack).simulation.time_step
 
 
 def _one_set(effort: Effort, scene: str, stack: ExitStack) -> dict[str, Rounds]:
-    simulation = build_simulation(Settings(scene=scene), stack)
-    simulation.start()
-    stack.callback(simulation.stop)
-    simulation.advance()
-    model, data = simulation.model, mujoco.MjData(simulation.model)
-    mujoco.mj_copyData(data, model, simulation.data)
+    simulation = open_world(Settings(scene=scene), stack)
+    simulation.simulation.start()
+    stack.callback(simulation.simulation.stop)
+    simulation.step()
+    model, data = simulation.simulation.model, mujoco.MjData(simulation.simulation.model)
+    mujoco.mj_copyData(data, model, simulation.simulation.data)
     return side_by_side(
         scene,
         {
-            scene: simulation.advance,
-            f"{scene}: the same mj_step calls": lambda: _step(model, data, simulation.substeps),
+            scene: simulation.step,
+            f"{scene}: the same mj_step calls": lambda: _step(model, data, simulation.simulation.substeps),
         },
         rounds=effort.rounds,
         calls=effort.count(60),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from functools import partial
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.scene.objects import ObjectKind
 
@@ -27,7 +27,7 @@ def measure(effort: Effort) -> Findings:
     """In process, so that nothing but the sensors is between the cases."""
     taken = repeated(effort.sets, partial(_one_set, effort))
     with ExitStack() as stack:
-        step = build_simulation(Settings(scene=SCENE), stack).time_step
+        step = open_world(Settings(scene=SCENE), stack).simulation.time_step
     ring = difference(taken[RING], taken[PASS])
     found = Findings("Proximity sensors")
     found.ratios = [
@@ -40,20 +40,20 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    simulation = build_simulation(Settings(scene=SCENE), stack)
-    simulation.start()
-    stack.callback(simulation.stop)
-    ring = list(simulation.scene.of_kind(ObjectKind.PROXIMITY_SENSOR))
+    simulation = open_world(Settings(scene=SCENE), stack)
+    simulation.simulation.start()
+    stack.callback(simulation.simulation.stop)
+    ring = list(simulation.simulation.scene.of_kind(ObjectKind.PROXIMITY_SENSOR))
 
     def read(handles: list[int]) -> None:
-        simulation.advance()
+        simulation.step()
         for handle in handles:
             simulation.proximity.read(handle)
 
     read(ring)  # the triangles are made
     return side_by_side(
         "sensors",
-        {PASS: simulation.advance, ONE: partial(read, ring[:1]), RING: partial(read, ring)},
+        {PASS: simulation.step, ONE: partial(read, ring[:1]), RING: partial(read, ring)},
         rounds=effort.rounds,
         calls=effort.count(100, 20),
     )

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 
 import simx_client as vrep
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 
 from .client import check, connected
@@ -100,11 +100,11 @@ def _one_set(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
 def _in_process(effort: Effort) -> float:
     """Passes per second of one simulation."""
     with ExitStack() as stack:
-        simulation = build_simulation(Settings(), stack)
-        simulation.start()
-        stack.callback(simulation.stop)
+        simulation = open_world(Settings(), stack)
+        simulation.simulation.start()
+        stack.callback(simulation.simulation.stop)
         calls = effort.count(300)
-        return calls / sum(timed(simulation.advance, calls))
+        return calls / sum(timed(simulation.step, calls))
 
 
 def simulated(client: int) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 
 import simx_client as vrep
 from simx_client.legacy.images import VisionImage
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.sensors.opengl.backend import RAYCAST, choose_backend
 from simx_server.sensors.ray_casting.renderer import RaycastRenderer
@@ -129,15 +129,15 @@ def _resize(client: int, camera: int, size: tuple[int, int]) -> None:
 
 def _renderer(stack: ExitStack) -> Any:
     """Draws one picture of a size, in this process."""
-    simulation = build_simulation(Settings(), stack)
-    rendering.look_at_the_ball(simulation)
+    simulation = open_world(Settings(), stack)
+    rendering.look_at_the_ball(simulation.simulation)
     backend = choose_backend().name
     if backend == RAYCAST:
-        renderer: Renderer = RaycastRenderer(simulation.model)
+        renderer: Renderer = RaycastRenderer(simulation.simulation.model)
     else:
         from simx_server.sensors.opengl.renderer import OpenGLRenderer
 
-        renderer = OpenGLRenderer(simulation.model, backend)
+        renderer = OpenGLRenderer(simulation.simulation.model, backend)
     drawn = stack.enter_context(closing(renderer))
     views = {size: rendering.view_of(simulation, CAMERA, size) for size in SIZES}
-    return lambda size: drawn.render(simulation.data, views[size], True, False)
+    return lambda size: drawn.render(simulation.simulation.data, views[size], True, False)

@@ -80,7 +80,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
             TRIGGER: lambda: check(vrep.simxSynchronousTrigger(client)),
             LOOP: lambda: _loop(client, handles),
             STEPS: physics.step,
-            PASS: physics.simulation.advance,
+            PASS: physics.simulation.step,
             QUERY: lambda: query.exchange(request),
             STEPPING_QUERY: lambda: stepping.exchange(request),
         },

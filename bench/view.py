@@ -11,7 +11,7 @@ from functools import partial
 import msgpack
 
 import simx_client as vrep
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
@@ -102,12 +102,12 @@ def measure(effort: Effort) -> Findings:
 def _in_process(effort: Effort) -> dict[str, Rounds]:
     """The feed's two questions, as they are asked again and again."""
     with ExitStack() as stack:
-        simulation = build_simulation(Settings(), stack)
+        simulation = open_world(Settings(), stack)
         simulation.parameters.pace = pacer = Pacer(math.inf)
         feed = Feed(Engine(simulation, HANDLERS, pacer), "bench", [0])
-        simulation.start()
-        stack.callback(simulation.stop)
-        simulation.advance()
+        simulation.simulation.start()
+        stack.callback(simulation.simulation.stop)
+        simulation.step()
         first = msgpack.unpackb(feed.call(messages.LOOK, [-1, -1], [], [], b"")[3])
         look = partial(feed.call, messages.LOOK, [first["model"], first["arrays_version"]], [], [], b"")
         first = msgpack.unpackb(feed.call(messages.SURVEY, [-1, -1], [], [], b"")[3], strict_map_key=False)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
@@ -63,7 +63,7 @@ SCENARIO = (
 def frames() -> Iterator[Image]:
     """Run the scenario by legacy calls, in stepped mode."""
     with ExitStack() as stack:
-        simulation = build_simulation(Settings(scene="ur5_rg2_kinect_ball"), stack)
+        simulation = open_world(Settings(scene="ur5_rg2_kinect_ball"), stack)
         engine = Engine(simulation, HANDLERS, Pacer(math.inf))
         connection = Connection(lambda: LoopbackTransport(engine), where="film")
         client = CLIENTS.add(connection)
@@ -82,7 +82,7 @@ def frames() -> Iterator[Image]:
             for step in range(steps):
                 vrep.simxSynchronousTrigger(client)
                 if step % STEPS_PER_FRAME == 0:
-                    yield inset(overview(simulation), seen(client, camera))
+                    yield inset(overview(simulation.simulation), seen(client, camera))
 
 
 def overview(simulation: Simulation) -> Image:

@@ -15,7 +15,7 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 import cv2
 import mujoco
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.files.library import list_scenes
 from simx_server.handlers.objects.poses import set_object_position
@@ -54,22 +54,22 @@ OTHERS = ((-0.2, 0.0, 0.4), 2.2, 140.0, -20.0)
 def draw(scene: str) -> Path:
     """The picture's file."""
     with ExitStack() as stack:
-        simulation = build_simulation(Settings(scene=scene), stack)
-        simulation.start()
-        while simulation.time < SECONDS:
-            simulation.advance()
+        simulation = open_world(Settings(scene=scene), stack)
+        simulation.simulation.start()
+        while simulation.simulation.time < SECONDS:
+            simulation.step()
         if scene in ASIDE:
             name, place = ASIDE[scene]
-            set_object_position(simulation, simulation.scene.resolve(name), -1, list(place))
-            simulation.refresh()
+            set_object_position(simulation, simulation.simulation.scene.resolve(name), -1, list(place))
+            simulation.simulation.refresh()
         camera = mujoco.MjvCamera()
         camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = VIEWS.get(scene, OTHERS)
-        model = simulation.model
+        model = simulation.simulation.model
         model.vis.global_.offwidth, model.vis.global_.offheight = WIDTH * SOFTER, HEIGHT * SOFTER
         with mujoco.Renderer(model, HEIGHT * SOFTER, WIDTH * SOFTER) as renderer:
-            renderer.update_scene(simulation.data, camera)
+            renderer.update_scene(simulation.simulation.data, camera)
             picture = cv2.cvtColor(renderer.render(), cv2.COLOR_RGB2BGR)
-        simulation.stop()
+        simulation.simulation.stop()
     FOLDER.mkdir(exist_ok=True)
     file = FOLDER / f"{scene}.png"
     cv2.imwrite(str(file), cv2.resize(picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA))

@@ -10,9 +10,7 @@ import re
 import sys
 from pathlib import Path
 
-from reference_words import MEANINGS, REMARKS, SAMPLES
-
-from simx_client.protocol.commands import TABLE, Command, Place, Value
+from simx_client.protocol.commands import TABLE, Command, Place
 from simx_client.protocol.differences import DIFFERENCES
 from simx_client.protocol.kinds import KINDS
 from simx_server.app.coverage import Coverage, coverage
@@ -21,7 +19,7 @@ from simx_server.handlers import HANDLERS
 PAGE = """\
 # Every function
 
-Made by `python docs/reference.py > docs/api.md` from the table `simx_client/protocol/commands.py`; a test holds it
+Made by `python docs/reference.py > docs/api.md` from the table, `simx_client/protocol/table/`; a test holds it
 fresh and runs the examples. Here the client is `import simx_client as vrep`; under `simx-run` it is what `import vrep`
 or `import sim` gives. New code may take [objects and exceptions](python.md) instead; counterparts are named.
 
@@ -77,10 +75,6 @@ def modern_twins() -> dict[str, str]:
     return {name: right for left, right in reversed(rows) for name in re.findall(r"simx\w+", left)}
 
 
-def meaning(command: Command, value: Value) -> str:
-    return MEANINGS.get(f"{command.name} {value.name}") or MEANINGS[value.name]
-
-
 def results(command: Command) -> list[str]:
     names = [value.name for value in command.results]
     return names if command.place is Place.LOCAL else ["code", *names]
@@ -88,8 +82,7 @@ def results(command: Command) -> list[str]:
 
 def example(command: Command) -> str:
     """One call, with what comes back."""
-    names = [value.name for value in command.arguments]
-    words = [SAMPLES.get(f"{command.name} {name}") or SAMPLES[name] for name in names]
+    words = [value.meaning.sample for value in command.arguments]
     if command.place is not Place.LOCAL:
         words = ["client", *words]
     if command.place is Place.REMOTE:
@@ -104,8 +97,8 @@ def example(command: Command) -> str:
 
 def remark(command: Command) -> str:
     """What the server's handler says beyond the table, without what the list of differences says."""
-    if command.name in REMARKS or command.name not in HANDLERS:
-        return REMARKS.get(command.name, "")
+    if command.remark or command.name not in HANDLERS:
+        return command.remark
     text, _, raises = (inspect.getdoc(HANDLERS[command.name].function) or "").partition("Raises:\n")
     paragraphs = [
         part.replace("\n", " ") for part in text.strip().split("\n\n") if not part.startswith("Differs:")
@@ -128,8 +121,7 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
     values = [("", value) for value in command.arguments] + [("→ ", value) for value in command.results]
     if values:
         rows = [
-            f"| {arrow}`{each.name}` | {each.kind.name} | {meaning(command, each)} |"
-            for arrow, each in values
+            f"| {arrow}`{each.name}` | {each.kind.name} | {each.meaning.sentence} |" for arrow, each in values
         ]
         parts.append("\n".join(["| argument, → result | kind | meaning |", "|---|---|---|", *rows]))
     facts = [line.modes]

@@ -1,15 +1,8 @@
-"""Many calls in one message, and many servers in lock-step, for new code.
+"""Batches by the client id that simxStart returned. New code uses `Client.batch` and `Client.many`.
 
-    from simx_client import batch
-
-    with batch.Batch(clientID) as calls:
-        position = calls.simxGetJointPosition(joint)
-        calls.simxSetJointTargetPosition(joint, 0.5)
-    print(position.value)
-
-The server executes the calls in this order within one simulation step, and returns their answers together.
-Only a trigger makes a simulation step in its place: the calls after it read the new state. A batch of twenty
-calls costs little more than one call. ``Servers`` does the same with many servers at a time.
+with batch.Batch(clientID) as calls:
+    position = calls.simxGetJointPosition(joint)
+print(position.value)
 """
 
 from __future__ import annotations
@@ -17,10 +10,10 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
+from .client.servers import Servers
 from .connection.answers import Answer
 from .connection.calls import Calls
 from .connection.exchange import Exchange, connection_of
-from .connection.servers import Servers
 from .connection.strict import Strict
 from .connection.timeouts import DEFAULT_TIMEOUT
 from .errors import CallsFailed, Failure

@@ -2,9 +2,9 @@
 
 Of the client it imports ``simx_client.protocol`` alone. The packages, from the outside in:
 
-    app           flags and variables become one frozen `Settings`; the composition; ``--doctor``, ``--tree``
+    app           flags and environment variables become one frozen `Settings`; composition; ``--doctor``
     gateways      the ways in: Zenoh, and in-process for tests
-    runtime       the server loop: inbox, batches, dispatch, sessions, streams, outbox; metrics
+    runtime       the server loop: inbox, batches, dispatch, executor, sessions, streams, outbox; metrics
     handlers      one function per command of the table
     world         the simulation and its parts; what happens in one simulation step
     parts         what V-REP keeps beside physics: signals, parameters, drawing objects, graphs, user interface

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from coverage_of_fast_tests import register
+from kinds_of_tests import add_markers
 from processes import PENDULUM
 from real_world import Open, RealWorld, World
 
@@ -60,14 +62,15 @@ SLOW = (
     "test_scripts_safety", "test_scripts_vision", "test_security", "test_sensor_functions", "test_sensors_",
     "test_shims", "test_trial_", "test_sim_api_motion", "test_simulation_tutorial", "test_soak", "test_state_log",
     "test_stepped", "test_streaming", "test_surprises", "test_torque", "test_tutorial", "test_upgrade",
-    "test_user_interface", "test_view_", "test_zenoh",
+    "test_user_interface", "test_view_", "test_wheels", "test_zenoh",
 )  # fmt: skip
 """Beginnings of the names of files that `make test-fast` leaves out: they start processes, draw many images, simulate
 minutes, or try very many cases."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What is done once, before xdist's workers begin."""
+    """What is done once, before xdist's workers begin; all processes measure coverage."""
+    register(config)
     if hasattr(config, "workerinput"):
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
@@ -83,8 +86,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark slow tests. Workers of xdist are given the longest files first, then those with most tests."""
+    """Add the markers. Workers of xdist are given the longest files first, then those with most tests."""
     for item in items:
+        add_markers(item)
         if item.path.name.startswith(SLOW):
             item.add_marker(pytest.mark.slow)
     if not hasattr(config, "workerinput"):

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from simx_client import batch
+from simx_client.client import Answer, Calls, Client
 
 Floats = NDArray[np.float32]
 
@@ -73,7 +73,7 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
         self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (6,), dtype=np.float32)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.servers = batch.Servers.connect(ports, timeout=timeout)
+        self.servers = Client.many(ports, timeout=timeout)
         try:
             self._handles = [
                 [answer.value for answer in answers]
@@ -136,7 +136,7 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
 
     # --- what is called on each simulator --------------------------------------------------------
 
-    def _prepare(self, calls: batch.Calls, place: int) -> list[batch.Answer[Any]]:
+    def _prepare(self, calls: Calls, place: int) -> list[Answer[Any]]:
         *joints, _, ball = self._handles[place]
         calls.simxStopSimulation()
         calls.simxSynchronous(True)
@@ -147,14 +147,14 @@ class ReachEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
         calls.simxSetObjectPosition(ball, -1, self._balls[place])
         return self._read(calls, place)
 
-    def _read(self, calls: batch.Calls, place: int) -> list[batch.Answer[Any]]:
+    def _read(self, calls: Calls, place: int) -> list[Answer[Any]]:
         *joints, camera, ball = self._handles[place]
         return [
             *[calls.simxGetJointPosition(joint) for joint in joints],
             calls.simxGetObjectPosition(ball, camera),
         ]
 
-    def _write(self, calls: batch.Calls, place: int) -> None:
+    def _write(self, calls: Calls, place: int) -> None:
         *joints, _, _ = self._handles[place]
         for joint, target in zip(joints, self._targets[place].tolist(), strict=True):
             calls.simxSetJointTargetPosition(joint, target)

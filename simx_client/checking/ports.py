@@ -22,9 +22,8 @@ _HIGHEST = 65535
 class Ports(Texts):
     """Evaluates whole numbers as well as texts."""
 
-    def ports(self, call: Called, parameters: tuple[str, ...]) -> list[int]:
-        """Return the ports that a call of simxStart may name; a negative one means its absolute value."""
-        name = "connectionPort"
+    def ports(self, call: Called, name: str, parameters: tuple[str, ...]) -> list[int]:
+        """Return the ports that an argument of a call may name; a negative one means its absolute value."""
         nodes = [keyword.value for keyword in call.node.keywords if keyword.arg == name]
         place = parameters.index(name)
         before = call.node.args[: place + 1]

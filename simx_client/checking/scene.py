@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import SimxError
+from ..protocol.cli.installing import missing_server
 from ..protocol.nearest import nearest
 from .texts import ANY, matches
 
@@ -76,6 +77,8 @@ class SceneView:
 
 def look_at(scene: str, *flags: str) -> SceneView:
     """Load the scene with a server, in a separate process, and return its content. Raises NoScene."""
+    if missing := missing_server():
+        raise NoScene(f"the scene {scene} cannot be looked at: {missing}")
     command = [
         sys.executable,
         "-P",

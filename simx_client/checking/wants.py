@@ -14,32 +14,16 @@ from simx_client.legacy.operation_modes import MODE_MASK
 
 from ..protocol import constants
 from ..protocol.commands import BY_NAME
+from ..protocol.table.meanings import Role
 from .ports import Ports
 from .program import BINDING, OTHER_APIS, Library, Program
 from .scopes import Called, Names
 from .texts import ANY, Texts, is_known
 from .things import Foreign, Meaning
 
-NAMING = {
-    "objectName": "object",
-    "collectionName": "collection",
-    "collisionObjectName": "collision",
-    "distanceObjectName": "distance",
-    "uiName": "ui",
-    "scenePathAndName": "scene file",
-    "modelPathAndName": "model file",
-    "uiPathAndName": "ui file",
-}
-"""Arguments that name something of the scene, or a file, and what."""
-
-BRINGING = ("simxLoadScene", "simxLoadModel", "simxCopyPasteObjects", "simxCreateDummy")
-"""After these there may be objects that the scene does not have at first."""
-
 _FUNCTION = re.compile(r"simx[A-Z]")
 _FROM_BINDING = re.compile(r"simx?[A-Z_]")
 _OF_CLIENT = re.compile(rf"{BINDING}\.(?:(?:client|modern)\.)?Client(?:\.of)?\(\)\.(\w+)")
-
-SIGNAL_KINDS = ("Float", "Integer", "String")
 
 
 @dataclass(frozen=True, order=True)
@@ -143,7 +127,7 @@ class Wants:
     @property
     def brings_objects(self) -> bool:
         """Whether it loads or makes objects itself."""
-        return any(name in self.functions for name in BRINGING)
+        return any(BY_NAME[name].adds_objects for name in self.functions)
 
     @property
     def is_of_a_remote_api(self) -> bool:
@@ -246,31 +230,30 @@ def _short(path: str) -> str:
 def _read(
     wants: Wants, called: str, texts: Ports, call: Called, parameters: tuple[str, ...], place: Place
 ) -> None:
-    command = BY_NAME[called]
-    if "functionName" in parameters:
-        _script_call(wants, texts, call, parameters, place)
-        return
-    if called == "simxStart":
-        for port in texts.ports(call, parameters):
-            wants.ports.setdefault(port, place)
-    for name in parameters:
-        if name in NAMING:
-            found = texts.argument(call, name, parameters)
-            wants.named += [Wanted(NAMING[name], text, place) for text in sorted(found) if is_known(text)]
-            _note_unclear(wants, NAMING[name], found, place)
-        elif name in ("signalName", "retSignalName"):
-            kind = next((each for each in SIGNAL_KINDS if each in command.name), "String").lower()
-            sets = command.name.startswith(("simxSet", "simxAppend", "simxQuery")) and name == "signalName"
-            if command.name.startswith("simxClear"):
-                continue
-            found = texts.argument(call, name, parameters)
-            wants.signals += [(kind, text, sets, place) for text in sorted(found) if is_known(text)]
-            _note_unclear(wants, "signal", found, place)
+    naming = {name: meaning for name, meaning in BY_NAME[called].takes.items() if meaning.names}
+    owner = next((name for name, meaning in naming.items() if meaning.names == "script owner"), None)
+    for name, meaning in naming.items():
+        what, _, thing = meaning.names.partition(" ")
+        if name not in parameters or name == owner or meaning.role is Role.REMOVES:
+            continue
+        if meaning.names == "port":
+            for port in texts.ports(call, name, parameters):
+                wants.ports.setdefault(port, place)
+            continue
+        found = texts.argument(call, name, parameters)
+        known = sorted(text for text in found if is_known(text))
+        if meaning.names == "script function":
+            owners = texts.argument(call, owner, parameters) if owner in parameters else frozenset[str]()
+            _script_call(wants, owners, found, place)
+        elif thing == "signal":
+            wants.signals += [(what, text, meaning.role is Role.MAKES, place) for text in known]
+            _note_unclear(wants, thing, found, place)
+        else:
+            wants.named += [Wanted(meaning.names, text, place) for text in known]
+            _note_unclear(wants, meaning.names, found, place)
 
 
-def _script_call(wants: Wants, texts: Texts, call: Called, parameters: tuple[str, ...], place: Place) -> None:
-    objects = texts.argument(call, "scriptDescription", parameters)
-    functions = texts.argument(call, "functionName", parameters)
+def _script_call(wants: Wants, objects: Iterable[str], functions: Iterable[str], place: Place) -> None:
     for function in sorted(functions):
         name, _, owner = function.partition("@")
         for each in (owner,) if owner else sorted(objects):

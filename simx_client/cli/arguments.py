@@ -1,4 +1,4 @@
-"""Words of a command line as arguments of a function, by their kinds in the table.
+"""Words of a command line as arguments of a function, by their kinds and meanings in the table.
 
 Numbers as they are, lists as ``1,2,3``, switches as ``yes`` or ``no``. Where a handle is wanted, a name is looked up
 in the scene; where any other whole number is wanted, a legacy constant may be named.
@@ -13,38 +13,20 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from simx_client.errors import SimxError
-from simx_client.protocol import constants
-from simx_client.protocol.commands import BY_NAME, Command, Place, Value
+from simx_client.protocol import constants, kinds
+from simx_client.protocol.commands import BY_NAME, Command, Effect, Value
+from simx_client.protocol.kinds import Kind
 from simx_client.protocol.nearest import did_you_mean
+from simx_client.protocol.table.meanings import REQUIRED
 
 LookUp = Callable[[str, str], int]
 """From the name of a function that finds handles, and an object's name, to the handle. May raise SimxError."""
 
-OMITTED: dict[str, Any] = {
-    "relativeToObjectHandle": -1,
-    "options": 0,
-    "timeOutInMs": 5000,
-    "inputInts": [],
-    "inputFloats": [],
-    "inputStrings": [],
-    "inputBuffer": b"",
-}
-"""What the last arguments are when they are left out; ``optional_`` kinds are None."""
-
-_FINDERS = {
-    "collisionObjectHandle": "simxGetCollisionHandle",
-    "distanceObjectHandle": "simxGetDistanceHandle",
-    "uiHandle": "simxGetUIHandle",
-}
-_WITHOUT_NAMES = ("consoleHandle", "dialogHandle")
-_HANDLES_TOO = ("parentObject", "entity1", "entity2")
 _SWITCHES = {
     **dict.fromkeys(("1", "yes", "true", "on"), True),
     **dict.fromkeys(("0", "no", "false", "off"), False),
 }
 _NEGATIVE = re.compile(r"-[\d.]")
-_PLAIN = ("simxStart", "simxFinish", "simxPauseCommunication")
-"""Of no use in a connection that ends with the command."""
 
 
 class WrongUse(SimxError):
@@ -68,10 +50,8 @@ def bare(words: Sequence[str]) -> list[str]:
 
 
 def is_callable(command: Command) -> bool:
-    """Whether the function asks a server something, in a connection of its own."""
-    if command.place is Place.LOCAL:
-        return bool(command.results) and command.results[0].name == "rc" and command.name not in _PLAIN
-    return True
+    """Whether the function asks a server something, so that it can be called in a connection of its own."""
+    return command.effect is not Effect.NOTHING
 
 
 def command_named(name: str) -> Command:
@@ -89,7 +69,7 @@ def command_named(name: str) -> Command:
 
 def wanted(command: Command) -> list[Value]:
     """The arguments that are given by hand."""
-    return [each for each in command.arguments if each.name not in ("clientID", "operationMode", "timeOut")]
+    return [each for each in command.arguments if not each.meaning.automatic]
 
 
 def parse(command: Command, words: Sequence[str], look_up: LookUp) -> list[Any]:
@@ -106,12 +86,9 @@ def parse(command: Command, words: Sequence[str], look_up: LookUp) -> list[Any]:
         _read(command, argument, word, look_up) for argument, word in zip(arguments, words, strict=False)
     ]
     for argument in arguments[len(words) :]:
-        if argument.name in OMITTED:
-            values.append(OMITTED[argument.name])
-        elif argument.kind.name.startswith("optional_"):
-            values.append(None)
-        else:
+        if argument.meaning.omitted is REQUIRED:
             raise WrongUse(f"{usage(command)}; {argument.name} is missing")
+        values.append(argument.meaning.omitted)
     return values
 
 
@@ -128,83 +105,70 @@ def usage(command: Command) -> str:
     return f"{command.name} takes " + ", ".join(f"{each.name} ({_form(each)})" for each in arguments)
 
 
-def finder_of(argument: Value) -> str | None:
-    """The function that looks up a name for this argument; None where no name stands for a handle."""
-    if argument.kind.name not in ("int", "ints") or argument.name in _WITHOUT_NAMES:
-        return None
-    if argument.name in _FINDERS:
-        return _FINDERS[argument.name]
-    is_handle = argument.name.endswith(("Handle", "Handles")) or argument.name in _HANDLES_TOO
-    return "simxGetObjectHandle" if is_handle else None
-
-
 def _form(argument: Value) -> str:
-    kind = argument.kind.name.removeprefix("optional_")
-    if finder_of(argument) is not None:
-        return "names or handles: a,b" if kind == "ints" else "a name or a handle"
-    length = _length(argument)
-    if length:
-        return f"{length} numbers: {','.join(map(str, range(1, length + 1)))}"
-    forms = {
-        "ints": "whole numbers: 1,2",
-        "floats": "numbers: 0.5,2",
-        "texts": "texts: a,b",
-        "bool": "yes or no",
-    }
-    return forms.get(kind, argument.kind.meaning)
+    kind = argument.kind.optional or argument.kind
+    if argument.meaning.finder:
+        return "names or handles: a,b" if kind is kinds.INTS else "a name or a handle"
+    if kind.length:
+        return f"{kind.length} numbers: {','.join(map(str, range(1, kind.length + 1)))}"
+    return _FORMS.get(kind.name, kind.meaning)
 
 
-def _length(argument: Value) -> int:
-    """Of kinds with a fixed number of elements, else 0."""
-    found = re.fullmatch(r"(?:optional_)?(?:vector|matrix|ints|floats)(\d+)", argument.kind.name)
-    return int(found[1]) if found else 0
+_FORMS = {
+    kinds.INTS.name: "whole numbers: 1,2",
+    kinds.FLOATS.name: "numbers: 0.5,2",
+    kinds.TEXTS.name: "texts: a,b",
+    kinds.BOOL.name: "yes or no",
+}
 
 
 def _read(command: Command, argument: Value, word: str, look_up: LookUp) -> Any:
-    kind = argument.kind.name
-    if kind.startswith("optional_"):
+    kind = argument.kind
+    if kind.optional is not None:
         if word.lower() == "none":
             return None
-        kind = kind.removeprefix("optional_")
-    finder = finder_of(argument)
+        kind = kind.optional
+    if kind.is_image:
+        raise WrongUse(f"{command.name}: {argument.name} is an image and cannot be given on a command line")
     try:
-        if kind == "int":
-            return _whole(word, finder, look_up)
-        if kind == "ints":
-            return [_whole(each, finder, look_up) for each in _items(word)]
-        if kind == "float":
-            return _number(word)
-        if kind == "bool":
-            return _SWITCHES[word.lower()]
-        if kind == "text":
-            return word
-        if kind == "bytes":
-            return word.encode("utf-8", "surrogateescape")
-        if kind == "texts":
-            return _items(word)
-        if kind == "pixels":
-            raise WrongUse(f"{command.name}: {argument.name} is a picture, which no command line can hold")
-        values = [int(each, 0) if kind.startswith("ints") else _number(each) for each in _items(word)]
+        value = _value(kind, word, argument.meaning.finder, look_up)
     except (ValueError, KeyError):
         raise WrongUse(
             f"{command.name}: {argument.name} cannot be {word!r}; valid: {_form(argument)}"
         ) from None
-    length = _length(argument)
-    if length and len(values) != length:
+    if kind.length and len(value) != kind.length:
         raise WrongUse(
-            f"{command.name}: {argument.name} has {length} numbers, {len(values)} were given: {word!r}"
+            f"{command.name}: {argument.name} has {kind.length} numbers, {len(value)} were given: {word!r}"
         )
-    return values
+    return value
 
 
-def _whole(word: str, finder: str | None, look_up: LookUp) -> int:
+def _value(kind: Kind, word: str, finder: str, look_up: LookUp) -> Any:
+    if kind is kinds.INT:
+        return _whole(word, finder, look_up)
+    if kind is kinds.FLOAT:
+        return _number(word)
+    if kind is kinds.BOOL:
+        return _SWITCHES[word.lower()]
+    if kind is kinds.BYTES:
+        return word.encode("utf-8", "surrogateescape")
+    if kind is kinds.TEXTS:
+        return _items(word)
+    if kind.annotation == kinds.INTS.annotation:
+        return [_whole(each, finder, look_up) for each in _items(word)]
+    if kind.annotation == kinds.FLOATS.annotation:
+        return [_number(each) for each in _items(word)]
+    return word
+
+
+def _whole(word: str, finder: str, look_up: LookUp) -> int:
     try:
         return int(word, 0)
     except ValueError:
         pass
     if word.startswith(("sim_", "simx_")) and isinstance(value := getattr(constants, word, None), int):
         return value
-    if finder is None:
+    if not finder:
         raise ValueError(word)
     return look_up(finder, word)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from simx_client.protocol.cli.exit_codes import DONE
-from simx_client.protocol.commands import TABLE, Place
+from simx_client.protocol.commands import TABLE, Command, Place
 
 from .arguments import is_callable
 from .command_parser import SCRIPT, command_parser
@@ -39,8 +39,7 @@ FILE, FOLDER = "file", "folder"
 _PATHS = {"FILE": FILE, "FILE.png": FILE, "SCRIPT": FILE, "SCENE": FILE, "ARGS": FILE, "FOLDER": FOLDER}
 
 
-@dataclass(frozen=True)
-class Value:
+class Value(NamedTuple):
     """Words that are valid at one position of a command line."""
 
     words: tuple[str, ...] = ()
@@ -48,8 +47,7 @@ class Value:
     """FILE or FOLDER where a path is valid."""
 
 
-@dataclass(frozen=True)
-class Flag:
+class Flag(NamedTuple):
     """A flag in all its spellings."""
 
     spellings: tuple[str, ...]
@@ -58,16 +56,15 @@ class Flag:
     """None: the flag takes no value."""
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(NamedTuple):
     """A program, or a command of it."""
 
     name: str
-    flags: tuple[Flag, ...] = ()
-    value: Value = field(default_factory=Value)
+    flags: Sequence[Flag] = ()
+    value: Value = Value()
     """Valid words without a dash."""
 
-    commands: Mapping[str, tuple[str, Program]] = field(default_factory=dict[str, "tuple[str, Program]"])
+    commands: Mapping[str, tuple[str, Program]] = MappingProxyType({})
     """Name to help and flags."""
 
 
@@ -87,12 +84,8 @@ def main(argv: Sequence[str]) -> int:
     from . import completion_scripts
 
     options = make_parser().parse_args(argv)
-    write: dict[str, Callable[[Sequence[Program]], Iterator[str]]] = {
-        "bash": completion_scripts.bash,
-        "zsh": completion_scripts.zsh,
-        "fish": completion_scripts.fish,
-    }
-    sys.stdout.writelines(f"{line}\n" for line in write[options.shell](programs()))
+    lines = getattr(completion_scripts, options.shell)(programs())
+    sys.stdout.writelines(f"{line}\n" for line in lines)
     return DONE
 
 
@@ -113,40 +106,37 @@ def programs() -> list[Program]:
 
 
 def _described(name: str, parser: argparse.ArgumentParser) -> Program:
-    flags: list[Flag] = []
-    words: list[str] = []
-    path = ""
     known = _words_of_settings() if name == "simx-server" else {}
+    flags: list[Flag] = []
+    rest = Value()
     for action in parser._actions:  # pyright: ignore[reportPrivateUsage]  # argparse has no other way to ask
-        takes_none = action.nargs == 0
         value = Value(known.get(action.dest) or _words(name, action), _PATHS.get(str(action.metavar), ""))
         if action.option_strings:
             text = "" if action.help in (None, argparse.SUPPRESS) else str(action.help)
-            flags.append(Flag(tuple(action.option_strings), text, None if takes_none else value))
+            flags.append(Flag(tuple(action.option_strings), text, None if action.nargs == 0 else value))
         else:
-            words += value.words
-            path = path or value.path
-    return Program(name, tuple(flags), Value(tuple(words), path))
+            rest = Value(rest.words + value.words, rest.path or value.path)
+    return Program(name, flags, rest)
 
 
 def _words(program: str, action: argparse.Action) -> tuple[str, ...]:
     if action.choices is not None:
         return tuple(map(str, action.choices))
     if action.metavar == "FUNCTION":
-        return tuple(_functions(only_reading=program.endswith("-watch")))
+        only_reads = program.endswith("-watch")
+        return tuple(
+            name
+            for command in TABLE
+            if (_is_watchable(command) if only_reads else is_callable(command))
+            for name in command.names
+        )
     if action.metavar == "SCENE":
         return _scenes()
     return ()
 
 
-def _functions(*, only_reading: bool) -> Iterator[str]:
-    for command in TABLE:
-        if only_reading:
-            fits = command.place is Place.REMOTE and command.only_reads and not command.large
-        else:
-            fits = is_callable(command)
-        if fits:
-            yield from command.names
+def _is_watchable(command: Command) -> bool:
+    return command.place is Place.REMOTE and command.only_reads and not command.gives_image
 
 
 def _scenes() -> tuple[str, ...]:

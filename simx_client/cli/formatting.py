@@ -44,7 +44,7 @@ def as_text(value: Any) -> str:
 
 
 def _names(command: Command) -> list[str]:
-    return [result.name for result in command.results if result.name != "rc"]
+    return [result.name for result in command.results if not result.meaning.automatic]
 
 
 def _plain(value: Any) -> Any:

@@ -44,7 +44,7 @@ def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
     """
     connection = CLIENTS.get(client)
     assert connection is not None
-    if command.place is Place.LOCAL or command.may_be_here:
+    if command.place is Place.LOCAL or command.loads_file:
         return _call(client, command, arguments)
     answer: Answer[Any] = Answer(Shape(command), Shape(command).coerce(tuple(arguments)), 0, connection.where)
     exchange = Exchange(connection, [answer])
@@ -61,17 +61,14 @@ def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
     """Call a function that sends a file, or works in the client. The connection's log contains the reason of
     a refusal."""
     named = dict(zip((each.name for each in wanted(command)), arguments, strict=True))
-    filled = {
-        name: value for name, value in {**_FILLED, "clientID": client}.items() if name in command.parameters
-    }
+    filled = {"clientID": client}
+    if "operationMode" in command.parameters:
+        filled["operationMode"] = c.simx_opmode_blocking
     result: Any = getattr(simx_client, command.name)(**named, **filled)
     code, *values = cast("tuple[Any, ...]", result) if isinstance(result, tuple) else (result,)
     if code:
         raise Refused(f"{command.name}: {meaning(code)}", code)
     return values
-
-
-_FILLED = {"operationMode": c.simx_opmode_blocking, "timeOut": 0}
 
 
 def meaning(code: int) -> str:

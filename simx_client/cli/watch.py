@@ -88,7 +88,12 @@ def main(argv: Sequence[str]) -> int:
 
 def _reading(name: str) -> Command:
     command = command_named(name)
-    if command.place is not Place.REMOTE or not command.only_reads or command.large or not command.results:
+    if (
+        command.place is not Place.REMOTE
+        or not command.only_reads
+        or command.gives_image
+        or not command.results
+    ):
         raise WrongUse(
             f"{name} cannot be watched; valid: functions that only read, such as simxGetJointPosition, "
             f"and for images {program()} image"

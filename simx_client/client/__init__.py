@@ -6,9 +6,13 @@
         print(client.joint("UR5_joint1").position, client.camera("kinect_rgb").rgb().shape)
 
 ``client`` is the entry point; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
-``channel`` makes the calls, ``stepping`` puts a simulation step into one message. ``docs/python.md`` lists each legacy
-call beside its counterpart here. The exceptions are in ``simx_client.errors``.
+``channel`` makes the calls, ``stepping`` puts a simulation step into one message; ``servers`` steps many servers
+together. ``docs/python.md`` lists each legacy call beside its counterpart here. The exceptions are in
+``simx_client.errors``.
 """
+
+from simx_client.connection.answers import Answer
+from simx_client.connection.calls import Calls
 
 from .camera import Camera
 from .client import Client, Results
@@ -17,12 +21,15 @@ from .listing import Objects
 from .objects import Dummy, Object, SceneObject, Shape
 from .poses import Place, Pose
 from .sensors import Detection, ForceSensor, ProximitySensor, Wrench
+from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation, State
 from .stepping import Stepping
 from .watching import Watch
 
 __all__ = [
+    "Answer",
+    "Calls",
     "Camera",
     "Client",
     "Detection",
@@ -37,6 +44,7 @@ __all__ = [
     "ProximitySensor",
     "Results",
     "SceneObject",
+    "Servers",
     "Shape",
     "Signals",
     "Simulation",

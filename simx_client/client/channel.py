@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from typing import Any, Protocol, TypeVar
 
 from simx_client.connection.answers import Answer
@@ -107,6 +107,20 @@ class Channel:
             self.exchange(calls.noted)
         self._check(subjects)  # another client may have loaded a scene meanwhile
         return result
+
+    @contextmanager
+    def noting(self, *, check: bool) -> Generator[Calls]:
+        """Send the calls of a ``with`` block as one message; none after an exception. Raises as ``gather``.
+
+        Args:
+            check: raise if a call failed; otherwise read the code of each answer.
+        """
+        calls = Calls(0, self.where)
+        yield calls
+        with nullcontext() if check else suppress(TimedOut, NotConnected):
+            self.exchange(calls.noted)
+        if check:
+            self._raise([answer for answer in calls.noted if answer.code])
 
     def send(self, note: Callable[[Calls], object], *subjects: Subject) -> None:
         """Make calls without a result; within ``batching`` they are sent later. Raises as ``gather``."""

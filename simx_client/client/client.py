@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar, overload
 
+from simx_client.connection.calls import Calls
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.connection.exchange import connection_of
@@ -23,6 +24,7 @@ from .objects import Dummy, Object, SceneObject, Shape
 from .opening import open_connection, split_port
 from .scene import Scene
 from .sensors import ForceSensor, ProximitySensor
+from .servers import Servers
 from .signals import Signals
 from .simulation import Simulation
 from .stepping import Stepping
@@ -55,7 +57,7 @@ class Client(Strict):
         with Client("127.0.0.1", 19997) as client:
             client.joint("UR5_joint1").target_position = 0.5
 
-    Not thread-safe: each thread needs its own client. Legacy functions and ``batch`` take its ``id``.
+    Not thread-safe: each thread needs its own client. Legacy functions take its ``id``.
     """
 
     __slots__ = ("__weakref__", "_channel", "_close", "_connection", "_scene", "signals", "simulation")
@@ -93,6 +95,21 @@ class Client(Strict):
         self._close = None
         return self
 
+    @staticmethod
+    def many(addresses: Iterable[int | tuple[str, int]], *, timeout: float = DEFAULT_TIMEOUT) -> Servers:
+        """Connect to several servers, by port on this host or by (host, port), to step them together.
+
+            with Client.many([19997, 20000]) as servers:
+                positions = servers.watch(lambda calls, place: [calls.simxGetJointPosition(joint)])
+
+        Args:
+            timeout: time-out for the answers of all servers together in seconds.
+
+        Raises:
+            ConnectionFailed: one of them cannot be reached; none stays connected.
+        """
+        return Servers.connect(addresses, timeout=timeout)
+
     def _take(self, connection: Connection, timeout: float) -> None:
         self._connection = connection
         self._channel = Channel(connection, timeout)
@@ -124,7 +141,7 @@ class Client(Strict):
 
     @property
     def id(self) -> int:
-        """Return the client id for legacy functions and ``batch.Batch``; -1 when closed."""
+        """Return the client id for legacy functions; -1 when closed."""
         return CLIENTS.id_of(self._connection)
 
     @property
@@ -225,6 +242,25 @@ class Client(Strict):
             )
         )
         return Results(results[0], results[1], results[2], bytes(results[3]))
+
+    def batch(self, *, check: bool = True) -> AbstractContextManager[Calls]:
+        """Note legacy calls in a ``with`` block, and send them as one message at its end.
+
+            with client.batch() as calls:
+                position = calls.simxGetJointPosition(joint)
+                calls.simxSetJointTargetPosition(joint, 0.5)
+            print(position.value)
+
+        The server executes them in this order within one simulation step. A trigger makes a simulation step in its
+        place: the calls after it read the new state.
+
+        Args:
+            check: raise if a call failed; otherwise read the code of each answer.
+
+        Raises:
+            RemoteError: the server refused calls. TimedOut, NotConnected: answers are missing.
+        """
+        return self._channel.noting(check=check)
 
     def together(self) -> AbstractContextManager[None]:
         """Send everything set in the ``with`` block as one message, applied in one simulation step.

@@ -18,7 +18,7 @@ from .strict import Explained
 
 def is_batched(command: Command) -> bool:
     """Return whether a function can be part of a batch: it is remote and sends no file of the client."""
-    return command.place in (Place.REMOTE, Place.WAITING) and not command.may_be_here
+    return command.place in (Place.REMOTE, Place.WAITING) and not command.loads_file
 
 
 class Calls(Explained):

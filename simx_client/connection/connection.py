@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
-_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], results=()), Operation.CANCEL)
+_ECHO = Shape(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
 """Requests an answer without any other effect: it ends no stream."""
 
 _NO_STREAM = 0
@@ -265,15 +265,16 @@ class Connection:
         return self.blocking(_ECHO, [_NO_STREAM], pace=self._pace)
 
     def _ask(self, shape: Shape, values: list[Any], deadline: float, pace: Pace) -> Any:
-        self._modes.ask(shape, values, pace)
+        is_held = self._pauses > 0 or self._connection_id == -1
+        calls = self._modes.ask(shape, values, pace, is_held=is_held)
         if self._pauses:
             logger.warning(
                 "%s was called in blocking mode while communication is paused, so no reply can come; "
                 "resume first with simxPauseCommunication(clientID, False)",
                 shape.command.name,
             )
-        elif self._connection_id != -1:
-            self._flush(deadline)
+        elif not is_held:
+            self._send(calls, deadline)
             shape.prepare()
             is_soon = shape.command.answers_soon and pace is not Pace.EVERY
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
@@ -342,10 +343,10 @@ class Connection:
             self._logged.add(text)
             logger.warning("%s", text)
 
-    def _flush(self, deadline: float | None = None) -> None:
+    def _flush(self) -> None:
         calls = self._modes.take_outbox()
         if calls:
-            self._send(calls, deadline)
+            self._send(calls)
 
     def _send(self, calls: list[Call], deadline: float | None = None) -> None:
         """Send a message; wait for a slow server or network at most for the time-out."""

@@ -18,6 +18,7 @@ from typing import IO
 
 from simx_client.connection.redirect import ANY_PORT, VARIABLE, Redirects, format_redirects, read_redirects
 from simx_client.errors import SimxError
+from simx_client.protocol.cli.installing import missing_server
 from simx_client.transport.zenoh_session import CONFIG_VARIABLE
 
 logger = logging.getLogger(__name__)
@@ -53,6 +54,8 @@ class OwnServer:
 
     def start(self, timeout_s: float) -> None:
         """Return when the server has printed that it is ready; raise ServerNotReady otherwise."""
+        if missing := missing_server():
+            raise ServerNotReady(missing)
         of_user = _rules_of_user()
         self._process = subprocess.Popen(
             self._command,

@@ -28,7 +28,7 @@ def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
         mode="operationMode" if command.place is Place.REMOTE else c.simx_opmode_blocking,
     )
     namespace: dict[str, Any] = {
-        "_invoke": invoke_loading if command.may_be_here else invoke,
+        "_invoke": invoke_loading if command.loads_file else invoke,
         "_shape": shape,
     }
     exec(

@@ -79,7 +79,7 @@ class Shape:
 
     def prepare(self) -> None:
         """Prepare what takes long and does not depend on the answer, while it is awaited."""
-        if self.command.large:
+        if self.command.gives_image:
             (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
 
     def failure(self, code: int) -> Any:
@@ -92,7 +92,7 @@ class Shape:
         """Return the result made of a reply. Lists are new each time: scripts change them in place."""
         if not self._results:
             return 0
-        if self.command.large:
+        if self.command.gives_image:
             return _image(self._results[1], values)
         return (
             0,

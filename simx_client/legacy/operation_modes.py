@@ -82,16 +82,23 @@ class Modes:
     ) -> int:
         """Put a call into the outbox. An unsent call with the same key is replaced: the last one remains, at
         the end if it carries a value, in its old position if it reads."""
-        call_id, command, outbox = self.new_call_id(), shape.command, self._outbox
-        slot: Any = call_id if command.keeps_every_call else key
+        call, outbox = self._make(shape, key, operation, arguments, delay_ms), self._outbox
+        slot: Any = call.call_id if shape.command.keeps_every_call else key
         if slot in outbox:
             unsent = outbox.pop(slot) if shape.is_set else outbox[slot]
             self._asked.pop(unsent.call_id, None)
             if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
                 outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends the stream all the same
-        outbox[slot] = of_fields(Call, (call_id, operation, delay_ms, command.name, arguments))
+        outbox[slot] = call
+        return call.call_id
+
+    def _make(
+        self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int
+    ) -> Call:
+        """Make a call with a new id, whose reply is expected."""
+        call_id = self.new_call_id()
         self._asked[call_id] = (key, shape)
-        return call_id
+        return of_fields(Call, (call_id, operation, delay_ms, shape.command.name, arguments))
 
     def new_call_id(self) -> int:
         """Return an id that no other call of this client has."""
@@ -115,12 +122,26 @@ class Modes:
                 cancel_id, Operation.CANCEL, 0, str(key[0]), [stream.call_id]
             )
 
-    def ask(self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE) -> None:
-        """Start a blocking call: queue it and remember which reply to wait for."""
+    def ask(
+        self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE, *, is_held: bool = False
+    ) -> list[Call]:
+        """Start a blocking call: make it and remember which reply to wait for.
+
+        Args:
+            is_held: nothing can be sent now, so the call goes into the outbox.
+
+        Returns:
+            The calls to send now, in order: those of the outbox, then this one.
+        """
         self._awaited_key = key = shape.key(arguments)
         self._end_stream(key)
-        self._awaited = self._queue(shape, key, shape.operation, arguments, pace)
         self._answer = None
+        if is_held or self._outbox:
+            self._awaited = self._queue(shape, key, shape.operation, arguments, pace)
+            return [] if is_held else self.take_outbox()
+        call = self._make(shape, key, shape.operation, arguments, pace)
+        self._awaited = call.call_id
+        return [call]
 
     def answer(self, shape: Shape) -> Any:
         """Finish a blocking call: return its result and remove the entry of its key.
@@ -158,7 +179,7 @@ class Modes:
             self._arm(shape, key, arguments, low if base == c.simx_opmode_streaming else 0)
         else:
             self._end_stream(key)
-            if not (shape.command.large and self._is_on_the_way(key)):
+            if not (shape.command.gives_image and self._is_on_the_way(key)):
                 self._queue(shape, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
         return result
 

@@ -2,7 +2,8 @@
 
 Uses the standard library and msgpack only. Client and server import this package; it imports neither of them.
 
-    commands.py   the table: every function, its arguments, results, identity
+    commands.py   the table: every function once
+    table/        its entries, and what arguments and results mean
     constants.py  every public constant of the legacy API
     kinds.py      types of arguments and results: coercion and checks
     messages.py   the two messages (calls out, replies back) and the greeting

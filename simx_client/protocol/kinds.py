@@ -1,4 +1,6 @@
-"""What an argument or a result may be: its name in the table, how it is coerced, checked and handed out.
+"""Which values an argument or a result can have: how they are coerced, checked and handed out.
+
+What they stand for, an object's handle or a signal's name, is the meaning (``table/meanings.py``).
 
 ``coerce`` runs in the client and accepts everything that scripts are known to pass (numpy scalars,
 arrays of shape (1,), bools for ints, ctypes arrays, tuples, rows). ``check`` runs in the server, where
@@ -42,6 +44,14 @@ class Kind:
     """How a stored value is copied for the caller; None when the value cannot be changed in place."""
 
     meaning: str = ""
+    length: int = 0
+    """How many numbers a list must have; 0: any number of them."""
+
+    is_image: bool = False
+    """The pixels or depths of an image."""
+
+    optional: Kind | None = None
+    """The kind of its values that are not None, where None is valid too."""
 
 
 def _scalar(value: Any) -> Any:
@@ -232,9 +242,25 @@ PACKETS = Kind(
 RESOLUTION = Kind(
     "resolution", "list[int]", list, to_ints, _check_list(_check_int, 2), list, "[width, height]"
 )
-PIXELS = Kind("pixels", "list[int]", list, to_pixels, _check_bytes, _same, "pixel bytes, bottom row first")
+PIXELS = Kind(
+    "pixels",
+    "list[int]",
+    list,
+    to_pixels,
+    _check_bytes,
+    _same,
+    "pixel bytes, bottom row first",
+    is_image=True,
+)
 DEPTHS = Kind(
-    "depths", "list[float]", list, to_bytes, _check_bytes, _same, "float32 depths, bottom row first"
+    "depths",
+    "list[float]",
+    list,
+    to_bytes,
+    _check_bytes,
+    _same,
+    "float32 depths, bottom row first",
+    is_image=True,
 )
 
 
@@ -248,6 +274,7 @@ def _vector(name: str, length: int, items: Kind = FLOATS) -> Kind:
         _check_list(check, length),
         list,
         f"{length} numbers",
+        length=length,
     )
 
 
@@ -268,6 +295,8 @@ def _optional_kind(kind: Kind) -> Kind:
         _optional(kind.check),
         kind.fresh,
         f"{kind.meaning} or None",
+        length=kind.length,
+        optional=kind,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -35,6 +34,8 @@ def nearest(word: str, known: Iterable[str], count: int = 3) -> list[str]:
     if len(wanted.lstrip("-")) >= _SHORTEST:
         near = [each for each in by_lower if each.startswith(wanted)]
     if not near:
+        import difflib  # it takes 2 ms, and every script imports this module
+
         near = difflib.get_close_matches(wanted, by_lower, max(count, 3), _LEAST)
         likeness = {each: difflib.SequenceMatcher(None, wanted, each).ratio() for each in near}
         near = [each for each in near if likeness[each] > likeness[near[0]] - _MARGIN]

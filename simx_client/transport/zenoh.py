@@ -6,7 +6,6 @@ The server contains a second, in-process implementation (``simx_server/gateways/
 from __future__ import annotations
 
 import contextlib
-import difflib
 import itertools
 import math
 import os
@@ -285,6 +284,8 @@ class ZenohTransport:
                 f"the program at {self._address} speaks Zenoh but no simx-server answered there; "
                 "start one with 'simx-server', or ask for its port"
             )
+        import difflib  # it takes 2 ms, and every script imports this module
+
         near = difflib.get_close_matches(wanted, realms, NAMES_SHOWN)
         there = _listed(near + [realm for realm in realms if realm not in near]) or "none at all"
         return ConnectionFailed(

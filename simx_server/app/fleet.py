@@ -28,9 +28,9 @@ from simx_server.errors import CommandError
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.processes.lifeline import end_with
 from simx_server.processes.watchdog import Watchdog
-from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
-from .server import build_simulation, run_server
+from .server import open_world, run_server
 from .settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -81,13 +81,13 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
         return USAGE
     with ExitStack() as stack:
         try:
-            simulation = build_simulation(settings, stack)
+            world = open_world(settings, stack)
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE
-        loaded = simulation if _may_be_copied(simulation) else None
+        loaded = world if _may_be_copied(world) else None
         if loaded is None:
-            simulation.close()
+            world.simulation.close()
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
         gc.freeze()  # or the first collection of each server writes to every object, and nothing stays shared
@@ -121,14 +121,14 @@ class Fleet:
         self._is_ending = False
         self._is_interrupted = False
 
-    def fork(self, simulation: Simulation | None, settings: Settings, number: int) -> None:
+    def fork(self, world: World | None, settings: Settings, number: int) -> None:
         """Start one server of a simulation that is loaded, or that it loads itself. Returns in the parent only."""
         reader, writer = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
         process_id = os.fork()
         if process_id == 0:
-            _become_server(simulation, settings, number, self._lifeline, writer, self._watchdog)
+            _become_server(world, settings, number, self._lifeline, writer, self._watchdog)
         os.close(writer)
         if self._watchdog is not None:
             self._watchdog.forked(number + 1)
@@ -227,7 +227,7 @@ def _say_ready(members: list[Member]) -> None:
 
 
 def _become_server(
-    simulation: Simulation | None,
+    world: World | None,
     settings: Settings,
     number: int,
     lifeline: tuple[int, int],
@@ -244,9 +244,9 @@ def _become_server(
         os.setsid()  # Ctrl-C is for the parent, which then ends the children one by one
         os.close(lifeline[1])
         end_with(lifeline[0], ENDS_WITHIN)
-        simulation = simulation or build_simulation(settings, ExitStack())
-        exit_code = run_server(simulation, settings, partial(_tell_parent, writer), is_one_of_many=True)
-        simulation.rendering.close()
+        world = world or open_world(settings, ExitStack())
+        exit_code = run_server(world, settings, partial(_tell_parent, writer), is_one_of_many=True)
+        world.rendering.close()
     except BaseException:
         logger.exception("the server failed")
     finally:
@@ -254,17 +254,17 @@ def _become_server(
         os._exit(exit_code)
 
 
-def _may_be_copied(simulation: Simulation) -> bool:
+def _may_be_copied(world: World) -> bool:
     """Whether nothing of it lives in another process: scripts that run while it is stopped may do so."""
-    return all(script.interpreter is None for script in simulation.scripts.all())
+    return all(script.interpreter is None for script in world.scripts.all())
 
 
-def _tell_parent(writer: int, gateway: ZenohGateway, simulation: Simulation) -> None:
+def _tell_parent(writer: int, gateway: ZenohGateway, world: World) -> None:
     place = {
         "realm": gateway.realm,
         "ports": list(gateway.ports),
         "endpoints": list(gateway.endpoints),
-        "scene": simulation.scene.name,
+        "scene": world.simulation.scene.name,
         "pid": os.getpid(),
     }
     os.write(writer, json.dumps(place).encode() + b"\n")

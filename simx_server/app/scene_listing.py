@@ -22,8 +22,9 @@ from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.outline import functions_in, signals_in
 from simx_server.scripting.script import Script
 from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
-from .server import build_simulation
+from .server import open_world
 from .settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -33,27 +34,27 @@ def print_tree(settings: Settings, *, as_json: bool) -> int:
     """Load the scene that the settings name, and print it. Returns the exit code."""
     with ExitStack() as stack:
         try:
-            simulation = build_simulation(settings, stack)
+            world = open_world(settings, stack)
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE
-        record = as_record(simulation)
+        record = as_record(world)
     text = json.dumps(record, indent=1) if as_json else "\n".join(as_lines(record, Paint(sys.stdout)))
     sys.stdout.write(text + "\n")
     return DONE
 
 
-def as_record(simulation: Simulation) -> dict[str, Any]:
+def as_record(world: World) -> dict[str, Any]:
     """The scene for programs: name, file, objects in tree order, main script, registered names per kind."""
-    scene = simulation.scene
+    scene = world.simulation.scene
     scripts: dict[int, list[dict[str, Any]]] = {}
-    for script in simulation.scripts.all():
-        scripts.setdefault(script.owner, []).append(_script(simulation, script))
+    for script in world.scripts.all():
+        scripts.setdefault(script.owner, []).append(_script(world.simulation, script))
     return {
         "scene": scene.name,
         "file": str(scene.path) if scene.path is not None else None,
         "objects": [
-            {**each, "scripts": scripts.get(each["handle"], [])} for each in list_objects(simulation)
+            {**each, "scripts": scripts.get(each["handle"], [])} for each in list_objects(world.simulation)
         ],
         "main_script": scripts.get(-1, []),
         "registered": {kind: sorted(scene.annotations.registered.get(kind, ())) for kind in REGISTERED},

@@ -12,7 +12,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -27,7 +26,7 @@ from simx_server.handlers import HANDLERS
 from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
 from simx_server.outputs.packages import OutputError
 from simx_server.outputs.state_log import StateLog
-from simx_server.parts.command_server import add_command_server
+from simx_server.parts.command_server import CommandServer
 from simx_server.processes import heap
 from simx_server.recording import LogError, Recorder
 from simx_server.recording.log_file import LogReader
@@ -41,14 +40,16 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.sensors.vision.warm_up import keep_warm, warm_up
+from simx_server.sensors.vision.warm_up import WarmUp, warm_up
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import listen, missing, page
 from simx_server.viewer.messages import ADD_ON
 from simx_server.viewer.windows import Windows
-from simx_server.world.building import attach_parts
-from simx_server.world.hooks import nothing
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.building import build_world
+from simx_server.world.interruptions import nothing
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
+from simx_server.world.world import World
 
 from .settings import Settings
 
@@ -62,43 +63,45 @@ READY_ANYWAY = 10.0
 """Seconds that the ready line waits for pictures; the log says then what hangs."""
 
 
-def build_simulation(
+def open_world(
     settings: Settings,
     stack: ExitStack,
-    prepare: Callable[[Simulation, Path], None] | None = None,
+    prepare: Callable[[World, Path], None] | None = None,
     rendering: RenderThread | None = None,
-) -> Simulation:
-    """A simulation with its scene, sensors and scripts, ready to start; ``stack`` closes it.
+) -> World:
+    """Return a world with its scene, ready to start; ``stack`` closes it.
 
     Args:
-        prepare: called when it has its parts, before it loads this file.
-        rendering: makes its pictures; somebody else closes it.
+        prepare: called with the world and this file before the file is loaded.
+        rendering: renders the images; somebody else closes it.
 
     Raises:
         CommandError: the scene cannot be used.
     """
-    simulation = Simulation()
     if rendering is None:
         rendering = RenderThread(limits=settings.limits)
         stack.callback(rendering.close)
-    simulation.rendering = rendering
-    attach_parts(simulation, settings.workspace, settings.limits)
-    simulation.parameters.arguments = settings.arguments
-    simulation.scripts.allows_code = settings.allow_code
-    simulation.trials.tries_all = settings.check_files
-    stack.callback(simulation.trials.close)
-    stack.callback(simulation.scripts.close)
-    if settings.command_server:
-        simulation.on_load.append(partial(add_command_server, simulation))
-    simulation.sources = Sources.of(settings.package)
     scene = find_scene(settings.scene or DEFAULT_SCENE)
-    simulation.own_scene = scene.resolve()
+    world = build_world(
+        rendering,
+        workspace=settings.workspace,
+        limits=settings.limits,
+        sources=Sources.of(settings.package),
+        own_scene=scene.resolve(),
+        allows_code=settings.allow_code,
+        tries_all=settings.check_files,
+        arguments=settings.arguments,
+    )
+    stack.callback(world.trials.close)
+    stack.callback(world.scripts.close)
+    if settings.command_server:
+        world.simulation.attach(CommandServer(world))
     if prepare is not None:
-        prepare(simulation, scene)
-    simulation.load(scene)
+        prepare(world, scene)
+    world.simulation.load(scene)
     if settings.time_step is not None:
-        simulation.time_step = settings.time_step
-    return simulation
+        world.simulation.time_step = settings.time_step
+    return world
 
 
 def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None = None) -> int:
@@ -144,17 +147,17 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
             if settings.record is not None:
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
-            simulation = build_simulation(settings, stack, recorder and recorder.watch, rendering)
+            world = open_world(settings, stack, recorder and recorder.watch, rendering)
             if helper is not None:
-                simulation.trials.use(helper)
-            attach_outputs(simulation, settings, stack, recorder.began if recorder else time.time_ns())
+                world.trials.use(helper)
+            attach_outputs(world, settings, stack, recorder.began if recorder else time.time_ns())
         except (CommandError, LogError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
-        return run_server(simulation, settings, _say_ready, recorder=recorder, page_listener=page_listener)
+        return run_server(world, settings, _say_ready, recorder=recorder, page_listener=page_listener)
 
 
-def attach_outputs(simulation: Simulation, settings: Settings, stack: ExitStack, began: int) -> None:
+def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: int) -> None:
     """The film and the state log that are asked for; ``stack`` ends them.
 
     Args:
@@ -164,11 +167,11 @@ def attach_outputs(simulation: Simulation, settings: Settings, stack: ExitStack,
         CommandError, OutputError: they cannot be made.
     """
     if settings.video is not None:
-        shot = Shot(simulation, settings.camera, settings.size)
-        stack.callback(Film(simulation, settings.video, shot, settings.fps).close)
+        shot = Shot(world, settings.camera, settings.size)
+        stack.callback(Film(world.simulation, settings.video, shot, settings.fps).close)
     if settings.state_log is not None:
-        shot = Shot(simulation, settings.camera, settings.size) if settings.camera else None
-        stack.callback(StateLog(simulation, settings.state_log, shot, settings.fps, began=began).close)
+        shot = Shot(world, settings.camera, settings.size) if settings.camera else None
+        stack.callback(StateLog(world, settings.state_log, shot, settings.fps, began=began).close)
 
 
 def _save(path: Path, settings: Settings) -> int:
@@ -183,9 +186,9 @@ def _save(path: Path, settings: Settings) -> int:
 def _picture(path: Path, settings: Settings, rendering: RenderThread) -> int:
     with ExitStack() as stack:
         try:
-            simulation = build_simulation(settings, stack, rendering=rendering)
-            shot = Shot(simulation, settings.camera, settings.size)
-            write_snapshot(simulation, path, shot, settings.duration)
+            world = open_world(settings, stack, rendering=rendering)
+            shot = Shot(world, settings.camera, settings.size)
+            write_snapshot(world, path, shot, settings.duration)
         except (CommandError, OutputError) as error:
             logger.error("%s", error)
             return FAILURE
@@ -197,15 +200,15 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-replay-")))
         try:
             opened = Opened(LogReader(recording), folder)
-            simulation = build_simulation(
-                opened.settings(settings), stack, lambda sim, _: opened.attach(sim), rendering
+            world = open_world(
+                opened.settings(settings), stack, lambda world, _: opened.attach(world.simulation), rendering
             )
-            attach_outputs(simulation, settings, stack, opened.began)
+            attach_outputs(world, settings, stack, opened.began)
             moment = None
             if settings.snapshot is not None:
-                shot = Shot(simulation, settings.camera, settings.size)
-                moment = Moment(simulation, shot, settings.duration)
-            outcome = replay(opened, simulation)
+                shot = Shot(world, settings.camera, settings.size)
+                moment = Moment(world, shot, settings.duration)
+            outcome = replay(opened, world)
             if moment is not None and settings.snapshot is not None:
                 moment.write(settings.snapshot)
             if problem := outcome.problem:
@@ -222,9 +225,9 @@ def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int
 
 
 def run_server(
-    simulation: Simulation,
+    world: World,
     settings: Settings,
-    say_ready: Callable[[ZenohGateway, Simulation], None],
+    say_ready: Callable[[ZenohGateway, World], None],
     *,
     recorder: Recorder | None = None,
     page_listener: socket.socket | None = None,
@@ -238,10 +241,11 @@ def run_server(
         is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
             which comes half a second late then.
     """
-    warm = None if is_one_of_many else warm_up(simulation)
+    simulation, parameters = world.simulation, world.parameters
+    warm = None if is_one_of_many else warm_up(world)
     pacer = Pacer(settings.speed)
     engine = Engine(
-        simulation,
+        world,
         HANDLERS,
         pacer,
         starting_port=settings.temporary_port if settings.auto_start else None,
@@ -262,24 +266,24 @@ def run_server(
     except GatewayError as error:
         logger.error("%s", error)
         return FAILURE
-    simulation.on_pass_end.append(lambda: gateway.load.passed(simulation.time_step))
-    engine.metrics.pictures = simulation.rendering.times
-    engine.watches.append(simulation.rendering.watch)
+    simulation.attach(gateway)
+    engine.metrics.pictures = world.rendering.times
+    engine.watches.append(world.rendering.watch)
     engine.watches.append(DescriptorWatch().look)
     if not is_one_of_many:
-        keep_warm(simulation)
-    simulation.parameters.pace = pacer
-    simulation.parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
-    simulation.parameters.end = engine.end_when_left
+        simulation.attach(WarmUp(world))
+    parameters.pace = pacer
+    parameters.is_waiting_for_trigger = lambda: engine.is_waiting_for_trigger
+    parameters.end = engine.end_when_left
     if settings.quit_after_stop:
-        simulation.on_stop.append(engine.end)
+        simulation.attach(_QuitAfterStop(engine))
     with ExitStack() as beside:
         # The page ends after the gateway: it notices at once then that nobody answers.
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
         beside.callback(engine.close)
-        simulation.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
-        simulation.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
+        world.scripts.add_ons[ADD_ON] = Feed(engine, gateway.realm, gateway.ports)
+        world.scripts.add_ons[WINDOWS] = Windows(has_viewer=page_listener is not None)
         with (
             noted(gateway.endpoints),
             _ending_by_signal(engine),
@@ -298,7 +302,7 @@ def run_server(
                     recorder.started()
                 simulation.start()
             if not engine.is_ending:
-                say_ready(gateway, simulation)
+                say_ready(gateway, world)
             if page_listener is not None:
                 pages.enter_context(page(page_listener, gateway.ports, settings.temporary_port))
             engine.run(None if settings.duration is None else time.monotonic() + settings.duration)
@@ -310,11 +314,21 @@ def run_server(
     return DONE
 
 
-def _say_ready(gateway: ZenohGateway, simulation: Simulation) -> None:
+def _say_ready(gateway: ZenohGateway, world: World) -> None:
     """One line on stdout for people, supervisors and tests."""
     endpoints = " ".join(gateway.endpoints)
-    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={simulation.scene.name}\n")
+    sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n")
     sys.stdout.flush()
+
+
+class _QuitAfterStop(Part):
+    """``--quit-after-stop``: the server ends with its first run."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def run_stopped(self) -> None:
+        self._engine.end()
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """One setting: how it is spelled, and how a person's text becomes its value.
 
-The rules raise ValueError for a text they cannot use; :meth:`Setting.read` says the rest.
+What a rule parses with raises ValueError for a text it cannot use; :meth:`Setting.read` says the rest.
 """
 
 from __future__ import annotations
@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from simx_client.protocol.nearest import did_you_mean
+
+_T = TypeVar("_T")
 
 LARGEST_SIDE = 4096
 """Pixels: what a picture may have, see sensors/picture.py."""
@@ -23,13 +25,9 @@ class SettingError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
-    """How one field of :class:`Settings` is read."""
+class Rule:
+    """What a value may be."""
 
-    flag: str
-    """``--speed``, or an upper-case word for a positional argument."""
-
-    help: str
     valid: str
     """What a good value looks like; completes "valid: ..." in an error."""
 
@@ -37,6 +35,18 @@ class Setting:
     """Text to value; raises ValueError for a bad one."""
 
     metavar: str = ""
+    words: tuple[str, ...] = ()
+    """Words that a value may be, or begin with before a ``=``: the nearest is suggested in an error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting(Rule):
+    """How one field of :class:`Settings` is read."""
+
+    help: str = ""
+    flag: str = ""
+    """``--speed``, or an upper-case word for a positional argument; empty: as the field is called."""
+
     letter: str = ""
     """One-letter form of the flag, with its dash."""
 
@@ -55,11 +65,12 @@ class Setting:
     heading: str = ""
     """Of the group of flags in the help that this setting begins; empty: it belongs to the group before it."""
 
-    words: tuple[str, ...] = ()
-    """Words that a value may be, or begin with before a ``=``: the nearest is suggested in an error."""
-
     is_told_elsewhere: bool = False
     """The help of another flag names it: a screen has few lines."""
+
+    def named(self, name: str) -> Setting:
+        """Return the setting with the flag of the field of this name."""
+        return replace(self, flag=self.flag or "--" + name.replace("_", "-"))
 
     @property
     def is_positional(self) -> bool:
@@ -67,7 +78,7 @@ class Setting:
 
     @property
     def is_switch(self) -> bool:
-        return self.parse is yes_or_no
+        return self.parse is YES_OR_NO.parse
 
     @property
     def variable(self) -> str:
@@ -83,53 +94,77 @@ class Setting:
             raise SettingError(f"{origin}: {text!r} cannot be used{meant} valid: {self.valid}") from None
 
 
-def yes_or_no(text: str) -> bool:
-    word = text.strip().lower()
-    if word in ("1", "yes", "true", "on"):
-        return True
-    if word in ("0", "no", "false", "off"):
-        return False
-    raise ValueError(text)
+def _that(convert: Callable[[str], _T], is_good: Callable[[_T], object]) -> Callable[[str], _T]:
+    """Make a function that converts a text and refuses bad values."""
 
-
-def only_yes(text: str) -> bool:
-    if not yes_or_no(text):
-        raise ValueError(text)
-    return True
-
-
-def port(text: str) -> int:
-    number = int(text)
-    if not 0 <= number <= 65535:
-        raise ValueError(text)
-    return number
-
-
-def between(least: int, most: int) -> Callable[[str], int]:
-    def parse(text: str) -> int:
-        number = int(text)
-        if not least <= number <= most:
+    def parse(text: str) -> _T:
+        value = convert(text)
+        if not is_good(value):
             raise ValueError(text)
-        return number
+        return value
 
     return parse
 
 
-def between_numbers(least: float, most: float) -> Callable[[str], float]:
-    def parse(text: str) -> float:
-        number = float(text)
-        if not least <= number <= most:
-            raise ValueError(text)
-        return number
-
-    return parse
+def _word(text: str) -> str:
+    return text.strip().lower()
 
 
-def positive(text: str) -> float:
-    number = float(text)
-    if not (0.0 < number < math.inf):
+def _yes_or_no(text: str) -> bool:
+    if (word := _word(text)) not in _WORDS:
         raise ValueError(text)
-    return number
+    return _WORDS[word]
+
+
+def _path(is_good: Callable[[Path], bool]) -> Callable[[str], Path]:
+    parse = _that(lambda text: Path(text).expanduser(), is_good)
+    return lambda text: parse(text).resolve()
+
+
+def between(least: float, most: float) -> Rule:
+    """Make the rule for a number; both bounds are whole if it is."""
+    kind, what = (int, "whole number") if isinstance(least, int) else (float, "number")
+    parse = _that(kind, lambda number: least <= number <= most)
+    return Rule(f"a {what} from {least:g} to {most:g}", parse, "N")
+
+
+def seconds(example: str) -> Rule:
+    return Rule(f"seconds greater than 0, such as {example}", _positive, "SECONDS")
+
+
+def matching(pattern: str, valid: str, metavar: str) -> Rule:
+    return Rule(valid, _that(str, lambda text: re.fullmatch(pattern, text)), metavar)
+
+
+def endpoint(example: str) -> Rule:
+    return matching(r"[a-z][a-z0-9-]*/\S+", f"PROTOCOL/ADDRESS, such as {example}", "ENDPOINT")
+
+
+def file(valid: str) -> Rule:
+    return Rule(valid, _path(Path.is_file), "FILE")
+
+
+def new_file(ending: str = "") -> Rule:
+    """A file in an existing folder, which need not exist itself."""
+    return Rule(
+        "a file in an existing folder" + (f" whose name ends in {ending}" if ending else ""),
+        _path(
+            lambda path: not path.is_dir() and path.parent.is_dir() and path.suffix.lower().endswith(ending)
+        ),
+        f"FILE{ending}",
+    )
+
+
+def one_of(metavar: str, *words: str) -> Rule:
+    return Rule(", ".join(words), _that(_word, words.__contains__), metavar, words)
+
+
+def _package(text: str) -> str:
+    """``NAME=DIR`` of an existing folder, which comes back in full."""
+    name, sign, path = text.partition("=")
+    if not sign or not re.fullmatch(r"[^/\\\s]+", name.strip()) or not path.strip():
+        raise ValueError(text)
+    return f"{name.strip()}={_folder(path.strip())}"
 
 
 def web_address(text: str) -> str:
@@ -137,73 +172,32 @@ def web_address(text: str) -> str:
     host, colon, number = text.strip().rpartition(":")
     if colon and not host:
         raise ValueError(text)
-    return f"{host or '127.0.0.1'}:{port(number)}"
+    return f"{host or '127.0.0.1'}:{PORT.parse(number)}"
 
 
-def speed(text: str) -> float:
-    return math.inf if text.strip().lower() == "max" else positive(text)
-
-
-def matching(pattern: str) -> Callable[[str], str]:
-    def parse(text: str) -> str:
-        if not re.fullmatch(pattern, text):
-            raise ValueError(text)
-        return text
-
-    return parse
-
-
-def file(text: str) -> Path:
-    path = Path(text).expanduser()
-    if not path.is_file():
-        raise ValueError(text)
-    return path.resolve()
-
-
-def new_file(text: str) -> Path:
-    path = Path(text).expanduser()
-    if path.is_dir() or not path.parent.is_dir():
-        raise ValueError(text)
-    return path.resolve()
-
-
-def new_file_ending(ending: str) -> Callable[[str], Path]:
-    def parse(text: str) -> Path:
-        path = new_file(text)
-        if path.suffix.lower() != ending:
-            raise ValueError(text)
-        return path
-
-    return parse
-
-
-def picture_size(text: str) -> tuple[int, int]:
-    width, height = (int(side) for side in text.lower().split("x"))
-    if not (16 <= width <= LARGEST_SIDE and 16 <= height <= LARGEST_SIDE):
-        raise ValueError(text)
+def _picture_size(text: str) -> tuple[int, int]:
+    width, height = map(_side, text.lower().split("x"))
     return width, height
 
 
-def folder(text: str) -> Path:
-    path = Path(text).expanduser()
-    if not path.is_dir():
-        raise ValueError(text)
-    return path.resolve()
+_WORDS = {
+    **dict.fromkeys(("1", "yes", "true", "on"), True),
+    **dict.fromkeys(("0", "no", "false", "off"), False),
+}
+_positive = _that(float, lambda number: 0.0 < number < math.inf)
+_folder = _path(Path.is_dir)
+_side = _that(int, lambda side: 16 <= side <= LARGEST_SIDE)
 
-
-def package(text: str) -> str:
-    """``NAME=DIR`` of an existing folder, which comes back in full."""
-    name, sign, path = text.partition("=")
-    if not sign or not re.fullmatch(r"[^/\\\s]+", name.strip()) or not path.strip():
-        raise ValueError(text)
-    return f"{name.strip()}={folder(path.strip())}"
-
-
-def one_of(words: tuple[str, ...]) -> Callable[[str], str]:
-    def parse(text: str) -> str:
-        word = text.strip().lower()
-        if word not in words:
-            raise ValueError(text)
-        return word
-
-    return parse
+YES_OR_NO = Rule("yes or no", _yes_or_no)
+YES = Rule("yes; there is no window to ask for", _that(_yes_or_no, bool))
+PORT = replace(between(0, 65535), metavar="PORT")
+SPEED = Rule(
+    "a number greater than 0, or max",
+    lambda text: math.inf if _word(text) == "max" else _positive(text),
+    "FACTOR",
+    ("max",),
+)
+FOLDER = Rule("an existing folder", _folder, "FOLDER")
+PACKAGE = Rule("NAME=DIR with an existing folder", _package, "NAME=DIR")
+WEB_ADDRESS = Rule("a port, 0 for a free one, or HOST:PORT; SCENE stands before it", web_address, "PORT")
+PICTURE_SIZE = Rule(f"WIDTHxHEIGHT, each from 16 to {LARGEST_SIDE}, such as 1280x720", _picture_size, "WxH")

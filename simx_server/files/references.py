@@ -21,7 +21,7 @@ from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.urdf import is_urdf
 
 from .library import shipped_scenes
-from .regular_files import no_regular_file, read_regular
+from .regular_files import no_regular_file, read_of_client
 
 _PACKAGE = "package://"
 """Begins file names in URDF; MuJoCo goes on with the rest."""
@@ -152,11 +152,7 @@ def _within(path: Path, folders: Collection[Path], what: str) -> Path:
 
 def _read(file: Path, contents: Contents | None) -> bytes:
     try:
-        if contents is not None:
-            return contents.read(file)
-        if file.stat().st_size > MAX_FILE:
-            raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
-        return read_regular(file)
+        return read_of_client(file) if contents is None else contents.read(file)
     except OSError as error:
         raise CommandError(f"cannot read '{file.name}': {error.strerror}") from None
 

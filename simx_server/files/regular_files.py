@@ -6,6 +6,7 @@ import os
 import stat
 from pathlib import Path
 
+from simx_client.protocol.files import MAX_FILE
 from simx_server.errors import CommandError
 
 
@@ -22,6 +23,24 @@ def read_regular(file: Path) -> bytes:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise CommandError(no_regular_file(file.name))
         return opened.read()
+
+
+def read_of_client(file: Path) -> bytes:
+    """Read a regular file of at most MAX_FILE bytes. Raises CommandError."""
+    try:
+        if file.stat().st_size > MAX_FILE:
+            raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
+        return read_regular(file)
+    except OSError as error:
+        raise CommandError(f"cannot read '{file.name}': {error.strerror}") from None
+
+
+def is_file(path: Path) -> bool:
+    """Return whether a path is a file; False for a path that the system refuses."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def no_regular_file(name: str) -> str:

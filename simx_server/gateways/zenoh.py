@@ -29,6 +29,7 @@ from simx_server.parts.status_bar import as_log_line
 from simx_server.runtime.monitoring import report
 from simx_server.runtime.monitoring.load import LoadMeter
 from simx_server.runtime.server_loop import Engine
+from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 from ..limits import LimitReached
@@ -57,7 +58,7 @@ class GatewayError(Exception):
     """The server cannot be reached as it was asked to be; the text says what to do."""
 
 
-class ZenohGateway:
+class ZenohGateway(Part):
     """Listens on loopback ports and any further endpoints, joins routers, and serves one engine there."""
 
     def __init__(
@@ -318,6 +319,9 @@ class ZenohGateway:
                 query.reply(key, payload, **options)
 
         self._answers[key].send(reply, len(payload))
+
+    def step_finished(self) -> None:
+        self.load.passed(self._engine.simulation.time_step)
 
     def close(self) -> None:
         """Leave the network. Clients notice at once.

@@ -25,6 +25,7 @@ from .registry import handler
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
     from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _Read = TypeVar("_Read")
 
@@ -39,34 +40,37 @@ _LEAST_STORED = 4096
 
 
 @handler("storeFile")
-def store_file(sim: Simulation, name: str, data: bytes) -> None:
+def store_file(world: World, name: str, data: bytes) -> None:
     """What simxTransferFile sends."""
-    path = workspace.path_within(sim.workspace, name)
+    sim = world.simulation
+    path = workspace.path_within(sim.files.workspace, name)
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     size = max(len(data), _LEAST_STORED)
-    others = sum(sim.stored.values()) - sim.stored.get(path, 0)
+    others = sum(sim.files.stored.values()) - sim.files.stored.get(path, 0)
     sim.limits.check("stored", others + size, "erase some with simxEraseFile")
-    sim.client_files.check_name(path)
-    sim.client_files.note(path, data)
-    workspace.store(sim.workspace, name, data)
-    sim.stored[path] = size
+    sim.files.client_files.check_name(path)
+    sim.files.client_files.note(path, data)
+    workspace.store(sim.files.workspace, name, data)
+    sim.files.stored[path] = size
 
 
 @handler("simxEraseFile")
-def erase_file(sim: Simulation, name: str) -> None:
+def erase_file(world: World, name: str) -> None:
     """Only files of the workspace.
 
     Differs: the original kept transferred files in a folder for temporary files, here it is the workspace.
     """
-    sim.client_files.check_name(workspace.path_within(sim.workspace, name))
-    erased = workspace.erase(sim.workspace, name)
-    sim.stored.pop(erased, None)
-    sim.client_files.forget(erased)
+    sim = world.simulation
+    sim.files.client_files.check_name(workspace.path_within(sim.files.workspace, name))
+    erased = workspace.erase(sim.files.workspace, name)
+    sim.files.stored.pop(erased, None)
+    sim.files.client_files.forget(erased)
 
 
 @handler("lendFile", with_client=True)
-def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data: bytes) -> None:
+def lend_file(world: World, client: ClientSession, path: str, name: str, data: bytes) -> None:
     """What a loading function sends ahead when the file is on the client's side; its name has no folders."""
+    sim = world.simulation
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     files = client.lent_files
     files.pop(path, None)
@@ -77,7 +81,7 @@ def lend_file(sim: Simulation, client: ClientSession, path: str, name: str, data
 
 
 @handler("simxLoadScene", with_client=True)
-def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[None]:
+def load_scene(world: World, client: ClientSession, path: str, options: int) -> Steps[None]:
     """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
 
     Files that it names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
@@ -89,72 +93,79 @@ def load_scene(sim: Simulation, client: ClientSession, path: str, options: int) 
         CommandError: not stopped, no such file, a file elsewhere.
         SceneError: the file cannot be loaded; the old scene stays.
     """
+    sim = world.simulation
     if sim.is_running:
         client.lent_files.pop(path, None)
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
-    with file_to_load(sim, client, path, options, lambda text: _find(sim, text)) as (found, name):
-        yield from _load(sim, found, name)
+    with file_to_load(world, client, path, options, lambda text: _find(sim, text)) as (found, name):
+        yield from _load(world, found, name)
 
 
 @handler("simxLoadModel", with_client=True)
-def load_model(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[int]:
+def load_model(world: World, client: ClientSession, path: str, options: int) -> Steps[int]:
     """The base's handle, which becomes the selection; stopped or running. A stop removes objects that the run loaded.
 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
     """
-    sim.selection = []
-    with file_to_load(sim, client, path, options, lambda text: _find(sim, text, model=True)) as (
+    sim = world.simulation
+    world.selection.handles = []
+    with file_to_load(world, client, path, options, lambda text: _find(sim, text, model=True)) as (
         found,
         name,
     ):
-        return (yield from _add(sim, found, name))
+        return (yield from _add(world, found, name))
 
 
-def load_model_of_server(sim: Simulation, text: str) -> int:
+def load_model_of_server(world: World, text: str) -> int:
     """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
-    sim.selection = []
+    sim = world.simulation
+    world.selection.handles = []
     found = _find(sim, _checked(text), model=True)
-    return sim.trials.finish(_add(sim, found, found.name))
+    return world.trials.finish(_add(world, found, found.name))
 
 
-def read_mesh(sim: Simulation, text: str) -> Model:
+def read_mesh(world: World, text: str) -> Model:
     """A mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
-    found = sim.find_file(workspace.check_name(text), True)
+    sim = world.simulation
+    found = sim.files.find(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise CommandError(f"'{text}' is no mesh file; those end with {' or '.join(MESH_SUFFIXES)}")
-    return sim.trials.finish(
-        _read(sim, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
+    return world.trials.finish(
+        _read(world, MESH, found, found.name, lambda sources: read_model(found, sources=sources))
     )
 
 
-def load_scene_of_server(sim: Simulation, text: str) -> None:
+def load_scene_of_server(world: World, text: str) -> None:
     """As simxLoadScene of a file of the server's side, for scripts: as soon as no script is under way.
 
     Raises CommandError: not stopped, no such file, a file elsewhere.
     """
+    sim = world.simulation
     if sim.is_running:
         raise CommandError("a scene can be loaded only while the simulation is stopped; stop it first")
     found = _find(sim, _checked(text))
-    sim.soon(lambda: sim.trials.finish(_load(sim, found, found.name)))
+    sim.soon(lambda: world.trials.finish(_load(world, found, found.name)))
 
 
-def _load(sim: Simulation, found: Path, name: str) -> Steps[None]:
-    is_of_client = sim.client_files.made(found)
-    scene, model = yield from _read(sim, SCENE, found, name, lambda sources: read_scene(found, sources, name))
+def _load(world: World, found: Path, name: str) -> Steps[None]:
+    sim = world.simulation
+    is_of_client = sim.files.client_files.made(found)
+    scene, model = yield from _read(
+        world, SCENE, found, name, lambda sources: read_scene(found, sources, name)
+    )
     sim.use(scene, model, is_of_client=is_of_client)
 
 
-def _add(sim: Simulation, found: Path, name: str) -> Steps[int]:
-    is_of_client = sim.client_files.made(found)
-    model = yield from _read(sim, MODEL, found, name, lambda sources: read_model(found, name, sources))
-    handle = add_model(sim, model, found.resolve().parent, is_of_client=is_of_client)
-    sim.selection = [handle]
+def _add(world: World, found: Path, name: str) -> Steps[int]:
+    sim = world.simulation
+    is_of_client = sim.files.client_files.made(found)
+    model = yield from _read(world, MODEL, found, name, lambda sources: read_model(found, name, sources))
+    handle = add_model(world, model, found.resolve().parent, is_of_client=is_of_client)
+    world.selection.handles = [handle]
     return handle
 
 
-def _read(
-    sim: Simulation, kind: str, found: Path, name: str, read: Callable[[Sources], _Read]
-) -> Steps[_Read]:
+def _read(world: World, kind: str, found: Path, name: str, read: Callable[[Sources], _Read]) -> Steps[_Read]:
     """Read a file that a client or a script named. What it names is searched in the open folders alone.
 
     A client's file is tried first, and then read as it was then, both beside the physics thread. The scene of the
@@ -169,12 +180,13 @@ def _read(
         CommandError: it names others outside the open folders, is a robot of too many links, or failed its trial.
         SceneError: so.
     """
+    sim = world.simulation
     sources = _sources_of(sim, found)
-    if sim.trials.concern(found, sources):
-        tried = yield from sim.trials.tried(kind, found, name, sources)
-        _tell(sim, found)
-        return (yield from sim.trials.load(lambda: read(tried)))
-    _tell(sim, found)
+    if world.trials.concern(found, sources):
+        tried = yield from world.trials.tried(kind, found, name, sources)
+        _tell(world, found)
+        return (yield from world.trials.load(lambda: read(tried)))
+    _tell(world, found)
     if sources.within is not None:
         check_references(found, _open_folders(sim))
         links = count_links(found.read_bytes())
@@ -184,14 +196,14 @@ def _read(
 
 def _sources_of(sim: Simulation, found: Path) -> Sources:
     """Where to search for what a file names."""
-    if found == sim.own_scene and not sim.client_files.made(found):
-        return sim.sources
-    return sim.sources.confined(_open_folders(sim))
+    if found == sim.files.own_scene and not sim.files.client_files.made(found):
+        return sim.files.sources
+    return sim.files.sources.confined(_open_folders(sim))
 
 
 @contextmanager
 def file_to_load(
-    sim: Simulation, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
+    world: World, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
 ) -> Iterator[tuple[Path, str]]:
     """A file that may be loaded, and its own name; one of the client's side is there only while this lasts.
 
@@ -200,6 +212,7 @@ def file_to_load(
 
     Raises CommandError; SceneError tells what such a file names and what is not found.
     """
+    sim = world.simulation
     lent = client.lent_files.pop(path, None) if options & FILE_IS_ON_CLIENT else None
     if options & FILE_IS_ON_CLIENT and lent is None:
         raise CommandError(f"the client has not sent '{path}', which options bit 0 says is on its side")
@@ -215,7 +228,7 @@ def file_to_load(
     if (own := _own_copy(sim, path, data)) is not None:
         yield own, own.name
         return
-    with workspace.lent(sim.workspace, name, data) as file:
+    with workspace.lent(sim.files.workspace, name, data) as file:
         try:
             yield file, name
         except CommandError as problem:
@@ -223,7 +236,7 @@ def file_to_load(
             if "opening file" in text or "not there" in text:
                 text += (
                     f"; the client sent '{name}' alone, and what it names is looked for in the server's "
-                    f"workspace {sim.workspace}: bring it there, for example with simxTransferFile"
+                    f"workspace {sim.files.workspace}: bring it there, for example with simxTransferFile"
                 )
             if text == str(problem):
                 raise
@@ -242,7 +255,7 @@ def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
             if not any(found.is_relative_to(each) for each in folders) or not found.is_file():
                 continue
             if found.stat().st_size == len(data) and found.read_bytes() == data:
-                return None if sim.client_files.made(found) else found
+                return None if sim.files.client_files.made(found) else found
         except (OSError, ValueError, RuntimeError):
             continue  # a name that is none here
     return None
@@ -256,18 +269,18 @@ def _checked(path: str) -> str:
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
     """The scene or model file of the server's side that a text means. Raises CommandError."""
-    return sim.find_file(text, model)
+    return sim.files.find(text, model)
 
 
-def _tell(sim: Simulation, found: Path) -> None:
+def _tell(world: World, found: Path) -> None:
+    sim = world.simulation
     sources = _sources_of(sim, found)
-    for listener in sim.on_file:
-        listener(found, sources)
+    sim.tell(lambda part: part.file_read(found, sources))
 
 
 def _open_folders(sim: Simulation) -> list[Path]:
     """The folders that clients may load from: the workspace, the shipped scenes, that of the present scene."""
-    folders = [sim.workspace.resolve(), shipped_scenes().resolve(), *sim.more_folders]
+    folders = [sim.files.workspace.resolve(), shipped_scenes().resolve(), *sim.files.more_folders]
     if sim.scene.path is not None:
         folders.append(sim.scene.path.resolve().parent)
     return folders

@@ -7,70 +7,79 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 @handler("simxGetJointPosition")
-def get_joint_position(sim: Simulation, joint: int) -> float:
+def get_joint_position(world: World, joint: int) -> float:
     """Code 8 for spherical joints."""
+    sim = world.simulation
     return sim.joints.position(joint)
 
 
 @handler("simxSetJointPosition")
-def set_joint_position(sim: Simulation, joint: int, position: float) -> None:
+def set_joint_position(world: World, joint: int, position: float) -> None:
     """At once, within the limits; a controller drives it back. A dependent joint goes where its master wants it.
 
     Differs: a joint on a tendon in force mode cannot be set (code 8); give it a target.
     """
+    sim = world.simulation
     sim.joints.set_position(joint, position)
 
 
 @handler("simxGetJointMatrix")
-def get_joint_matrix(sim: Simulation, joint: int) -> list[float]:
+def get_joint_matrix(world: World, joint: int) -> list[float]:
     """12 numbers of the turn or shift that the joint value is; of spherical joints too."""
+    sim = world.simulation
     return sim.joints.matrix(joint)
 
 
 @handler("simxSetSphericalJointMatrix")
-def set_spherical_joint_matrix(sim: Simulation, joint: int, matrix: list[float]) -> None:
+def set_spherical_joint_matrix(world: World, joint: int, matrix: list[float]) -> None:
     """The translation is ignored; code 8 for other joints."""
+    sim = world.simulation
     sim.joints.set_spherical_matrix(joint, matrix)
 
 
 @handler("simxSetJointTargetVelocity")
-def set_joint_target_velocity(sim: Simulation, joint: int, velocity: float) -> None:
+def set_joint_target_velocity(world: World, joint: int, velocity: float) -> None:
     """Accepted in every mode; moves the joint in force mode with the control loop off, and in motion mode.
 
     Differs: a joint without annotation is switched to that; V-REP's joints say in their file how they are driven.
     """
+    sim = world.simulation
     sim.joints.set_target_velocity(joint, velocity)
 
 
 @handler("simxSetJointTargetPosition")
-def set_joint_target_position(sim: Simulation, joint: int, position: float) -> None:
+def set_joint_target_position(world: World, joint: int, position: float) -> None:
     """Code 8 outside force mode and hybrid operation.
 
     Differs: a joint without annotation is switched to position control, and its motor on.
     """
+    sim = world.simulation
     sim.joints.set_target_position(joint, position)
 
 
 @handler("simxGetJointForce")
-def get_joint_force(sim: Simulation, joint: int) -> float:
+def get_joint_force(world: World, joint: int) -> float:
     """The sign is V-REP's: the reverse of the force on the child along +z. 0 also when no motor or spring acts.
 
     Differs: in a scene without position controllers the first call of a run is answered with the last physics step's.
     """
+    sim = world.simulation
     return sim.joints.force(joint)
 
 
 @handler("simxGetJointMaxForce")
-def get_joint_max_force(sim: Simulation, joint: int) -> float:
+def get_joint_max_force(world: World, joint: int) -> float:
     """1e9 for a joint without a limit."""
+    sim = world.simulation
     return sim.joints.max_force(joint)
 
 
 @handler("simxSetJointForce")
-def set_joint_force(sim: Simulation, joint: int, force: float) -> None:
+def set_joint_force(world: World, joint: int, force: float) -> None:
     """The magnitude; the direction is that of the target velocity. A negative number counts as its magnitude."""
+    sim = world.simulation
     sim.joints.set_max_force(joint, force)

@@ -1,8 +1,8 @@
 """How a function becomes the handler of a command of the table.
 
-A handler takes the simulation and the command's arguments in the table's order, returns None, one value or a tuple of
-the results, or a future of these, and raises CommandError for a remote error. One that takes long is a generator that
-ends so, see `steps.py`. It is checked against the table when its module is imported: a name that is not there, or a
+A handler takes the world and the command's arguments in the table's order, returns None, one value, a tuple of the
+results, or a future of these, and raises CommandError for a remote error. A handler that takes long is a generator that
+ends in this way, see `runtime/background.py`. It is checked against the table on import: an unknown name or a
 wrong number of parameters, stops the server from starting.
 """
 
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from simx_client.protocol.commands import ANSWERED, Command
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _MARK = "__simx_handler__"
@@ -31,17 +31,17 @@ class Handler:
     command: Command
     function: Callable[..., Any]
     with_client: bool
-    """The function takes the client's session after the simulation."""
+    """The function takes the client's session after the world."""
 
-    def __call__(self, sim: Simulation, client: Any, arguments: list[Any]) -> Any:
+    def __call__(self, world: World, client: Any, arguments: list[Any]) -> Any:
         """Carry the command out with checked arguments; runs on the physics thread."""
         if self.with_client:
-            return self.function(sim, client, *arguments)
-        return self.function(sim, *arguments)
+            return self.function(world, client, *arguments)
+        return self.function(world, *arguments)
 
-    def bound(self, sim: Simulation, client: Any) -> Callable[..., Any]:
+    def bound(self, world: World, client: Any) -> Callable[..., Any]:
         """What takes checked arguments alone, for many calls."""
-        return partial(self.function, sim, client) if self.with_client else partial(self.function, sim)
+        return partial(self.function, world, client) if self.with_client else partial(self.function, world)
 
 
 def handler(name: str, *, with_client: bool = False) -> Callable[[_F], _F]:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from .registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 @handler("simxCallScriptFunction")
 def call_script_function(
-    sim: Simulation,
+    world: World,
     description: str,
     options: int,
     function: str,
@@ -28,4 +28,4 @@ def call_script_function(
     Raises:
         CommandError: no such script or function, a run-time error in it, or results of the wrong kind.
     """
-    return sim.scripts.call(description, options, function, ints, floats, strings, buffer)
+    return world.scripts.call(description, options, function, ints, floats, strings, buffer)

@@ -9,7 +9,7 @@ from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 NOTHING = -1
 """Handle given when nothing is detected; in V-REP it was undefined."""
@@ -19,40 +19,40 @@ _BROKEN = 2
 
 
 @handler("simxReadProximitySensor")
-def read_proximity_sensor(sim: Simulation, sensor: int) -> tuple[bool, list[float], int, list[float]]:
+def read_proximity_sensor(world: World, sensor: int) -> tuple[bool, list[float], int, list[float]]:
     """State, point, object, normal; point and normal in the sensor's frame, zeros when nothing is detected.
 
     Differs: a sensor does not detect the shape that carries it, which V-REP's models declare undetectable instead.
     """
-    detection = sim.proximity.read(sensor)
+    detection = world.proximity.read(sensor)
     if detection is None:
         return False, [0.0] * 3, NOTHING, [0.0] * 3
     return True, list(detection.point), detection.handle, list(detection.normal)
 
 
 @handler("simxReadForceSensor")
-def read_force_sensor(sim: Simulation, sensor: int) -> tuple[int, list[float], list[float]]:
+def read_force_sensor(world: World, sensor: int) -> tuple[int, list[float], list[float]]:
     """State bit 0: values are there, bit 1: broken. Zeros without values, as when stopped."""
-    reading = sim.force.read(sensor)
-    broken = _BROKEN if sim.force.is_broken(sensor) else 0
+    reading = world.force.read(sensor)
+    broken = _BROKEN if world.force.is_broken(sensor) else 0
     if reading is None:
         return broken, [0.0] * 3, [0.0] * 3
     return _HAS_VALUES | broken, list(reading.force), list(reading.torque)
 
 
 @handler("simxBreakForceSensor")
-def break_force_sensor(sim: Simulation, sensor: int) -> None:
+def break_force_sensor(world: World, sensor: int) -> None:
     """Separate the parts that the sensor holds together, until the simulation stops.
 
     Raises:
         CommandError: the simulation is stopped.
     """
-    sim.force.break_apart(sensor)
+    world.force.break_apart(sensor)
 
 
 @handler("simxReadVisionSensor", with_client=True)
 def read_vision_sensor(
-    sim: Simulation, client: ClientSession, sensor: int
+    world: World, client: ClientSession, sensor: int
 ) -> Future[tuple[bool, list[list[float]]]]:
     """Whether the sensor detects, and packets: 15 statistics of the picture, then those of the sensor's script."""
-    return sim.vision.read(sensor, asker=client.client)
+    return world.vision.read(sensor, asker=client.client)

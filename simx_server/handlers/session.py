@@ -5,28 +5,30 @@ from __future__ import annotations
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.simulation import SimulationState
 
 from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
+    from simx_server.world.world import World
 
 
 @handler("simxSynchronous", with_client=True)
-def synchronous(sim: Simulation, client: ClientSession, enable: bool) -> None:
+def synchronous(world: World, client: ClientSession, enable: bool) -> None:
     """Stepped mode of this client, also while stopped; the first step then needs a trigger."""
     client.set_stepping(enable)
 
 
 @handler("simxSynchronousTrigger", with_client=True)
-def synchronous_trigger(sim: Simulation, client: ClientSession) -> Future[None]:
+def synchronous_trigger(world: World, client: ClientSession) -> Future[None]:
     """Done after the pass; in the original it was before, and reading needed a ping first."""
+    sim = world.simulation
     return client.trigger(is_running=sim.state is SimulationState.RUNNING)
 
 
 @handler("simxGetLastErrors", with_client=True)
-def get_last_errors(sim: Simulation, client: ClientSession) -> list[str]:
+def get_last_errors(world: World, client: ClientSession) -> list[str]:
     """Reading empties the list."""
     texts = list(client.errors)
     client.errors.clear()

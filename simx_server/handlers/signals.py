@@ -11,7 +11,7 @@ from ..errors import CommandError
 from .registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _LISTED = 8
 
@@ -26,66 +26,66 @@ def _missing(kind: str, name: str, known: Mapping[str, object]) -> CommandError:
 
 
 @handler("simxSetIntegerSignal")
-def set_integer_signal(sim: Simulation, name: str, value: int) -> None:
+def set_integer_signal(world: World, name: str, value: int) -> None:
     """An empty name does nothing, as in V-REP; the same for all kinds."""
     if name:
-        sim.signals.set_integer(name, value)
+        world.signals.set_integer(name, value)
 
 
 @handler("simxGetIntegerSignal")
-def get_integer_signal(sim: Simulation, name: str) -> int:
-    value = sim.signals.get_integer(name)
+def get_integer_signal(world: World, name: str) -> int:
+    value = world.signals.get_integer(name)
     if value is None:
-        raise _missing("integer", name, sim.signals.integers)
+        raise _missing("integer", name, world.signals.integers)
     return value
 
 
 @handler("simxClearIntegerSignal")
-def clear_integer_signal(sim: Simulation, name: str) -> None:
+def clear_integer_signal(world: World, name: str) -> None:
     """An empty name clears all; clearing a signal that is not set succeeds."""
-    sim.signals.clear_integer(name)
+    world.signals.clear_integer(name)
 
 
 @handler("simxSetFloatSignal")
-def set_float_signal(sim: Simulation, name: str, value: float) -> None:
+def set_float_signal(world: World, name: str, value: float) -> None:
     if name:
-        sim.signals.set_float(name, value)
+        world.signals.set_float(name, value)
 
 
 @handler("simxGetFloatSignal")
-def get_float_signal(sim: Simulation, name: str) -> float:
-    value = sim.signals.get_float(name)
+def get_float_signal(world: World, name: str) -> float:
+    value = world.signals.get_float(name)
     if value is None:
-        raise _missing("float", name, sim.signals.floats)
+        raise _missing("float", name, world.signals.floats)
     return value
 
 
 @handler("simxClearFloatSignal")
-def clear_float_signal(sim: Simulation, name: str) -> None:
-    sim.signals.clear_float(name)
+def clear_float_signal(world: World, name: str) -> None:
+    world.signals.clear_float(name)
 
 
 @handler("simxSetStringSignal")
-def set_string_signal(sim: Simulation, name: str, value: bytes) -> None:
+def set_string_signal(world: World, name: str, value: bytes) -> None:
     if name:
-        sim.signals.set_string(name, value)
+        world.signals.set_string(name, value)
 
 
 @handler("simxGetStringSignal")
-def get_string_signal(sim: Simulation, name: str) -> bytes:
-    value = sim.signals.get_string(name)
+def get_string_signal(world: World, name: str) -> bytes:
+    value = world.signals.get_string(name)
     if value is None:
-        raise _missing("string", name, sim.signals.strings)
+        raise _missing("string", name, world.signals.strings)
     return value
 
 
 @handler("simxClearStringSignal")
-def clear_string_signal(sim: Simulation, name: str) -> None:
-    sim.signals.clear_string(name)
+def clear_string_signal(world: World, name: str) -> None:
+    world.signals.clear_string(name)
 
 
 @handler("simxAppendStringSignal")
-def append_string_signal(sim: Simulation, name: str, value: bytes) -> None:
+def append_string_signal(world: World, name: str, value: bytes) -> None:
     """Creates the signal when there is none.
 
     Differs: there is a longest string; V-REP's grew until its memory was full.
@@ -95,23 +95,23 @@ def append_string_signal(sim: Simulation, name: str, value: bytes) -> None:
     """
     if not name:
         return
-    length = len(sim.signals.get_string(name) or b"") + len(value)
+    length = len(world.signals.get_string(name) or b"") + len(value)
     if length > MAX_STRING:
         raise CommandError(
             f"string signal {name!r} would become {length} bytes long; at most {MAX_STRING}: read it more often"
         )
-    sim.signals.append_string(name, value)
+    world.signals.append_string(name, value)
 
 
 @handler("simxReadStringStream")
-def read_string_stream(sim: Simulation, name: str) -> bytes:
+def read_string_stream(world: World, name: str) -> bytes:
     """Takes what is there; nothing is an empty answer and no error."""
-    return sim.signals.take_string(name) or b""
+    return world.signals.take_string(name) or b""
 
 
 @handler("simxGetAndClearStringSignal")
-def get_and_clear_string_signal(sim: Simulation, name: str) -> bytes:
-    value = sim.signals.take_string(name)
+def get_and_clear_string_signal(world: World, name: str) -> bytes:
+    value = world.signals.take_string(name)
     if value is None:
-        raise _missing("string", name, sim.signals.strings)
+        raise _missing("string", name, world.signals.strings)
     return value

@@ -9,7 +9,7 @@ from .registry import handler
 
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _GREY = 1
 """The option bit of a grey image."""
@@ -17,26 +17,26 @@ _GREY = 1
 
 @handler("simxGetVisionSensorImage", with_client=True)
 def get_vision_sensor_image(
-    sim: Simulation, client: ClientSession, sensor: int, options: int
+    world: World, client: ClientSession, sensor: int, options: int
 ) -> Future[tuple[list[int], bytes]]:
     """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h).
 
     Differs: with other options than 1 the original sent colours, of which its binding then took the first third; and
     while stopped, or before the first pass, it gave the background.
     """
-    return sim.vision.image(sensor, as_grey=options != 0, asker=client.client)
+    return world.vision.image(sensor, as_grey=options != 0, asker=client.client)
 
 
 @handler("simxGetVisionSensorDepthBuffer", with_client=True)
 def get_vision_sensor_depth_buffer(
-    sim: Simulation, client: ClientSession, sensor: int
+    world: World, client: ClientSession, sensor: int
 ) -> Future[tuple[list[int], bytes]]:
     """[width, height] and little-endian float32, 0 at the near plane, 1 at the far one, bottom row first."""
-    return sim.vision.depth(sensor, asker=client.client)
+    return world.vision.depth(sensor, asker=client.client)
 
 
 @handler("simxSetVisionSensorImage")
-def set_vision_sensor_image(sim: Simulation, sensor: int, image: bytes, options: int) -> None:
+def set_vision_sensor_image(world: World, sensor: int, image: bytes, options: int) -> None:
     """Stays until the sensor is handled next: with the next pass, or by hand for explicit handling.
 
     Differs: with external input it goes with the stop, as all else that a run changed; in V-REP it stayed.
@@ -44,4 +44,4 @@ def set_vision_sensor_image(sim: Simulation, sensor: int, image: bytes, options:
     Raises:
         CommandError: not w x h x 3 bytes (w x h with option bit 0).
     """
-    sim.vision.set_image(sensor, image, as_grey=bool(options & _GREY))
+    world.vision.set_image(sensor, image, as_grey=bool(options & _GREY))

@@ -23,7 +23,7 @@ from simx_server.scene.geometry.poses import Quaternion
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Settings:
 class Machine:
     """Settings of all joints by handle, and what acts on them. `Joints` is what callers use of it."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._bindings: dict[int, Binding] = {}
         self._states: dict[int, JointState] = {}

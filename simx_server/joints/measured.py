@@ -11,13 +11,13 @@ import numpy as np
 from simx_server.joints.state import Binding
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
 class Measured:
     """Remembers positions from pass to pass. What was set between two passes counts as moved, as in V-REP."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._before: tuple[np.ndarray, np.ndarray] | None = None
         self._after: tuple[np.ndarray, np.ndarray] | None = None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 logger = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ class StepFailed(Exception):
 class Watch:
     """Divides the simulation steps of one model into calls of MuJoCo's, and looks around between these."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._cost = GLANCE
         """Seconds of a physics step, as the last ones took."""
@@ -70,7 +70,7 @@ class Watch:
         """
         bad = data.warning.number[_DIVERGED]  # a view: what MuJoCo counts is seen in it
         bad[:] = 0
-        point = self._sim.physics_point
+        point = self._sim.interruptions.physics_point
         began = before = time.perf_counter()
         worked, longest = time.thread_time(), self._sim.limits.step_seconds
         done = 0
@@ -116,10 +116,10 @@ class Watch:
                 count,
                 whole,
             )
-        self._sim.serve_others()
+        self._sim.interruptions.serve_others()
 
 
-def _too_slow(seconds: float, sim: Simulation) -> str:
+def _too_slow(seconds: float, sim: LiveScene) -> str:
     reached = sim.limits.reached("step_seconds", "have fewer contacts or objects")
     return (
         f"a physics step took {seconds:.1f} s of processor time; nobody can be served within one; {reached}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.placing import object_pose
+from simx_server.world.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
@@ -18,6 +19,7 @@ from .scratch import Scratch
 from .solver import Calculation, Method, Result, Solution, Solver
 
 if TYPE_CHECKING:
+    from simx_server.scene.collection import Collections
     from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -52,11 +54,12 @@ class Group:
     """Of the last handling."""
 
 
-class IkGroups:
+class IkGroups(Part):
     """All groups of the scene, by handle."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, collections: Collections) -> None:
         self._sim = sim
+        self._collections = collections
         self.scratch = Scratch(sim)
         self.random = np.random.default_rng(0)
         """For searching and planning; begins anew with each run, so that equal runs give equal numbers."""
@@ -64,10 +67,18 @@ class IkGroups:
         self._at_start: list[tuple[Group, Group]] = []
         """Groups, and copies of what they were."""
         self._complaints: set[str] = set()
-        sim.on_load.append(self._complaints.clear)
-        sim.on_start.append(self._start)
-        sim.on_stop.append(self._stop)
-        sim.on_pass_begin.append(self.handle_automatic)
+
+    def scene_changed(self) -> None:
+        self._registry.forget()
+
+    def scene_loaded(self) -> None:
+        self._complaints.clear()
+
+    def run_started(self) -> None:
+        self._start()
+
+    def run_stopped(self) -> None:
+        self._stop()
 
     def find(self, name: str) -> int:
         """The handle of a group. Raises CommandError that lists them."""
@@ -156,7 +167,7 @@ class IkGroups:
         return [group for _, group in self._registry.all().values()]
 
     def _read(self, name: str, note: Annotation) -> Group:
-        named = self._sim.collections.named
+        named = self._collections.named
         base = named(str(note["base"])) if "base" in note else -1
         wanted = Constraint(0)
         for word in str(note.get("constraints", "pose")).split(","):

@@ -26,6 +26,7 @@ from .validity import Pairs, Validity
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 class SpaceKind(IntEnum):
@@ -94,18 +95,20 @@ FINEST, COARSEST = 0.001, 0.005
 class Solving:
     """A task on the scene as it is now."""
 
-    def __init__(self, sim: Simulation, task: Task) -> None:
+    def __init__(self, world: World, task: Task) -> None:
         """Raises CommandError: no space, objects that cannot be moved on a scratch state."""
         if not task.spaces:
             raise CommandError(
                 f"task '{task.name}' has no state space; give it some with simOMPL.setStateSpace"
             )
+        sim = world.simulation
         self._sim = sim
+        self._random = world.ik_groups.random
         self._task = task
         self._writers = [_Writer(sim, space) for space in task.spaces]
         moved = [writer.body for writer in self._writers]
         own_model = any(writer.is_fixed for writer in self._writers)
-        self._validity = Validity(sim, moved, task.pairs, own_model=own_model) if task.pairs else None
+        self._validity = Validity(world, moved, task.pairs, own_model=own_model) if task.pairs else None
         self.space = self._space()
 
     def is_valid(self, state: Array, margin: float = 0.0) -> bool:
@@ -159,8 +162,8 @@ class Solving:
         return Planner(
             self.space,
             self.is_valid,
-            self._sim.ik_groups.random,
-            self._sim.serve_others,
+            self._random,
+            self._sim.interruptions.serve_others,
             lambda state: self.is_valid(state, MARGIN),
         )
 

@@ -18,7 +18,7 @@ from .chain import Joints
 from .scratch import Array, copy_positions
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 Pairs = list[tuple[int, int]]
 """Entities (objects, collections, or sim.handle_all as second) that must not meet."""
@@ -42,22 +42,23 @@ class Validity:
     """
 
     def __init__(
-        self, sim: Simulation, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
+        self, world: World, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
     ) -> None:
         """`moved`: MuJoCo ids of the bodies that are moved against their parents.
 
         `own_model`: places of bodies are written too, so they are those of a copy.
         """
+        sim = world.simulation
         self.model = copy.copy(sim.model) if own_model else sim.model
         self._data = mujoco.MjData(self.model)
         copy_positions(sim.data, self._data)
-        self._instants = sim.instants
+        self._instants = world.instants
         self.checks = 0
         """How often it was called."""
-        instant = sim.instants.now()
+        instant = world.instants.now()
         chosen: set[tuple[int, int]] = set()
         for first, second in pairs:
-            mine, theirs = sim.meters.collisions.entities(first, second)
+            mine, theirs = world.meters.collisions.entities(first, second)
             others = instant.geoms_of(theirs).tolist()
             for one in instant.geoms_of(mine).tolist():
                 chosen.update((min(one, other), max(one, other)) for other in others if other != one)
@@ -104,10 +105,11 @@ class Validity:
         )
 
 
-def of_joints(sim: Simulation, joints: Joints, pairs: Pairs, margin: float = 0.0) -> Callable[[Array], bool]:
+def of_joints(world: World, joints: Joints, pairs: Pairs, margin: float = 0.0) -> Callable[[Array], bool]:
     """The same as a function of joint values (n,)."""
-    moved = {int(sim.model.jnt_bodyid[sim.model.dof_jntid[dof]]) for dof in joints.dofs}
-    validity = Validity(sim, moved, pairs)
+    model = world.simulation.model
+    moved = {int(model.jnt_bodyid[model.dof_jntid[dof]]) for dof in joints.dofs}
+    validity = Validity(world, moved, pairs)
 
     def is_valid(values: Array) -> bool:
         def place(data: mujoco.MjData) -> None:

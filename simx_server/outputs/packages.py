@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -26,14 +28,21 @@ def package(name: str, flag: str, extra: str) -> Any:
 class NewFile:
     """A file that only grows, each write at once in the system's hands, so a kill of the process takes none of it."""
 
-    def __init__(self, path: Path, flag: str) -> None:
-        """Raises OutputError: it cannot be written there, or there is something already."""
+    def __init__(self, path: Path, flag: str, *, begin: bytes = b"", is_private: bool = False) -> None:
+        """Write `begin`. Raises OutputError: it cannot be written there, or there is something already."""
+        self.path = path
         try:
             if path.is_file() and path.stat().st_size:
                 raise OutputError(
                     f"'{path}' exists already and is not written over; give another {flag}, or delete it"
                 )
-            self._file = path.open("wb", buffering=0)
+            mode = 0o600 if is_private else 0o666
+            self._file = FileIO(path, "wb", opener=lambda name, flags: os.open(name, flags, mode))
+            try:
+                self.write(begin)
+            except OSError:
+                self.close()
+                raise
         except OSError as error:
             raise OutputError(
                 f"'{path}' cannot be written: {error.strerror}; give {flag} a file in a folder that may be written"
@@ -45,6 +54,9 @@ class NewFile:
         while rest:
             rest = rest[self._file.write(rest) :]
         return len(data)
+
+    def truncate(self, size: int) -> None:
+        self._file.truncate(size)
 
     def tell(self) -> int:
         return self._file.tell()

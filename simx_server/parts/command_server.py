@@ -6,14 +6,26 @@ from typing import TYPE_CHECKING
 
 from simx_server.files.library import shipped_models
 from simx_server.scene.models import load_model
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 COMMAND_SERVER = "remoteApiCommandServer"
 
 
-def add_command_server(sim: Simulation) -> None:
+def add_command_server(world: World) -> None:
     """Add it to the scene unless that has one. To be called when a scene was loaded."""
+    sim = world.simulation
     if sim.scene.by_name(COMMAND_SERVER) is None:
-        load_model(sim, shipped_models() / "remote_api_command_server.xml")
+        load_model(world, shipped_models() / "remote_api_command_server.xml")
+
+
+class CommandServer(Part):
+    """Adds the object to every scene that is loaded."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def scene_loaded(self) -> None:
+        add_command_server(self._world)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from simx_server.world.part import Part
+
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
@@ -21,15 +23,18 @@ HIDDEN = "\0"
 _TEMPORARY = "@tmp"
 
 
-class CustomData:
+class CustomData(Part):
     """All of one simulation."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._known: dict[int, dict[str, bytes]] = {}
-        sim.on_load.append(self._forget_scene)
-        sim.on_close.append(self._forget_scene)
-        sim.on_stop.append(self._forget_temporary)
+
+    def scene_changed(self) -> None:
+        self._forget_scene()
+
+    def run_stopped(self) -> None:
+        self._forget_temporary()
 
     def write(self, handle: int, name: str, data: bytes) -> None:
         """Keep it; with no data what has this name is removed, with no name everything.

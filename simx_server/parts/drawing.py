@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import IDENTITY, Pose, add, inverse, multiply, rotate
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -135,7 +136,7 @@ class DrawingObject:
         return math.dist(item[:count], other[:count]) < self.tolerance
 
 
-class DrawingObjects:
+class DrawingObjects(Part):
     """All drawing objects. Those of a run end with it, all with their scene, and each with its parent."""
 
     def __init__(self, sim: Simulation) -> None:
@@ -144,8 +145,12 @@ class DrawingObjects:
         self._next = FIRST_HANDLE
         self.version = 0
         """Another number whenever something was drawn or removed."""
-        for listeners in (sim.on_stop, sim.on_load, sim.on_close):
-            listeners.append(self.remove_all)
+
+    def run_stopped(self) -> None:
+        self.remove_all()
+
+    def scene_changed(self) -> None:
+        self.remove_all()
 
     def create(
         self,

@@ -15,6 +15,7 @@ from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -140,16 +141,19 @@ class Graph:
         )
 
 
-class Graphs:
+class Graphs(Part):
     """The graphs of the scene, by the handle of the object that stands for each."""
 
     def __init__(self, sim: Simulation) -> None:
         """To be attached after the scripts: a pass records what they set in it."""
         self._sim = sim
         self._graphs: dict[int, Graph] = {}
-        sim.on_sensing.append(self._record)
-        for listeners in (sim.on_start, sim.on_load, sim.on_close):
-            listeners.append(self._graphs.clear)
+
+    def run_started(self) -> None:
+        self._graphs.clear()
+
+    def scene_changed(self) -> None:
+        self._graphs.clear()
 
     def get(self, handle: int) -> Graph:
         """The graph that an object stands for; empty at first. Raises UnknownHandle."""
@@ -171,7 +175,7 @@ class Graphs:
             stream.samples.clear()
             stream.pending = None
 
-    def _record(self) -> None:
+    def record_all(self) -> None:
         time = self._sim.time + self._sim.time_step
         for handle in self.handles():
             self.record(handle, time)

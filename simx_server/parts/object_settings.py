@@ -13,6 +13,7 @@ from simx_server.scene.geometry.poses import conjugate, rotate
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.respondable import ALL_MASKS, set_masks
 from simx_server.sensors.vision.visibility import VISIBLE_GROUPS
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -37,7 +38,7 @@ class _Settings:
     mask: int = ALL_MASKS
 
 
-class ObjectSettings:
+class ObjectSettings(Part):
     """The settings of all objects of the scene, by handle. A run's changes are taken back when it stops."""
 
     def __init__(self, sim: Simulation) -> None:
@@ -46,10 +47,15 @@ class ObjectSettings:
         self._before_the_run: dict[int, _Settings] = {}
         self.visible_layers = _VISIBLE
         """`sim_intparam_visible_layers`: what cameras show."""
-        sim.on_load.append(self._forget)
-        sim.on_close.append(self._forget)
-        sim.on_start.append(self._begin_run)
-        sim.on_stop.append(self._end_run)
+
+    def scene_changed(self) -> None:
+        self._forget()
+
+    def run_started(self) -> None:
+        self._begin_run()
+
+    def run_stopped(self) -> None:
+        self._end_run()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Give copies (handle of the original to that of the copy) what their originals have."""

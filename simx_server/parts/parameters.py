@@ -18,10 +18,16 @@ from typing import TYPE_CHECKING, Protocol
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.world.part import Part
 
 from .parameter_table import Parameter, Table, kept, only
 
 if TYPE_CHECKING:
+    from simx_server.parts.object_settings import ObjectSettings
+    from simx_server.parts.user_interface import UserInterface
+    from simx_server.sensors.distance.meters import Meters
+    from simx_server.sensors.proximity.proximity import ProximitySensors
+    from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -115,18 +121,32 @@ class Pace(Protocol):
     """Simulated seconds per wall second; infinity for as fast as possible."""
 
 
-class Parameters:
+class Parameters(Part):
     """Every parameter of one simulation."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(
+        self,
+        sim: Simulation,
+        meters: Meters,
+        proximity: ProximitySensors,
+        vision: VisionSensors,
+        object_settings: ObjectSettings,
+        user_interface: UserInterface,
+        arguments: tuple[str, ...] = (),
+    ) -> None:
         self._sim = sim
+        self._meters = meters
+        self._proximity = proximity
+        self._vision = vision
+        self._object_settings = object_settings
+        self._user_interface = user_interface
         self._random = random.Random(0)  # the same numbers in every run of the server
         self._speed_index = 0
         self._page = 0
         self.error_report_mode = c.sim_api_errormessage_report
         """Integer parameter 0, bits: errors reach simxGetLastErrors (1), the status bar (2); the log in any case."""
-        self.arguments: tuple[str, ...] = ()
-        """What the server was started with for the programs that ask; set by the composition."""
+        self.arguments = arguments
+        """What the server was started with for the programs that ask."""
         self.end: Callable[[], None] | None = None
         """Set by the composition: ends the server."""
         self.stop_requests = 0
@@ -135,13 +155,17 @@ class Parameters:
         """Set by the composition; without it the simulation is paced by its caller."""
         self.is_waiting_for_trigger: Callable[[], bool] = lambda: False
         """Set by the composition: whether a stepped simulation waits (boolean 45)."""
-        sim.on_stop.append(lambda: self._change_speed(0))
-        sim.on_stopping.append(self._count_stop)
         self.booleans = Table("boolean", self._booleans())
         self.integers = Table("integer", self._integers())
         self.floats = Table("float", self._floats())
         self.strings = Table("string", self._strings())
         self.arrays = Table("array", self._arrays())
+
+    def run_stopping(self) -> None:
+        self.stop_requests += 1
+
+    def run_stopped(self) -> None:
+        self._change_speed(0)
 
     def _booleans(self) -> dict[int, Parameter[bool]]:
         entries = {number: only(False, reason) for reason, numbers in _OFF.items() for number in numbers}
@@ -152,20 +176,20 @@ class Parameters:
                 lambda value: setattr(self._sim, "dynamics_enabled", value),
             ),
             c.sim_boolparam_collision_handling_enabled: Parameter(
-                lambda: self._sim.meters.collisions.enabled,
-                lambda value: setattr(self._sim.meters.collisions, "enabled", value),
+                lambda: self._meters.collisions.enabled,
+                lambda value: setattr(self._meters.collisions, "enabled", value),
             ),
             c.sim_boolparam_distance_handling_enabled: Parameter(
-                lambda: self._sim.meters.distances.enabled,
-                lambda value: setattr(self._sim.meters.distances, "enabled", value),
+                lambda: self._meters.distances.enabled,
+                lambda value: setattr(self._meters.distances, "enabled", value),
             ),
             c.sim_boolparam_proximity_sensor_handling_enabled: Parameter(
-                lambda: self._sim.proximity.enabled,
-                lambda value: setattr(self._sim.proximity, "enabled", value),
+                lambda: self._proximity.enabled,
+                lambda value: setattr(self._proximity, "enabled", value),
             ),
             c.sim_boolparam_vision_sensor_handling_enabled: Parameter(
-                lambda: self._sim.vision.enabled,
-                lambda value: setattr(self._sim.vision, "enabled", value),
+                lambda: self._vision.enabled,
+                lambda value: setattr(self._vision, "enabled", value),
             ),
             c.sim_boolparam_rml2_available: Parameter(lambda: True),
             c.sim_boolparam_rml4_available: Parameter(lambda: True),
@@ -187,17 +211,17 @@ class Parameters:
             c.sim_intparam_dynamic_step_divider: Parameter(lambda: self._sim.substeps),
             c.sim_intparam_dynamic_engine: only(MUJOCO_ENGINE, "the dynamics engine here is MuJoCo"),
             c.sim_intparam_visible_layers: Parameter(
-                lambda: self._sim.object_settings.visible_layers, self._set_visible_layers
+                lambda: self._object_settings.visible_layers, self._set_visible_layers
             ),
             c.sim_intparam_edit_mode_type: Parameter(lambda: 0),
             c.sim_intparam_platform: Parameter(lambda: _PLATFORMS.get(sys.platform, 2)),
             c.sim_intparam_scene_unique_id: Parameter(lambda: self._sim.scene_id),
-            c.sim_intparam_mouse_x: Parameter(lambda: self._sim.user_interface.mouse[0]),
-            c.sim_intparam_mouse_y: Parameter(lambda: self._sim.user_interface.mouse[1]),
+            c.sim_intparam_mouse_x: Parameter(lambda: self._user_interface.mouse[0]),
+            c.sim_intparam_mouse_y: Parameter(lambda: self._user_interface.mouse[1]),
             c.sim_intparam_core_count: Parameter(lambda: os.cpu_count() or 1),
             c.sim_intparam_stop_request_counter: Parameter(lambda: self.stop_requests),
             c.sim_intparam_program_revision: Parameter(lambda: 0),
-            c.sim_intparam_mouse_buttons: Parameter(lambda: self._sim.user_interface.mouse[2]),
+            c.sim_intparam_mouse_buttons: Parameter(lambda: self._user_interface.mouse[2]),
             c.sim_intparam_scene_index: Parameter(lambda: 0),
             c.sim_intparam_speedmodifier: Parameter(lambda: self._speed_index, self._set_speed_index),
             _SIM_INTPARAM_PROGRAM_FULL_VERSION: Parameter(lambda: PROGRAM_VERSION * 100),
@@ -221,7 +245,7 @@ class Parameters:
                 lambda: str(self._sim.scene.path.parent) if self._sim.scene.path else ""
             ),
             _SIM_STRINGPARAM_SCENE_NAME: Parameter(lambda: self._sim.scene.name),
-            _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR: Parameter(lambda: str(self._sim.workspace)),
+            _SIM_STRINGPARAM_REMOTEAPI_TEMP_FILE_DIR: Parameter(lambda: str(self._sim.files.workspace)),
             **{
                 c.sim_stringparam_app_arg1 + index: Parameter(
                     partial(self._argument, index), partial(self._set_argument, index)
@@ -236,7 +260,7 @@ class Parameters:
                 lambda: [float(value) for value in self._sim.model.opt.gravity], self._set_gravity
             ),
             c.sim_arrayparam_fog_color: Parameter(
-                lambda: list(self._sim.vision.background), self._set_background
+                lambda: list(self._vision.background), self._set_background
             ),
             c.sim_arrayparam_random_euler: Parameter(self._random_euler),
         }
@@ -254,9 +278,6 @@ class Parameters:
         if value & ~known:
             raise CommandError(f"the error report mode is 0 to {known}, not {value}")
         self.error_report_mode = value
-
-    def _count_stop(self) -> None:
-        self.stop_requests += 1
 
     def _set_speed_index(self, value: int) -> None:
         """Each step doubles the pace, each one below 0 halves it, until the run ends.
@@ -298,7 +319,7 @@ class Parameters:
         self._page = page
 
     def _set_visible_layers(self, layers: int) -> None:
-        self._sim.object_settings.visible_layers = layers & 0xFFFF
+        self._object_settings.visible_layers = layers & 0xFFFF
 
     def _set_time_step(self, seconds: float) -> None:
         """While running nothing happens and it counts as success, as in V-REP."""
@@ -312,7 +333,7 @@ class Parameters:
 
     def _set_background(self, values: list[float]) -> None:
         red, green, blue = (min(max(value, 0.0), 1.0) for value in values)
-        self._sim.vision.background = (red, green, blue)
+        self._vision.background = (red, green, blue)
 
     def _random_euler(self) -> list[float]:
         """Euler angles of a rotation that is equally likely to be any: sin(beta) is uniform."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -27,14 +28,16 @@ class _End:
     other: _End | None = None
 
 
-class Tubes:
+class Tubes(Part):
     """All of the present run; they end with it."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._ends: dict[int, _End] = {}
         self._next_handle = 1
-        sim.on_stop.append(self._ends.clear)
+
+    def run_stopped(self) -> None:
+        self._ends.clear()
 
     def open(self, header: int, name: str, size: int) -> int:
         """An end that keeps `size` packets until they are read, then drops the oldest.

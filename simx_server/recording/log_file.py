@@ -11,27 +11,22 @@ block is there as a whole or not at all: what a kill or a full disk tore off is 
 from __future__ import annotations
 
 import contextlib
-import logging
-import os
 import struct
-import threading
 import zlib
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO
 
 import msgpack
 
-from .records import Record, checked
+from simx_server.outputs.file_thread import FileThread
+from simx_server.outputs.packages import NewFile
 
-logger = logging.getLogger(__name__)
+from .records import Record, checked
 
 MAGIC = b"simxlog 1\n"
 """The number counts up when an older reader could misread a recording."""
-
-PERIOD = 0.5
-"""Seconds between two blocks: what a kill may cost at most, with the time that writing one takes."""
 
 MOST_WAITING = 512 << 20
 """Bytes that may wait for a slow disk."""
@@ -41,46 +36,25 @@ _HEAD = struct.Struct("<II")
 
 
 class LogError(Exception):
-    """A recording that cannot be written, read or replayed; the text says why."""
+    """A recording that cannot be read or replayed; the text says why."""
 
 
-class LogWriter:
-    """Appends records. For one thread; never raises once it is made."""
+class LogWriter(FileThread[None]):
+    """Appends records; for one thread. `_waiting` collects them, so that a record does not wake the writing thread."""
+
+    KIND, REMAINS, LONGEST_WAIT = "recording", "replayed", 600.0
 
     def __init__(self, path: Path) -> None:
-        """Begin a recording. Raises LogError: it cannot be written there, or there is something already."""
-        self.path = path
-        try:
-            if path.is_file() and path.stat().st_size:
-                raise LogError(
-                    f"'{path}' exists already and is not written over; give another --record, or delete it"
-                )
-            # For its owner alone: it holds all that clients have sent.
-            binary = getattr(os, "O_BINARY", 0)  # or Windows makes two bytes of each that is a line's end
-            descriptor = os.open(path, os.O_CREAT | os.O_TRUNC | os.O_WRONLY | binary, 0o600)
-            self._file: BinaryIO = cast(BinaryIO, os.fdopen(descriptor, "wb", buffering=0))
-            try:
-                self._write(MAGIC)
-            except OSError:
-                self._file.close()
-                raise
-        except OSError as error:
-            raise LogError(
-                f"'{path}' cannot be written: {error.strerror}; give --record a file in a folder that may be written"
-            ) from None
+        """Begin a recording. Raises OutputError: it cannot be written there, or there is something already."""
+        # For its owner alone: it holds all that clients have sent.
+        super().__init__(NewFile(path, "--record", begin=MAGIC, is_private=True))
         self._size = len(MAGIC)
         self._pack = msgpack.Packer(unicode_errors="surrogateescape").pack
         self._waiting: deque[bytes] = deque()
-        self._come = self._gone = 0
-        """Bytes, so far; each counted by one thread alone."""
-
-        self.has_failed = False
-        self._is_over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="simx-record", daemon=True)
-        self._thread.start()
+        self._start()
 
     def put(self, *record: Any) -> None:
-        """One record. It is written within `PERIOD`."""
+        """Write a record within `PERIOD`."""
         self.put_packed(self._pack(record))
 
     def put_packed(self, record: bytes) -> None:
@@ -88,23 +62,14 @@ class LogWriter:
             return
         self._come += len(record)
         self._waiting.append(record)
-        if self._come - self._gone > MOST_WAITING:
+        if self.waiting > MOST_WAITING:
             self._fail(f"the disk is too slow: {MOST_WAITING >> 20} MiB wait for it")
 
     def close(self) -> None:
-        """Write what is left."""
-        self._is_over.set()
-        self._thread.join()
-        self._file.close()
+        super().close()
+        self._waiting.clear()
 
-    def _run(self) -> None:
-        while not self._is_over.wait(PERIOD):
-            self._write_block()
-        self._write_block()
-
-    def _write_block(self) -> None:
-        if self.has_failed:
-            self._waiting.clear()
+    def _flush(self) -> None:
         while (count := len(self._waiting)) and not self.has_failed:
             records: list[bytes] = []
             size = 0
@@ -113,27 +78,15 @@ class LogWriter:
                 size += len(records[-1])
             content = b"".join(records)
             try:
-                self._write(_HEAD.pack(len(content), zlib.crc32(content)) + content)
-            except OSError as error:
-                self._fail(error.strerror or str(error))
+                self._file.write(_HEAD.pack(len(content), zlib.crc32(content)) + content)
+            except OSError:
                 with contextlib.suppress(OSError):  # a torn block does no harm either
-                    os.ftruncate(self._file.fileno(), self._size)
-                return
+                    self._file.truncate(self._size)
+                raise
             self._size += _HEAD.size + size
             self._gone += size
 
-    def _write(self, data: bytes) -> None:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[self._file.write(rest) :]
-
-    def _fail(self, why: str) -> None:
-        self.has_failed = True
-        logger.error(
-            "the recording '%s' ends here: %s; what is in it can be replayed, and the server goes on",
-            self.path,
-            why,
-        )
+    _finish = _flush
 
 
 class LogReader:

@@ -88,11 +88,12 @@ class Opened:
 
     def attach(self, simulation: Simulation) -> None:
         """Let files' names mean what they meant."""
-        simulation.sources = self._sources(simulation.sources)
+        simulation.files.sources = self._sources(simulation.files.sources)
         # What was refused may be here all the same, as a part of the scene that the server was started with.
         is_old = self.header.get("sources") is None
-        simulation.more_folders.append(self._folder if is_old else simulation.sources.shipped)
-        simulation.find_file = self._find
+        folder = self._folder if is_old else simulation.files.sources.shipped
+        simulation.files.more_folders = [*simulation.files.more_folders, folder]
+        simulation.files.find = self._find
 
     def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:
         """(an event, what stands behind it and belongs to it or to a pass that follows, the next event)."""

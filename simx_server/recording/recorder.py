@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 from simx_server.app.setting_conflicts import DECISIVE
+from simx_server.world.part import Part
 
 from .. import __version__
 from . import state
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from simx_server.app.settings import Settings
     from simx_server.runtime.server_loop import Engine
     from simx_server.scene.formats.sources import Sources
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 DIGEST_EVERY = 20
 """Passes between two digests of all quantities; positions and velocities are noted after each."""
@@ -43,7 +44,7 @@ OUTSIDE = -1
 _IDLE = bytes((0x91, Kind.IDLE))
 
 
-class Recorder:
+class Recorder(Part):
     """Listens to a simulation and its engine. Physics thread only."""
 
     def __init__(self, path: Path, settings: Settings) -> None:
@@ -59,11 +60,12 @@ class Recorder:
         self._passes = 0
         self._points = 0
         self._engine: Engine | None = None
-        self._sim: Simulation
+        self._world: World
 
-    def watch(self, simulation: Simulation, scene: Path) -> None:
+    def watch(self, world: World, scene: Path) -> None:
         """Note which files are read; to be called when the simulation has its parts, before it loads this one."""
-        self._sim = simulation
+        self._world = world
+        simulation = world.simulation
         header: dict[str, Any] = {
             "server": __version__,
             "mujoco": mujoco.__version__,
@@ -73,28 +75,28 @@ class Recorder:
             "python": platform.python_version(),
             "began": self.began,
             "scene": str(scene.resolve()),
-            "workspace": str(simulation.workspace),
-            "sources": simulation.sources.described(),
+            "workspace": str(simulation.files.workspace),
+            "sources": simulation.files.sources.described(),
             **{name: _as_flag(getattr(self._settings, name)) for name in DECISIVE},
         }
         self._log.put(Kind.HEADER, header)
-        simulation.on_file.append(self._read)
-        find = simulation.find_file
+        simulation.attach(self)
+        find = simulation.files.find
 
         def find_and_note(text: str, is_model: bool) -> Path:
             found = find(text, is_model)
             self._log.put(Kind.FOUND, text, is_model, str(found))
             return found
 
-        simulation.find_file = find_and_note
-        self._read(scene, simulation.sources)
+        simulation.files.find = find_and_note
+        self.file_read(scene, simulation.files.sources)
 
     def begin(self, engine: Engine) -> None:
         """Record from now on what this engine does."""
         self._engine = engine
         engine.recorder = self
-        self._sim.script_point = self._sim.physics_point = self._count_point
-        self._sim.on_stopping.append(self._stopping)
+        points = self._world.simulation.interruptions
+        points.script_point = points.physics_point = self._count_point
 
     def close(self) -> None:
         """End the recording."""
@@ -127,10 +129,10 @@ class Recorder:
         if not is_advancing:
             self._log.put_packed(_IDLE)
             return
-        self._log.put(Kind.PASS, state.of_pass(self._sim.data))
+        self._log.put(Kind.PASS, state.of_pass(self._world.simulation.data))
         self._passes += 1
         if self._passes % DIGEST_EVERY == 0:
-            self._log.put(Kind.STATE, False, state.digests(self._sim))
+            self._log.put(Kind.STATE, False, state.digests(self._world))
 
     def ending(self) -> None:
         """The server is going to stop the simulation and to leave."""
@@ -138,7 +140,7 @@ class Recorder:
 
     def ended(self) -> None:
         """The simulation stands still for good: what a replay has to come to, also if no pass was made."""
-        self._log.put(Kind.STATE, False, state.digests(self._sim))
+        self._log.put(Kind.STATE, False, state.digests(self._world))
 
     # --- the simulation --------------------------------------------------------------------------
 
@@ -148,10 +150,11 @@ class Recorder:
     def _count_point(self) -> None:
         self._points += 1
 
-    def _stopping(self) -> None:
-        self._log.put(Kind.STATE, True, state.digests(self._sim))
+    def run_stopping(self) -> None:
+        if self._engine is not None:
+            self._log.put(Kind.STATE, True, state.digests(self._world))
 
-    def _read(self, path: Path, sources: Sources) -> None:
+    def file_read(self, path: Path, sources: Sources) -> None:
         for file in files_of(path, sources):
             try:
                 content = file.read_bytes()

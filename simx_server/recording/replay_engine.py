@@ -10,12 +10,12 @@ import time
 from collections import deque
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.commands import TABLE
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.inbox import Arrival
 from simx_server.runtime.server_loop import Engine
-from simx_server.world.simulation import Simulation
 
 from ..errors import CommandError
 from ..handlers import HANDLERS
@@ -23,8 +23,11 @@ from ..handlers.registry import Handler
 from .log_file import LogError
 from .records import Kind, Record
 
-_PICTURES = ("simxGetVisionSensorImage", "simxGetVisionSensorDepthBuffer", "simxReadVisionSensor")
-"""Commands that ask for a picture and change nothing."""
+if TYPE_CHECKING:
+    from simx_server.world.world import World
+
+_PICTURES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
+"""Commands that ask for an image and change nothing."""
 
 
 class NoPicture(CommandError):
@@ -40,16 +43,17 @@ class Divergence(Exception):
 class ReplayEngine(Engine):
     """An engine whose loop is the recording."""
 
-    def __init__(self, simulation: Simulation, *, has_physics_points: bool = True) -> None:
+    def __init__(self, world: World, *, has_physics_points: bool = True) -> None:
         skipped = {name: _without_picture(HANDLERS[name]) for name in _PICTURES}
-        super().__init__(simulation, {**HANDLERS, **skipped}, Pacer(math.inf))
+        super().__init__(world, {**HANDLERS, **skipped}, Pacer(math.inf))
         self.points = 0
         self._due: deque[tuple[int, Record]] = deque()
         """What came within a script's run, and after which event of the recording it stands there."""
 
         self._clients: dict[int, str] = {}
-        simulation.script_point = self._reach_point
-        simulation.physics_point = self._reach_point if has_physics_points else None
+        points = world.simulation.interruptions
+        points.script_point = self._reach_point
+        points.physics_point = self._reach_point if has_physics_points else None
 
     def post(self, event: Any) -> None:
         """Nobody waits: what an answer leads to is in the recording as well."""

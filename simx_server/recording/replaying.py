@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from simx_client.protocol.windows import ADD_ON as WINDOWS
-from simx_server.world.simulation import Simulation
+from simx_server.world.part import Part
 
 from ..viewer.feed import Feed
 from ..viewer.messages import ADD_ON
@@ -15,6 +15,9 @@ from . import state
 from .opened import Opened
 from .records import Kind, Record
 from .replay_engine import Divergence, ReplayEngine
+
+if TYPE_CHECKING:
+    from simx_server.world.world import World
 
 
 class Outcome(NamedTuple):
@@ -50,12 +53,13 @@ class Outcome(NamedTuple):
         return what + cut
 
 
-def replay(recording: Opened, simulation: Simulation) -> Outcome:
+def replay(recording: Opened, world: World) -> Outcome:
     """Do all that was recorded, and compare. Raises Divergence, LogError."""
-    engine = ReplayEngine(simulation, has_physics_points=bool(recording.header.get("physics_points")))
-    simulation.scripts.add_ons[WINDOWS] = Windows()
-    simulation.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
-    states = _States(simulation)
+    simulation = world.simulation
+    engine = ReplayEngine(world, has_physics_points=bool(recording.header.get("physics_points")))
+    world.scripts.add_ons[WINDOWS] = Windows()
+    world.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
+    states = _States(world)
     passes = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
         kind = event[0]
@@ -84,17 +88,21 @@ def replay(recording: Opened, simulation: Simulation) -> Outcome:
     return Outcome(passes, batches, states.compared, False, recording.damage)
 
 
-class _States:
+class _States(Part):
     """The simulation's states beside the recorded ones."""
 
-    def __init__(self, simulation: Simulation) -> None:
-        self._sim = simulation
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._sim = world.simulation
         self._made: deque[list[bytes]] = deque()
         """At stops."""
         self._recorded: deque[list[bytes]] = deque()
         self._of_pass: list[bytes] | None = None
         self.compared = 0
-        simulation.on_stopping.append(lambda: self._made.append(state.digests(simulation)))
+        self._sim.attach(self)
+
+    def run_stopping(self) -> None:
+        self._made.append(state.digests(self._world))
 
     def expect(self, record: Record) -> None:
         """What was recorded behind an event."""
@@ -116,7 +124,7 @@ class _States:
             self._refuse(state.differences_of_pass(made, event[1]))
         digests, self._of_pass = self._of_pass, None
         if digests is not None:
-            self._refuse(state.differences(state.digests(self._sim), digests))
+            self._refuse(state.differences(state.digests(self._world), digests))
         while self._made and self._recorded:
             self._refuse(state.differences(self._made.popleft(), self._recorded.popleft()), " at a stop")
         if self._made and not is_last:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree
 
+from simx_server.files.regular_files import is_file
 from simx_server.scene.formats.includes import included_files
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
@@ -54,11 +55,4 @@ def _is_urdf(path: Path) -> bool:
 
 def _existing(folders: list[Path], names: list[str]) -> list[Path]:
     paths = (folder / name for folder in folders for name in names if not Path(name).is_absolute())
-    return list(dict.fromkeys(path.resolve() for path in paths if _is_file(path)))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return list(dict.fromkeys(path.resolve() for path in paths if is_file(path)))

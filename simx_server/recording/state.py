@@ -14,7 +14,8 @@ import numpy as np
 from simx_server.world.saved_state import get_state
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.parts.signals import Signals
+    from simx_server.world.world import World
 
 DIGEST = 8
 """Bytes of a digest (BLAKE2b): by chance two states share one once in 10**19 times."""
@@ -44,9 +45,9 @@ def differences_of_pass(one: bytes, other: bytes) -> list[str]:
     return [name for place, name in enumerate(names) if one[4 * place :][:4] != other[4 * place :][:4]]
 
 
-def digests(sim: Simulation) -> list[bytes]:
+def digests(world: World) -> list[bytes]:
     """One of each quantity, in order of `QUANTITIES`."""
-    return [hashlib.blake2b(b"".join(parts), digest_size=DIGEST).digest() for parts in _quantities(sim)]
+    return [hashlib.blake2b(b"".join(parts), digest_size=DIGEST).digest() for parts in _quantities(world)]
 
 
 def differences(one: Sequence[object], other: Sequence[object]) -> list[str]:
@@ -69,7 +70,8 @@ QUANTITIES = (
 )
 
 
-def _quantities(sim: Simulation) -> Iterator[list[Any]]:
+def _quantities(world: World) -> Iterator[list[Any]]:
+    sim = world.simulation
     model, data = sim.model, sim.data
     yield [struct.pack("<qdd", sim.pass_count, sim.time_step, data.time), sim.state.value.encode()]
     yield [data.qpos.tobytes()]
@@ -79,12 +81,12 @@ def _quantities(sim: Simulation) -> Iterator[list[Any]]:
     yield [data.qfrc_applied.tobytes(), data.xfrc_applied.tobytes()]
     yield [get_state(model, data).tobytes()]
     yield [np.ascontiguousarray(getattr(model, name)).tobytes() for name in _MODEL]
-    yield list(_signals(sim))
+    yield list(_signals(world.signals))
 
 
-def _signals(sim: Simulation) -> Iterator[bytes]:
-    for name, number in sorted([*sim.signals.integers.items(), *sim.signals.floats.items()]):
+def _signals(signals: Signals) -> Iterator[bytes]:
+    for name, number in sorted([*signals.integers.items(), *signals.floats.items()]):
         yield f"{name!r}={number!r};".encode("utf-8", "surrogateescape")
-    for name, text in sorted(sim.signals.strings.items()):
+    for name, text in sorted(signals.strings.items()):
         yield f"{name!r}:{len(text)};".encode("utf-8", "surrogateescape")
         yield text if len(text) <= _LONG else b""

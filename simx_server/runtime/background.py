@@ -13,7 +13,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
+
+from simx_client.protocol.commands import Command
+from simx_server.errors import CommandError
 
 Result = TypeVar("Result")
 
@@ -50,6 +54,41 @@ class Task(Generic[Result]):
 
 Steps = Generator[Task[Any], None, Result]
 """A call that takes several steps; what it returns is its result."""
+
+
+@dataclass(eq=False)
+class Unfinished:
+    """A call of which a step is to be done beside the physics thread."""
+
+    command: Command
+    steps: Steps[Any]
+    task: Task[Any]
+    """The step."""
+
+    def all_steps(self) -> Steps[Any]:
+        """Yield this step, and those behind it."""
+        yield self.task
+        return (yield from self.steps)
+
+    def abandon(self) -> None:
+        """Give the call up, as its client has left or cannot wait for it."""
+        self.task.give_up()
+        self.steps.close()
+
+
+def wait_for_step(call: Unfinished) -> Unfinished:
+    """Leave the step to the caller of `Executor.execute`."""
+    return call
+
+
+def refuse_steps(call: Unfinished) -> None:
+    """Refuse a call of a stream, which is executed after each simulation step and would take longer.
+
+    Raises:
+        CommandError: always.
+    """
+    call.abandon()
+    raise CommandError("a file that a client sent cannot be loaded by a stream; call it with a blocking mode")
 
 
 def beside(work: Callable[[], Result], give_up: Callable[[], object] = lambda: None) -> Steps[Result]:

@@ -1,12 +1,12 @@
-"""What a batch of calls leads to: each call is executed in its order, and answered now or when its result is there.
+"""Execute batches of calls: each call in its order, answered at once or when its result is there.
 
-A trigger in the middle of a batch lets what follows wait for the pass, or for the client's next batch. So does a paced
-call (`pacing`), which waits itself as well.
+A trigger in the middle of a batch lets the calls behind it wait for the simulation step, or for the client's next
+batch. So does a paced call (`pacing.py`), which waits itself as well.
 
-A batch that takes long is executed in slices while others wait, and these are served in between. No simulation step is
-made meanwhile, so that what a client sends together still acts together, unless it takes very long.
+A batch that takes long is executed in slices while other clients wait, and these are served in between. No simulation
+step is made meanwhile, so that the calls of one batch act together, unless the batch takes very long.
 
-A call that takes several steps (`steps.py`) keeps what follows of its client waiting, and nobody else.
+A call that takes several steps (`background.py`) keeps the other calls of its client waiting, and no other client.
 """
 
 from __future__ import annotations
@@ -15,18 +15,22 @@ import logging
 import time
 from concurrent.futures import Future
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
-from simx_client.protocol.commands import TRIGGER
-from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Call, Operation, Reply
+from simx_client.protocol.commands import TRIGGER, Command
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Batch, Call, Operation, Reply
 from simx_server.limits import LimitReached
 
-from .dispatch import DONE, Answer, Dispatch, Run, Unfinished
+from .answers import DONE, Answer
+from .background import Unfinished, refuse_steps, wait_for_step
+from .dispatch import Work, no_such_command
+from .executor import Executor
 from .inbox import Inbox
+from .monitoring.metrics import UNKNOWN
 from .outbox import Outbox
 from .publishing import Publisher
-from .replies import Replies
+from .replies import Messages, Replies
 from .sessions import ClientSession, Interrupted
 
 if TYPE_CHECKING:
@@ -51,14 +55,23 @@ class Batches:
     """Executes the batches of all clients. Physics thread only, except where it says otherwise."""
 
     def __init__(
-        self, engine: Engine, dispatch: Dispatch, publisher: Publisher, inbox: Inbox, outbox: Outbox
+        self,
+        engine: Engine,
+        executor: Executor,
+        publisher: Publisher,
+        messages: Messages,
+        inbox: Inbox,
+        outbox: Outbox,
     ) -> None:
         self._engine = engine
-        self._dispatch = dispatch
-        self._publisher = publisher
+        self._dispatch, self._executor = executor.dispatch, executor
+        self._publisher, self._messages = publisher, messages
         self._inbox, self._outbox = inbox, outbox
         self.executing = ""
         """The client whose batch is being executed."""
+
+        self.command = ""
+        """The command that is being executed for it."""
 
         self._waiting_for_step: dict[str, Interrupted] = {}
         """What paced calls keep waiting, by client."""
@@ -67,31 +80,20 @@ class Batches:
         """The clients whose batch is executed in part, and until when it holds up simulation steps."""
 
     def execute(self, client: str, payload: bytes) -> None:
-        """Do what a batch says, and have it answered."""
+        """Execute a batch and put its replies into the outbox."""
         session = self._engine.sessions.get(client)
         if session is None:
             logger.debug("calls of a client that has not said hello or has gone")
             return
         if self._engine.recorder is not None:
             self._engine.recorder.batch(client, payload)
-        limits = self._engine.simulation.limits
-        try:
-            if len(payload) > limits.message:
-                self._refuse(session, payload, limits.reached("message", "send less at a time"))
-                return
-            batch = decode_batch(payload)
-            if len(batch.calls) > limits.calls:
-                self._refuse(session, payload, limits.reached("calls", "send less at a time"))
-                return
-        except CodecError as error:
-            if session.is_news("unreadable"):
-                logger.warning("client %s sent something unreadable: %s", session.name, error)
-            session.errors.append(str(error))
+        batch = self._read(session, payload)
+        if batch is None:
             return
-        while session.interrupted is not None:  # this batch may be what lets its pass come
+        while session.interrupted is not None:  # this batch may be what lets its step come
             self._outbox.send()
             self.execute_rest(session)
-        if early := session.before_trigger[:]:  # its pass has not come: they must not come after newer ones
+        if early := session.before_trigger[:]:  # its step has not come: they must not come after newer ones
             session.before_trigger.clear()
             self._outbox.put(session, early)
         self._outbox.send_before(batch.calls)
@@ -99,8 +101,25 @@ class Batches:
         session.message_id, session.client_time = batch.message_id, batch.client_time
         self._execute(session, batch.calls, [])
 
+    def _read(self, session: ClientSession, payload: bytes) -> Batch | None:
+        """Return the batch; None if it is unreadable or beyond a limit, which the client is told."""
+        limits = self._engine.simulation.limits
+        try:
+            exceeded = "message"
+            if len(payload) <= limits.message:
+                batch = decode_batch(payload)
+                if len(batch.calls) <= limits.calls:
+                    return batch
+                exceeded = "calls"
+            self._refuse(session, payload, limits.reached(exceeded, "send less at a time"))
+        except CodecError as error:
+            if session.is_news("unreadable"):
+                logger.warning("client %s sent something unreadable: %s", session.name, error)
+            session.errors.append(str(error))
+        return None
+
     def execute_rest(self, session: ClientSession) -> None:
-        """What waits for a pass, of the batch that is interrupted."""
+        """Execute the rest of a batch that was interrupted."""
         batch = session.interrupted
         session.interrupted = None  # until there is another reason to wait in the rest
         assert batch is not None
@@ -110,7 +129,7 @@ class Batches:
 
     @property
     def are_waiting_for_step(self) -> bool:
-        """Whether paced calls wait for a pass."""
+        """Whether paced calls wait for a simulation step."""
         return bool(self._waiting_for_step)
 
     @property
@@ -124,7 +143,7 @@ class Batches:
         )
 
     def end_waiting_for_step(self) -> None:
-        """A pass was made, or none will be for a while: paced calls go on, in the order of their clients' waiting."""
+        """Let paced calls go on, in their order, as a simulation step was made, or none will be for a while."""
         for client, batch in self._waiting_for_step.items():
             if session := self._engine.sessions.get(client):
                 self._engine.post_for(client, partial(self._go_on, session, batch, None))
@@ -137,91 +156,94 @@ class Batches:
         if session.is_news(str(problem)):
             logger.warning("client %s: %s", session.name, problem)
         session.errors.append(str(problem))
-        time_ms = self._publisher.time_ms()
+        time_ms = self._messages.time_ms()
         replies = [Reply(call_id, STATUS_REMOTE_ERROR, time_ms, [str(problem)]) for call_id in callers]
         self._outbox.put(session, replies)
 
     def _execute(
-        self, session: ClientSession, calls: list[Call], replies: list[Reply], *, has_waited: bool = False
+        self, session: ClientSession, calls: list[Call], made: list[Reply], *, has_waited: bool = False
     ) -> None:
-        """Execute calls of a batch; `replies` are those to calls before these.
+        """Execute calls of a batch in their order, until one of them lets the rest wait.
 
         Args:
-            has_waited: the first of the calls was paced, and the pass it waited for was made.
+            made: the replies to the calls before these.
+            has_waited: the first of the calls was paced, and the simulation step it waited for was made.
         """
-        before, self.executing = self.executing, session.client
-        command_before = self._dispatch.executing
-        run = self._dispatch.run(session)
-        try:
-            self._execute_in_order(session, run, calls, Replies(replies), has_waited)
-        finally:
-            run.end()
-            self.executing, self._dispatch.executing = before, command_before
-            if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
-                self._in_slices.pop(session.client, None)
-
-    def _execute_in_order(
-        self, session: ClientSession, run: Run, calls: list[Call], replies: Replies, has_waited: bool
-    ) -> None:
-        now = time.perf_counter
+        outer, self.executing = (self.executing, self.command), session.client
+        replies, tally = Replies(made), self._executor.tally(session.called)
+        bound: str | None = None
+        command: Command | None = None
+        work: Work | None = None
+        now, execute, at_step = time.perf_counter, self._executor.execute, self._at_step
         until = now() + SLICE
-        for position, call in enumerate(calls, 1):
-            call_id, operation, delay_ms, name, arguments = call
-            if now() >= until and position > 1:
-                if self._may_be_sliced():
-                    if replies.made:  # to put all into one message at the end would take long as well
-                        self._outbox.put(session, replies.made)
-                    self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
+        try:
+            for position, call in enumerate(calls, 1):
+                call_id, operation, delay_ms, name, arguments = call
+                if now() >= until and position > 1:
+                    if self._inbox.others_wait() and self._engine.may_cut_batches:
+                        if replies.made:  # to put all into one message at the end would take long as well
+                            self._outbox.put(session, replies.made)
+                        self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
+                        return
+                    until = now() + SLICE
+                if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
+                    waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
+                    session.interrupted = self._waiting_for_step[session.client] = waiting
                     return
-                until = now() + SLICE
-            if delay_ms < 0 and self._is_early(session, call) and not (has_waited and position == 1):
-                waiting = Interrupted(replies.made, calls[position - 1 :], waits_for_trigger=False)
-                session.interrupted = self._waiting_for_step[session.client] = waiting
-                return
-            if operation != _EXECUTE and operation != _STREAM:
-                self._do_without_command(session, call, replies)
-                continue
-            answer = run.execute(name, arguments)
-            if isinstance(answer, Unfinished):
-                if operation == _STREAM:
-                    answer = self._dispatch.refuse(session, answer)
-                elif self._engine.may_cut_batches:
+                if operation != _EXECUTE and operation != _STREAM:
+                    self._do_without_command(session, call, replies)
+                    continue
+                if name != bound:
+                    bound, (command, work) = name, self._dispatch.find(session, name)
+                    self.command = command.name if command else ""
+                if command is None or work is None:
+                    answer = self._refuse_unknown(session, name)
+                else:
+                    may_step = at_step if operation == _EXECUTE else refuse_steps
+                    answer = execute(session, tally, command, work, arguments, may_step)
+                if isinstance(answer, Unfinished):
                     self._await_step(
                         session, answer, call, Interrupted(replies.made, calls[position:], False)
                     )
                     return
+                time_ms = self._messages.time_ms()
+                if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
+                    replies.done(call_id, time_ms)
+                    continue
+                if operation == _STREAM and command is not None:
+                    self._publisher.arm(session, call, command, answer)
+                if not isinstance(answer, Future):
+                    status, values = answer
+                    replies.add(call_id, status, time_ms, values)
+                elif name != TRIGGER:
+                    batch = Interrupted([], [])
+                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
                 else:
-                    answer = self._dispatch.finish(session, answer)
-            time_ms = self._publisher.time_ms()
-            if delay_ms > 0 and answer is DONE and operation == _EXECUTE:
-                replies.done(call_id, time_ms)
-                continue
-            if operation == _STREAM:
-                self._publisher.arm(session, call, answer)
-            if not isinstance(answer, Future):
-                status, values = answer
-                replies.add(call_id, status, time_ms, values)
-                continue
-            before: list[Reply] = []
-            if name == TRIGGER:
-                # Whoever steps waits for the pass: all answers come in one message after it.
-                before, replies = replies.made, Replies([])
-            later = partial(self._deliver_later, session, before, call_id, time_ms)
-            if name == TRIGGER and position < len(calls):
-                # What follows is executed after the pass, or when the client's next batch comes before that.
-                session.interrupted = Interrupted(before, calls[position:])
-                later = partial(self._go_on_later, session, session.interrupted, call_id, time_ms)
-            elif name == TRIGGER:
-                session.before_trigger = before
-            answer.add_done_callback(later)
-            if session.interrupted is not None:
-                return
-        if replies.made:
-            self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+                    # All replies to a client that steps leave in one message after the simulation step. The calls
+                    # behind the trigger are executed then, or when the client's next batch comes before that.
+                    batch = Interrupted(replies.made, calls[position:])
+                    if batch.rest:
+                        session.interrupted = batch
+                    else:
+                        session.before_trigger = batch.replies
+                    answer.add_done_callback(partial(self._answered, session, batch, call_id, time_ms))
+                    return
+            if replies.made:
+                self._outbox.put(session, replies.made, is_awaited=replies.is_awaited)
+        finally:
+            tally.end()
+            self.executing, self.command = outer
+            if self._in_slices and (session.interrupted is None or not session.interrupted.is_slice):
+                self._in_slices.pop(session.client, None)
 
-    def _may_be_sliced(self) -> bool:
-        """Whether to serve others now."""
-        return self._inbox.others_wait() and self._engine.may_cut_batches
+    def _refuse_unknown(self, session: ClientSession, name: str) -> Answer:
+        """Refuse a call that names no command of the table."""
+        session.called[UNKNOWN] += 1
+        return self._executor.failure(session, name, no_such_command(name))
+
+    def _at_step(self, call: Unfinished) -> Any:
+        """Wait for the step of a call, or take all steps before anything else is done."""
+        return call if self._engine.may_cut_batches else self._executor.finish(call)
 
     def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
         """Have the rest of a batch executed when it is this client's turn again."""
@@ -243,25 +265,28 @@ class Batches:
         call.task.start()
 
     def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
-        """A step of a call is done: take the next, and then the rest of its batch."""
+        """Take the next step of a call, as one is done, and then execute the rest of its batch."""
         if session.interrupted is not batch or self._engine.sessions.get(session.client) is not session:
             return  # it has left
         assert batch.call is not None
-        before, self.executing = self.executing, session.client
-        command_before = self._dispatch.executing
+        command, steps = batch.call.command, batch.call.steps
+        outer, tally = (self.executing, self.command), self._executor.tally()
+        self.executing, self.command = session.client, command.name
         try:
-            answer = self._dispatch.go_on(session, batch.call)
+            answer = self._executor.execute(session, tally, command, lambda: steps, (), wait_for_step)
         finally:
-            self.executing, self._dispatch.executing = before, command_before
+            tally.end()
+            self.executing, self.command = outer
         if isinstance(answer, Unfinished):
             self._await_step(session, answer, asked, batch)
             return
-        assert isinstance(answer, Answer)  # no picture takes steps
-        batch.replies.append(Reply(asked.call_id, answer.status, self._publisher.time_ms(), answer.values))
+        assert not isinstance(answer, Future)  # no image takes steps
+        status, values = answer
+        batch.replies.append(Reply(asked.call_id, status, self._messages.time_ms(), values))
         self.execute_rest(session)
 
     def _is_early(self, session: ClientSession, call: Call) -> bool:
-        """Whether a paced call is to wait for a pass; it is noted as made."""
+        """Whether a paced call is to wait for a simulation step; it is noted as made."""
         if call.operation == _STREAM or not self._engine.is_running_freely:
             return False
         return session.paced.must_wait(call)
@@ -270,23 +295,15 @@ class Batches:
         """End a stream; refuse what is no operation."""
         if call.operation != _CANCEL:
             text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
-            replies.add(call.call_id, STATUS_REMOTE_ERROR, self._publisher.time_ms(), [text])
+            replies.add(call.call_id, STATUS_REMOTE_ERROR, self._messages.time_ms(), [text])
             return
         stream_id = call.arguments[0] if call.arguments else 0
         session.streams.cancel(stream_id if type(stream_id) is int else 0)
         if call.call_id:
-            replies.add(call.call_id, STATUS_OK, self._publisher.time_ms(), [])
-
-    def _go_on_later(
-        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
-    ) -> None:
-        """A triggered pass is made, in the middle of a batch; runs on whichever thread finished it."""
-        status, values = done.result()
-        reply = Reply(call_id, status, time_ms, values)
-        self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
+            replies.add(call.call_id, STATUS_OK, self._messages.time_ms(), [])
 
     def _go_on(self, session: ClientSession, batch: Interrupted, reply: Reply | None) -> None:
-        """What waits for a pass is to be executed now, unless it was already.
+        """Execute what waits for a simulation step now, unless it was executed already.
 
         Args:
             reply: to the trigger in front of it, if it is one that it waits for.
@@ -300,13 +317,17 @@ class Batches:
                 batch.replies.append(reply)
             self.execute_rest(session)
         elif reply is not None:
-            session.link.deliver(self._publisher.message(session, [reply]))
+            session.link.deliver(self._messages.pack(session, [reply]))
 
-    def _deliver_later(
-        self, session: ClientSession, before: list[Reply], call_id: int, time_ms: int, done: Future[Answer]
+    def _answered(
+        self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
-        """A picture is rendered or a triggered pass made; runs on whichever thread finished it."""
+        """Go on behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
         status, values = done.result()
-        replies = [*before, Reply(call_id, status, time_ms, values)]
-        before.clear()
-        session.link.deliver(self._publisher.message(session, replies))
+        reply = Reply(call_id, status, time_ms, values)
+        if batch.rest:
+            self._engine.post_for(session.client, partial(self._go_on, session, batch, reply))
+            return
+        replies = [*batch.replies, reply]
+        batch.replies.clear()
+        session.link.deliver(self._messages.pack(session, replies))

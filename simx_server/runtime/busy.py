@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 from simx_client.protocol.codec import decode_batch
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Reply
-from simx_server.world.simulation import Simulation
 
 from .inbox import Arrival, Inbox
+from .replies import Messages
 from .sessions import ClientSession
 
 logger = logging.getLogger(__name__)
@@ -64,22 +64,20 @@ class BusyDesk:
 
     def __init__(
         self,
-        simulation: Simulation,
         inbox: Inbox,
         sessions: Mapping[str, ClientSession],
-        message: Callable[[ClientSession, list[Reply]], bytes],
+        messages: Messages,
         doing: Callable[[], Doing],
     ) -> None:
         """Make a desk that is closed; `open` it.
 
         Args:
-            message: packs replies.
+            messages: packs replies.
             doing: what is being executed.
         """
-        self._simulation = simulation
         self._inbox = inbox
         self._sessions = sessions
-        self._message = message
+        self._messages = messages
         self._doing = doing
         self._work: Work | None = None
         self._told: Work | None = None
@@ -148,7 +146,7 @@ class BusyDesk:
 
     def _refuse(self, session: ClientSession, arrival: Arrival, doing: Doing, busy: float) -> None:
         what = f"{doing.command} of another client" if doing.client else "a simulation step"
-        time_ms = int(self._simulation.time * 1000 + 1e-6)
+        time_ms = self._messages.time_ms()
         replies: list[Reply] = []
         for call in decode_batch(arrival.payload).calls:
             if call.command == _ERRORS:
@@ -162,7 +160,7 @@ class BusyDesk:
                 text
             )  # whatever the clients have set: nothing else says why it was not executed
             replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [text]))
-        session.link.deliver(self._message(session, replies))
+        session.link.deliver(self._messages.pack(session, replies))
 
 
 def _taken(errors: deque[str]) -> list[str]:

@@ -322,7 +322,7 @@ class Inbox:
                     self._unpark(box)
 
     def keep_back(self, client: str, is_kept: bool) -> None:
-        """Serve a client, also one that is leaving, not before a step of its call is done, see `steps.py`."""
+        """Serve a client, also one that is leaving, not before a step of its call is done, see `background.py`."""
         box = self._boxes.get(client)
         if box is None:
             return

@@ -1,10 +1,31 @@
-"""The replies to the calls of a batch; those to sets that nobody waits for are put together into one."""
+"""The replies to the calls of a batch, and the messages that they travel in.
+
+Replies to sets that no client waits for are put together into one. Each message carries the state of the simulation in
+its head.
+"""
 
 from __future__ import annotations
 
+import math
+import time
 from typing import Any
 
-from simx_client.protocol.messages import STATUS_OK, Reply, of_fields
+from simx_client.protocol.codec import encode, encode_delivery
+from simx_client.protocol.messages import STATUS_OK, Delivery, Reply, of_fields
+from simx_server.world.simulation import Simulation, SimulationState
+
+from .clock import Pacer
+from .sessions import ClientSession
+
+_STATE_BITS = {
+    SimulationState.STOPPED: 0b000,
+    SimulationState.RUNNING: 0b001,
+    SimulationState.PAUSED: 0b011,
+}
+_REAL_TIME_BIT = 0b100
+
+_SCENE_ID_MASK = 0xFFFF
+"""The message header has two bytes for it."""
 
 
 class Replies:
@@ -40,3 +61,36 @@ class Replies:
             self._count, self._time_ms = [1], time_ms
             self.made.append(Reply(call_id, STATUS_OK, time_ms, self._count))
         self._next_id = call_id + 1
+
+
+class Messages:
+    """Packs replies into messages. Any thread."""
+
+    def __init__(self, simulation: Simulation, pacer: Pacer) -> None:
+        self._simulation = simulation
+        self._pacer = pacer
+
+    def time_ms(self) -> int:
+        """Return the simulated time that replies carry."""
+        return int(self._simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
+
+    def pack(self, session: ClientSession, replies: list[Reply]) -> bytes:
+        """Return a message with these replies."""
+        return encode(self._delivery(session, replies))
+
+    def pack_parts(self, session: ClientSession, parts: bytes, count: int) -> bytes:
+        """Return a message with as many replies that are packed already."""
+        return encode_delivery(self._delivery(session, []), parts, count)
+
+    def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
+        state = _STATE_BITS[self._simulation.state] | (
+            _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
+        )
+        return Delivery(
+            session.message_id,
+            session.client_time,
+            int(time.monotonic() * 1000) & 0x7FFF_FFFF,
+            self._simulation.scene_id & _SCENE_ID_MASK,
+            state,
+            replies,
+        )

@@ -19,21 +19,24 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.constants import sim_api_errormessage_report
 from simx_server.handlers.registry import Handler
 from simx_server.processes.heap import give_back
-from simx_server.world.hooks import Listener, call
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
 
 from .batches import Batches
 from .busy import BusyDesk, Doing
 from .clock import Pacer
 from .dispatch import Dispatch
+from .executor import Executor
 from .inbox import Arrival, Event, Inbox, interfere
 from .monitoring.metrics import Metrics
 from .outbox import LINGER, Outbox
 from .publishing import Publisher
+from .replies import Messages
 from .sessions import MAX_DEPARTED, ClientSession, Departed, Link
 
 if TYPE_CHECKING:
     from simx_server.recording import Recorder
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -56,15 +59,15 @@ GIVINGS = 3
 """How often it is, after much has waited: answers may still be on their way when nothing waits any more."""
 
 HELD = 0.002
-"""Seconds until a pass that is held (`Simulation.pass_holders`) is looked at again."""
+"""Seconds until a pass that is held (`Part.holds_step`) is looked at again."""
 
 
-class Engine:
+class Engine(Part):
     """Sessions, passes and streams of one simulation."""
 
     def __init__(
         self,
-        simulation: Simulation,
+        world: World,
         handlers: Mapping[str, Handler],
         pacer: Pacer,
         *,
@@ -76,18 +79,20 @@ class Engine:
             starting_port: a client that comes by this port starts a stopped simulation, because in V-REP
                 the service behind it existed only while a simulation ran.
         """
-        self.simulation = simulation
+        self.world = world
+        self.simulation = simulation = world.simulation
         self.sessions: dict[str, ClientSession] = {}
         self.departed: deque[Departed] = deque(maxlen=MAX_DEPARTED)
         self.metrics = Metrics(pacer)
-        self._dispatch = Dispatch(simulation, handlers, self.metrics)
-        self._publisher = Publisher(simulation, self._dispatch, pacer, self.metrics)
+        self._dispatch = Dispatch(world, handlers)
+        executor, messages = Executor(self._dispatch, self.metrics), Messages(simulation, pacer)
+        self._publisher = Publisher(executor, messages)
         self._pacer = pacer
         self._starting_port = starting_port
         self._inbox = Inbox(lambda: self.simulation.limits)
-        self._outbox = Outbox(self._publisher.message)
-        self._batches = Batches(self, self._dispatch, self._publisher, self._inbox, self._outbox)
-        self._busy = BusyDesk(simulation, self._inbox, self.sessions, self._publisher.message, self._doing)
+        self._outbox = Outbox(messages.pack)
+        self._batches = Batches(self, executor, self._publisher, messages, self._inbox, self._outbox)
+        self._busy = BusyDesk(self._inbox, self.sessions, messages, self._doing)
         self._is_serving = False
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
@@ -97,7 +102,7 @@ class Engine:
         self._is_paced = False
         """Passes follow the wall clock at present."""
 
-        self.watches: list[Listener] = []
+        self.watches: list[Callable[[], object]] = []
         """Called after every turn, so at least once in a second: time-outs of what other threads do."""
 
         self._is_ending = False
@@ -107,9 +112,8 @@ class Engine:
         self.recorder: Recorder | None = None
         """Told of all that is done for clients, in order."""
 
-        simulation.on_stop.append(self._end_stepping)
-        simulation.on_script_stopped.append(self._tell_everybody)
-        simulation.serve_others = self.serve_others
+        simulation.attach(self)
+        simulation.interruptions.serve_others = self.serve_others
 
     # --- from any thread -------------------------------------------------------------------------
 
@@ -197,7 +201,8 @@ class Engine:
                 self.turn(max_wait=max(0.0, min(1.0, left)))
                 self.metrics.tick()
                 self._give_memory_back()
-                call(self.watches)
+                for look in self.watches:
+                    look()
             self._outbox.send()
 
     def close(self) -> None:
@@ -285,7 +290,7 @@ class Engine:
                 session.has_lost(count, str(limits.reached(name, "wait for answers now and then")))
 
     def _doing(self) -> Doing:
-        return Doing(self._batches.executing, self._dispatch.executing)
+        return Doing(self._batches.executing, self._batches.command)
 
     def _handle(self, event: Event | Arrival) -> None:
         outer = self._busy.begin()
@@ -358,10 +363,10 @@ class Engine:
 
     def _seconds_held(self, is_free: bool) -> float:
         """`is_free`: of the wall clock, whose pace nothing may hold up."""
-        return HELD if is_free and any(holds() for holds in self.simulation.pass_holders) else 0.0
+        return HELD if is_free and self.simulation.is_held else 0.0
 
     def _idle_is_wanted(self) -> bool:
-        return bool(self.simulation.on_idle) and self.simulation.state is not SimulationState.RUNNING
+        return self.world.scripts.want_idle and self.simulation.state is not SimulationState.RUNNING
 
     def _pass(self) -> None:
         """One pass when the simulation advances; in any case the streams."""
@@ -369,12 +374,12 @@ class Engine:
         if is_advancing:
             try:
                 began = time.perf_counter()
-                self.simulation.advance()
+                self.world.step()
                 self.metrics.passed(self.simulation.time_step, time.perf_counter() - began)
             except Exception as error:
                 logger.exception("the pass failed, so the simulation is stopped")
                 self._handle(self.simulation.stop)
-                self._tell_everybody(f"the pass failed, so the simulation is stopped: {error!r}")
+                self.script_stopped(f"the pass failed, so the simulation is stopped: {error!r}")
             if self._is_paced:
                 self._pacer.passed(self.simulation.time_step)
             self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
@@ -385,19 +390,19 @@ class Engine:
             self._batches.end_waiting_for_step()
         else:
             if self._idle_is_wanted():
-                self._handle(self.simulation.idle)
+                self._handle(self.world.idle)
             self._publisher.publish(self.sessions.values(), after_pass=False, is_bounded=self.may_cut_batches)
         if self.recorder is not None:
             self.recorder.passed(is_advancing=is_advancing)
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
-    def _tell_everybody(self, problem: str) -> None:
+    def script_stopped(self, problem: str) -> None:
         """An error of a script's own, or of a pass, is told to every client, as nobody's call has brought it about."""
-        if self.simulation.parameters.error_report_mode & sim_api_errormessage_report:
+        if self.world.parameters.error_report_mode & sim_api_errormessage_report:
             for session in self.sessions.values():
                 session.errors.append(problem)
 
-    def _end_stepping(self) -> None:
+    def run_stopped(self) -> None:
         """A stop request ends stepped mode of every client; it must be asked for again for each run."""
         for session in self.sessions.values():
             session.set_stepping(False)

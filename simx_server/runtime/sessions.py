@@ -8,17 +8,15 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from simx_client.protocol.keys import VIEWER
 from simx_client.protocol.messages import Call, Reply
 from simx_server.errors import CommandError
 
+from .background import Unfinished
 from .pacing import PacedCalls
 from .streams import Streams
-
-if TYPE_CHECKING:
-    from .dispatch import Unfinished
 
 logger = logging.getLogger(__name__)
 

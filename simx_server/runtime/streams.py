@@ -12,12 +12,11 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simx_client.protocol.commands import Command
 
-if TYPE_CHECKING:
-    from .dispatch import Answer
+from .answers import Answer
 
 Question = tuple[Any, ...]
 """Command and arguments."""
@@ -30,8 +29,8 @@ class Shared:
     question: Question
     command: Command
     arguments: list[Any]
-    read: Callable[[], Any] | None
-    """What answers it, if it only reads, and gives all the same."""
+    work: Callable[[], Any] | None
+    """The handler with its arguments, if it only reads and needs no client."""
 
     packed: bytes
     """The newest answer."""
@@ -71,9 +70,9 @@ class Stream:
             return None  # it sets something: each client's own call counts
         return (self.command.name, *self.arguments)
 
-    def is_due(self, now: float, *, every_picture: bool) -> bool:
-        """Whether to execute it now. `every_picture`: the client steps and waits for each, so none is left out."""
-        is_behind = self.pending is not None and not self.pending.done() and not every_picture
+    def is_due(self, now: float, *, every_image: bool) -> bool:
+        """Whether to execute it now. `every_image`: the client steps and waits for each, so none is left out."""
+        is_behind = self.pending is not None and not self.pending.done() and not every_image
         if now < self.next_due or is_behind:
             return False
         self.next_due = now + self.delay
@@ -163,8 +162,8 @@ class Streams:
         self._shares = None
 
 
-class PassAnswers:
-    """Answers of one pass, by question, so that equal questions are computed once and equal pictures asked for once."""
+class StepAnswers:
+    """The answers of one simulation step by question: equal questions are computed once."""
 
     def __init__(self) -> None:
         self._answers: dict[tuple[Any, ...], Answer | Future[Answer]] = {}

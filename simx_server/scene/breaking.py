@@ -19,7 +19,7 @@ from simx_server.scene.objects import SceneObject
 from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 _STUMP = INTERNAL + "broken:"
 """Prefix of the name of the body that keeps a broken sensor in its place."""
@@ -29,7 +29,7 @@ _STUMP_INERTIA = 1e-6
 """What is left at the end of a joint behind which a sensor broke: MuJoCo cannot move a body without mass."""
 
 
-def break_sensor(sim: Simulation, item: SceneObject) -> None:
+def break_sensor(sim: LiveScene, item: SceneObject) -> None:
     """Let everything go that this force sensor holds. Raises CommandError when the scene cannot be cut there."""
     if is_linking_sensor(sim, item):
         _cut_off(sim, item)
@@ -41,7 +41,7 @@ def break_sensor(sim: Simulation, item: SceneObject) -> None:
             release(sim, held.id)
 
 
-def _cut_off(sim: Simulation, item: SceneObject) -> None:
+def _cut_off(sim: LiveScene, item: SceneObject) -> None:
     """Free the body the sensor stands in front of; its joints and the sensor stay behind, on a stump."""
     model, body = sim.model, item.body
     sim.refresh()

@@ -15,9 +15,10 @@ from simx_server.errors import CommandError, UnknownHandle
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import Scene
 from simx_server.scene.registered import Registry
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 FIRST_HANDLE = 2_000_000
 """Collections are numbered from here, as in V-REP."""
@@ -93,10 +94,10 @@ class EditedCollection:
         return [handle for handle in scene.objects if handle in found]
 
 
-class Collections:
+class Collections(Part):
     """All collections of the scene: those of its file, and those of the models loaded since."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._registry = Registry(
             sim,
@@ -110,10 +111,15 @@ class Collections:
         """By handle; None: removed."""
         self._before_run = self._edited
         self._made = 0
-        sim.on_start.append(self._remember)
-        sim.on_stop.append(self._restore)
-        for listeners in (sim.on_load, sim.on_close):
-            listeners.append(self._forget)
+
+    def run_started(self) -> None:
+        self._remember()
+
+    def run_stopped(self) -> None:
+        self._restore()
+
+    def scene_changed(self) -> None:
+        self._forget()
 
     def __contains__(self, handle: int) -> bool:
         return self._find(handle) is not None

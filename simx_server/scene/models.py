@@ -26,7 +26,7 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.objects import Scene
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -39,16 +39,17 @@ class Model:
     base: int
 
 
-def load_model(sim: Simulation, path: Path) -> int:
+def load_model(world: World, path: Path) -> int:
     """Read the model of an MJCF, URDF or mesh file, and add it; the handle of its base.
 
     Raises SceneError, CommandError: the file is no model; the scene stays as it is.
     """
-    model = read_model(path, path.name, sim.sources)
-    return add_model(sim, model, path.resolve().parent, is_of_client=sim.client_files.made(path))
+    sim = world.simulation
+    model = read_model(path, path.name, sim.files.sources)
+    return add_model(world, model, path.resolve().parent, is_of_client=sim.files.client_files.made(path))
 
 
-def add_model(sim: Simulation, model: Model, folder: Path, *, is_of_client: bool) -> int:
+def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -> int:
     """Add a model to the scene, stopped or running; the handle of its base.
 
     Args:
@@ -58,6 +59,7 @@ def add_model(sim: Simulation, model: Model, folder: Path, *, is_of_client: bool
     Raises:
         SceneError, CommandError: it does not fit in; the scene stays as it is.
     """
+    sim = world.simulation
     objects = model.scene.objects
     notes = {item.name: dict(item.annotations) for item in objects.values() if item.annotations}
     origin = {"folder": str(folder), "of_client": is_of_client}
@@ -69,7 +71,7 @@ def add_model(sim: Simulation, model: Model, folder: Path, *, is_of_client: bool
     spec = model.scene.spec.copy()
     settle_loose_meshes(spec)
     handles = graft(
-        sim,
+        world,
         Graft(
             spec=spec,
             names={(item.element, item.element_name): item.name for item in objects.values()},
@@ -88,7 +90,7 @@ def add_model(sim: Simulation, model: Model, folder: Path, *, is_of_client: bool
         added = handles.get((item.element, item.element_name))
         if added is not None and added != found:
             sim.scene.override_parent(added, found)
-    sim.object_settings.apply_masks()
+    world.object_settings.apply_masks()
     sim.changed()
     logger.info("model '%s' is loaded with %d objects", sim.scene.get(found).name, len(handles))
     return found

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from simx_server.world.simulation import Simulation
+from simx_server.scene.live import LiveScene
 
 from .names import path_parts
 from .objects import ObjectKind, Scene, SceneObject
@@ -19,7 +19,7 @@ _JOINTS = {
 }
 
 
-def list_objects(simulation: Simulation) -> list[dict[str, Any]]:
+def list_objects(simulation: LiveScene) -> list[dict[str, Any]]:
     """All objects in tree order: each after its parent, with its depth."""
     scene = simulation.scene
     return [
@@ -36,7 +36,7 @@ def _in_tree_order(scene: Scene, parent: int, above: str, depth: int) -> Iterato
         yield from _in_tree_order(scene, child, path, depth + 1)
 
 
-def _object(simulation: Simulation, item: SceneObject, path: str, depth: int) -> dict[str, Any]:
+def _object(simulation: LiveScene, item: SceneObject, path: str, depth: int) -> dict[str, Any]:
     scene, model = simulation.scene, simulation.model
     parent = scene.objects.get(item.parent)
     record: dict[str, Any] = {

@@ -16,7 +16,7 @@ from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene, SceneObjec
 from simx_server.scene.respondable import collect_masks
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 SCRIPTS_INACTIVE = 0x200
 """`sim_modelproperty_scripts_inactive`, which the legacy constants lack."""
@@ -39,7 +39,7 @@ _ON_GEOMS = sum(_GEOM_VALUES)
 _KNOWN = 0x1FF | SCRIPTS_INACTIVE | _NOT_SHOWN_INSIDE
 
 
-def set_model_property(sim: Simulation, handle: int, bits: int) -> None:
+def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
     """Make an object a model base with these bits; with any bit of 0xF000, a model base no more.
 
     Raises UnknownHandle, CommandError for bits that mean nothing here.
@@ -58,7 +58,7 @@ def set_model_property(sim: Simulation, handle: int, bits: int) -> None:
     sim.changed()
 
 
-def apply(sim: Simulation) -> None:
+def apply(sim: LiveScene) -> None:
     """Act on the properties of all models: to be called when they, or what hangs on what, have changed."""
     bits = 0
     for handle in sim.scene.model_properties:
@@ -81,7 +81,7 @@ def _are_any_unseen(scene: Scene) -> bool:
     )
 
 
-def _restrict_geoms(sim: Simulation) -> None:
+def _restrict_geoms(sim: LiveScene) -> None:
     """Take from the geoms of restricted models what the bits forbid, and give the others back what was taken."""
     scene, model = sim.scene, sim.model
     for geom in range(model.ngeom):
@@ -101,7 +101,7 @@ def _restrict_geoms(sim: Simulation) -> None:
     sim.model_edited()
 
 
-def _restrict_motion(sim: Simulation) -> None:
+def _restrict_motion(sim: LiveScene) -> None:
     """Fix the free bodies of models that are not dynamic and hold their joints; let the others go again."""
 
     def still(handle: int) -> bool:

@@ -14,7 +14,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 _T = TypeVar("_T")
 
@@ -41,7 +41,7 @@ class Registry(Generic[_T]):
 
     def __init__(
         self,
-        sim: Simulation,
+        sim: LiveScene,
         kind: str,
         first_handle: int,
         read: Callable[[str, Annotation], _T],
@@ -54,8 +54,6 @@ class Registry(Generic[_T]):
         self._is_alive = is_alive
         self._entries: dict[int, _Entry[_T]] = {}
         self._seen: object = None
-        sim.on_load.append(self._forget)
-        sim.on_close.append(self._forget)
 
     def get(self, handle: int) -> _T | None:
         """What has this handle now, or None."""
@@ -102,23 +100,10 @@ class Registry(Generic[_T]):
                 handle = self._first_handle + len(self._entries)
                 self._entries[handle] = _Entry(name, note, self._read(name, note))
 
-    def _forget(self) -> None:
+    def forget(self) -> None:
+        """Another scene: handles are counted from the first one again."""
         self._entries.clear()
         self._seen = None
-
-
-def concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
-    """What is registered of objects with these names and alive, as `concerned`."""
-    alive = {
-        "collection": sim.collections.names(),
-        "collision": sim.meters.collisions.names(),
-        "distance": sim.meters.distances.names(),
-        "ik": sim.ik_groups.names(),
-    }
-    present = sim.scene.annotations.registered
-    return concerned(
-        {kind: {name: present[kind][name] for name in names} for kind, names in alive.items()}, objects
-    )
 
 
 def concerned(

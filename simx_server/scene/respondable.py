@@ -19,7 +19,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 ALL_MASKS = 0xFFFF
 """Meets every other mask that is not 0."""
@@ -43,7 +43,7 @@ def collect_masks(model: mujoco.MjModel) -> None:
         np.bitwise_or.at(of_bodies, model.geom_bodyid, of_geoms)
 
 
-def compile_hulls(sim: Simulation, names: Sequence[str]) -> None:
+def compile_hulls(sim: LiveScene, names: Sequence[str]) -> None:
     """Compile the convex hulls of the meshes of these geoms, which are to collide, where there are none yet.
 
     MuJoCo computes a hull only for meshes that collide in the file. Without one it finds a single point of contact
@@ -74,7 +74,7 @@ def _lacks_hull(model: mujoco.MjModel, geom: int) -> bool:
     return bool(spread[2] > _FLAT * spread[0])
 
 
-def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:
+def set_masks(sim: LiveScene, masks: Mapping[int, int]) -> None:
     """Make these masks act, by handle; every shape that is not named has all bits.
 
     Raises CommandError for a part of the world: MuJoCo leaves out pairs of bodies, and the world is one.
@@ -101,7 +101,7 @@ def set_masks(sim: Simulation, masks: Mapping[int, int]) -> None:
     edit(sim, surgery, set())
 
 
-def _excluded_pairs(sim: Simulation, masks: Mapping[int, int]) -> set[tuple[str, str]]:
+def _excluded_pairs(sim: LiveScene, masks: Mapping[int, int]) -> set[tuple[str, str]]:
     scene = sim.scene
     shapes = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.SHAPE)]
     found: set[tuple[str, str]] = set()
@@ -121,7 +121,7 @@ def _pair(exclude: Any) -> tuple[str, str]:
     return first, second
 
 
-def _top(sim: Simulation, handle: int) -> int:
+def _top(sim: LiveScene, handle: int) -> int:
     while (parent := sim.scene.objects[handle].parent) != -1:
         handle = parent
     return handle

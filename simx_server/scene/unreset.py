@@ -11,9 +11,10 @@ from simx_client.protocol import constants as c
 from simx_server.scene.geometry.placing import free_joint, object_pose, place
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scene.objects import SceneObject
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 _SIZES = (7, 4, 1, 1)
 """Position numbers of a free, ball, slide and hinge joint."""
@@ -26,14 +27,18 @@ class _Kept:
     """MuJoCo joint name to its position numbers."""
 
 
-class UnresetModels:
+class UnresetModels(Part):
     """Keeps poses of such models and positions of their joints over the stop of a run."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._kept = _Kept({}, {})
-        sim.on_stopping.append(self._keep)
-        sim.on_stop.append(self._bring_back)
+
+    def run_stopping(self) -> None:
+        self._keep()
+
+    def run_stopped(self) -> None:
+        self._bring_back()
 
     def _keep(self) -> None:
         scene = self._sim.scene

@@ -13,10 +13,11 @@ from ..scene.properties import SCRIPTS_INACTIVE
 from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Interpreter, ScriptError
 from .lua.interpreter import LuaInterpreter
-from .namespaces import Namespaces
-from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, script_folder
+from .script import PYTHON, CodeNotAllowed, Script, ScriptKind, ScriptSide, Spaces, script_folder
 
 if TYPE_CHECKING:
+    from simx_server.parts.signals import Signals
+    from simx_server.parts.status_bar import StatusBar
     from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -30,13 +31,30 @@ NEVER_CALLED = (
 """Call-backs of CoppeliaSim that nothing here leads to; a script that has one is told so."""
 
 
+OpenSpaces = Callable[[Script], Spaces]
+"""Makes the namespaces of a script that begins."""
+
+
 class Lives:
     """Begins, calls and ends scripts."""
 
-    def __init__(self, sim: Simulation, changed: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        sim: Simulation,
+        signals: Signals,
+        status_bar: StatusBar,
+        open_spaces: OpenSpaces,
+        changed: Callable[[], object],
+        *,
+        allows_code: bool,
+    ) -> None:
         """`changed` is called when a script has begun or was stopped by an error."""
         self._sim = sim
+        self._signals = signals
+        self._status_bar = status_bar
+        self._open_spaces = open_spaces
         self._changed = changed
+        self.allows_code = allows_code
         self._active = 0
         self.time_limit = TIME_LIMIT
         """Processor seconds for one call into a script; taken over when a script begins."""
@@ -71,8 +89,16 @@ class Lives:
         script.switching.level = 0
         script.switching.is_last = False
         try:
-            source = script.code(self._sim)
-            side = ScriptSide(self._sim, script, Namespaces(self._sim, script), self._serve_others)
+            source = script.code(self._sim, allows_code=self.allows_code)
+            spaces = self._open_spaces(script)
+            side = ScriptSide(
+                self._sim,
+                script,
+                spaces,
+                self._serve_others,
+                self._status_bar,
+                allows_code=self.allows_code,
+            )
             if script.language == PYTHON:
                 folder = script_folder(self._sim, script.folder)
                 script.interpreter = _python_interpreter(script.file, side, self.time_limit, folder)
@@ -86,7 +112,7 @@ class Lives:
                 text = (
                     f"{function} of the {self.describe(script)} is never called: this server cannot do that"
                 )
-                self._sim.status_bar.add(text)
+                self._status_bar.add(text)
             if thread := next(filter(script.interpreter.has, THREAD_FUNCTIONS), None):
                 script.interpreter.start_thread(thread)
                 script.has_thread = True
@@ -132,7 +158,7 @@ class Lives:
             return action(interpreter)
         finally:
             self._active -= 1
-            self._sim.script_point()
+            self._sim.interruptions.script_point()
 
     def fail(self, script: Script, problem: str) -> None:
         """Stop one script until the next start."""
@@ -145,7 +171,7 @@ class Lives:
     def announce(self, script: Script) -> None:
         """A script is there that begins later: say it now if it may not."""
         try:
-            script.code(self._sim)
+            script.code(self._sim, allows_code=self.allows_code)
         except CodeNotAllowed as problem:
             logger.warning("the %s will not run: %s", self.describe(script), problem)
             self._tell(f"{self.describe(script)} will not run: {problem}")
@@ -153,20 +179,19 @@ class Lives:
             logger.warning("%s", problem)
 
     def _tell(self, text: str) -> None:
-        self._sim.status_bar.add(text)
-        for tell in self._sim.on_script_stopped:
-            tell(text)
+        self._status_bar.add(text)
+        self._sim.tell(lambda part: part.script_stopped(text))
 
     def drop(self, script: Script) -> None:
         """Forget a script's state, and the signals it set."""
         script.close()
         script.problem = ""
         script.enabled = True
-        self._sim.signals.clear_owned(script.signal_owner)
+        self._signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:
         if not self._sim.physics_calls.is_in_step:  # what they ask for may need a copy of the state
-            self._sim.serve_others()
+            self._sim.interruptions.serve_others()
 
 
 def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:

@@ -16,7 +16,7 @@ from .interpreter import Constant, Waiting
 from .signature import Signature
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
     from .script import Script
 
@@ -44,8 +44,8 @@ def constants(space: str) -> Mapping[str, Constant]:
 class Namespaces:
     """The namespaces of one script."""
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        self._spaces = {space: kind(sim, script) for space, kind in api.NAMESPACES.items()}
+    def __init__(self, world: World, script: Script) -> None:
+        self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
 
     @staticmethod
     def names() -> Mapping[str, Mapping[str, Constant | None]]:

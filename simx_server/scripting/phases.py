@@ -31,7 +31,7 @@ again); an error in a function that a client calls is the client's alone.
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..joints.scripted import Ask
 from .callbacks.physics import PhysicsCallBacks
@@ -40,9 +40,10 @@ from .lives import Lives
 from .script import Script, ScriptKind
 
 if TYPE_CHECKING:
+    from simx_server.parts.status_bar import StatusBar
+    from simx_server.sensors.proximity.proximity import ProximitySensors
+    from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
-
-    from .scripts import Scripts
 
 logger = logging.getLogger(__name__)
 
@@ -51,27 +52,49 @@ _JOINT_CALLBACK = "sysCall_jointCallback"
 _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended")
 
 
+class ListOfScripts(Protocol):
+    """The scripts of the scene; see `scripts.Scripts`."""
+
+    def all(self, kind: ScriptKind | None = None) -> list[Script]: ...
+    def of(self, owner: int, kind: ScriptKind) -> Script | None: ...
+    def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None: ...
+
+
 class Phases:
     """Calls the scripts of a scene when their time comes."""
 
-    def __init__(self, sim: Simulation, scripts: Scripts, lives: Lives) -> None:
+    def __init__(
+        self,
+        sim: Simulation,
+        scripts: ListOfScripts,
+        lives: Lives,
+        status_bar: StatusBar,
+        vision: VisionSensors,
+        proximity: ProximitySensors,
+    ) -> None:
         self._sim = sim
+        self._status_bar = status_bar
+        self.wants_idle = False
+        """Whether a script wants to run while the simulation is stopped or paused."""
         self._scripts = scripts
         self._lives = lives
         self._told: set[Script] = set()
         """Scripts that were told once that nobody asks them."""
-        self._vision = VisionCallBacks(sim, scripts.notify)
+        self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity)
         self._physics = PhysicsCallBacks(sim, lives)
-        sim.on_starting.append(lambda: self.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION))
-        sim.on_start.append(self._start)
-        sim.on_pass_begin.append(lambda: self._phase("sysCall_actuation"))
-        sim.on_sensing.append(self._vision.sense)
-        sim.on_sensing.append(lambda: self._phase("sysCall_sensing"))
-        sim.on_pause.append(lambda: self.call_all("sysCall_suspend"))
-        sim.on_resume.append(lambda: self.call_all("sysCall_resume"))
-        sim.on_stopping.append(self._stop)
-        sim.on_stop.append(self.watch)
-        sim.on_stop.append(lambda: self.call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION))
+
+    def actuate(self) -> None:
+        """Threads and actuation, before physics."""
+        self._physics.forget_answers()
+        self._phase("sysCall_actuation")
+
+    def judge_images(self) -> None:
+        """Scripts judge the images of their vision sensors, and are told of detections."""
+        self._vision.sense()
+
+    def sense(self) -> None:
+        """Sensing, after physics and the sensors."""
+        self._phase("sysCall_sensing")
 
     def handle_children(self, function: str) -> int:
         """Call a function of all child scripts, for actuation after their threads; how many have it."""
@@ -83,7 +106,7 @@ class Phases:
     def call_all(self, function: str, kind: ScriptKind | None = None) -> int:
         return sum(self._lives.call(script, function) is not None for script in self._scripts.all(kind))
 
-    def _start(self) -> None:
+    def start(self) -> None:
         simulated = self._simulated()
         for script in simulated:
             self._lives.begin(script)
@@ -102,7 +125,7 @@ class Phases:
                 self._lives.resume(script)
         self.call_all(function, ScriptKind.CUSTOMIZATION)
 
-    def _stop(self) -> None:
+    def stop(self) -> None:
         simulated = self._simulated()
         for script in simulated:
             script.switching.is_last = True
@@ -116,7 +139,7 @@ class Phases:
         """Those that live from start to stop."""
         return [one for one in self._scripts.all() if one.kind != ScriptKind.CUSTOMIZATION]
 
-    def _idle(self) -> None:
+    def idle(self) -> None:
         """No pass comes: the simulation is stopped or paused."""
         if self._sim.is_running:
             self.call_all("sysCall_suspended")
@@ -153,7 +176,7 @@ class Phases:
             f"joint, as every plain position actuator does; annotate it with control=position (simx:joint:{name})"
         )
         logger.warning("%s", text)
-        self._sim.status_bar.add(text)
+        self._status_bar.add(text)
 
     def _asking(self, script: Script) -> Ask:
         def ask(known: dict[str, Any]) -> dict[str, Any] | None:
@@ -164,10 +187,7 @@ class Phases:
         return ask
 
     def _watch_idle(self) -> None:
-        """Idle passes are asked for only while a script wants them."""
-        wants = any(one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all())
-        listeners = self._sim.on_idle
-        if wants and self._idle not in listeners:
-            listeners.append(self._idle)
-        elif not wants and self._idle in listeners:
-            listeners.remove(self._idle)
+        """Idle turns are made only while a script wants them."""
+        self.wants_idle = any(
+            one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all()
+        )

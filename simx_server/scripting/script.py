@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol import constants
 from simx_server.files.library import MODELS
@@ -17,9 +17,9 @@ from .interpreter import Constant, Interpreter, ScriptError, Switching, Waiting
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from simx_server.parts.status_bar import StatusBar
     from simx_server.world.simulation import Simulation
 
-    from .namespaces import Namespaces
 
 PYTHON = "python"
 LUA = "lua"
@@ -107,14 +107,21 @@ class Script:
         except OSError as problem:
             raise ScriptError(f"{self.file} cannot be read: {problem.strerror}") from problem
 
-    def code(self, sim: Simulation) -> bytes:
-        """Its text, if it may be run. Raises ScriptError, of which CodeNotAllowed."""
+    def code(self, sim: Simulation, *, allows_code: bool) -> bytes:
+        """Return its text.
+
+        Args:
+            allows_code: scripts may run code that clients send.
+
+        Raises:
+            ScriptError: the text cannot be read; CodeNotAllowed: it may not be run.
+        """
         text = self.source(sim)
-        if sim.scripts.allows_code:
+        if allows_code:
             return text
         if self.of_client and (self.text is not None or Path(self.file).suffix not in SUFFIXES):
             raise CodeNotAllowed(f"a client sent the scene or model that it is in, {_NOT_ALLOWED}")
-        if self.text is None and sim.client_files.holds(self.path(sim), text):
+        if self.text is None and sim.files.client_files.holds(self.path(sim), text):
             raise CodeNotAllowed(f"a client sent {self.file}, {_NOT_ALLOWED}")
         return text
 
@@ -141,24 +148,44 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
     if folder is None:
         raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
     # A model's file names its script as it lies beside it, also when a scene includes that file.
-    for base in (folder, sim.sources.shipped):
+    for base in (folder, sim.files.sources.shipped):
         for path in ((base / name).resolve(), (base / MODELS / name).resolve()):
             if not path.is_relative_to(base):
                 raise ScriptError(f"{name} is outside the scene's folder {base}; put it there")
             if path.is_file():
-                for listener in sim.on_file:
-                    listener(path, sim.sources)
+                tell_of_file(sim, path)
                 return path
     raise ScriptError(f"{name} is not in the scene's folder {folder}, nor in its {MODELS}/")
+
+
+def tell_of_file(sim: Simulation, path: Path) -> None:
+    """A script's file is read: recordings keep it."""
+    sim.tell(lambda part: part.file_read(path, sim.files.sources))
+
+
+class Spaces(Protocol):
+    """The namespaces of one script, `sim` and its like; see `namespaces.Namespaces`."""
+
+    def names(self) -> Mapping[str, Mapping[str, Constant | None]]: ...
+    def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting: ...
 
 
 class ScriptSide:
     """What a script's interpreter sees of the server; see `interpreter.Api`."""
 
     def __init__(
-        self, sim: Simulation, script: Script, spaces: Namespaces, serve_others: Callable[[], None]
+        self,
+        sim: Simulation,
+        script: Script,
+        spaces: Spaces,
+        serve_others: Callable[[], None],
+        status_bar: StatusBar,
+        *,
+        allows_code: bool,
     ) -> None:
         self._sim = sim
+        self._status_bar = status_bar
+        self._allows_code = allows_code
         self._script = script
         self._spaces = spaces
         self.switching = script.switching
@@ -172,7 +199,7 @@ class ScriptSide:
         return self._spaces.names()
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
-        self._sim.script_point()
+        self._sim.interruptions.script_point()
         return self._spaces.invoke(name, arguments)
 
     def module(self, name: str) -> bytes | None:
@@ -187,9 +214,9 @@ class ScriptSide:
             return None
         except OSError as problem:
             raise CommandError(f"{relative} cannot be read: {problem.strerror}") from problem
-        if not self._sim.scripts.allows_code and self._sim.client_files.holds(path, text):
+        if not self._allows_code and self._sim.files.client_files.holds(path, text):
             raise CommandError(f"a client sent {relative}, {_NOT_ALLOWED}")
         return text
 
     def output(self, text: str) -> None:
-        self._sim.status_bar.add(text)
+        self._status_bar.add(text)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.world.part import Part
+
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
@@ -14,17 +16,22 @@ _MOST = 1000
 """Of all scripts together."""
 
 
-class ScriptParameters:
+class ScriptParameters(Part):
     """By the object that a script belongs to."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._set: dict[tuple[int, str], str] = {}
         self._before_run: dict[tuple[int, str], str] = {}
-        sim.on_start.append(self._remember)
-        sim.on_stop.append(self._restore)
-        for listeners in (sim.on_load, sim.on_close):
-            listeners.append(self._forget)
+
+    def run_started(self) -> None:
+        self._remember()
+
+    def run_stopped(self) -> None:
+        self._restore()
+
+    def scene_changed(self) -> None:
+        self._forget()
 
     def get(self, owner: int, name: str) -> str | None:
         """None when there is none of this name. Raises UnknownHandle."""

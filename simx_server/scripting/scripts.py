@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.parts.add_ons import AddOn
 from simx_server.scene.formats.script_texts import SCRIPT_NOTES
+from simx_server.world.part import Part
 
 from .exchange import check_results
-from .lives import Lives
+from .lives import Lives, OpenSpaces
 from .phases import Phases
 from .script import LUA, PYTHON, Script, ScriptKind
 from .targets import find_target, split_target
 
 if TYPE_CHECKING:
+    from simx_server.parts.signals import Signals
+    from simx_server.parts.status_bar import StatusBar
+    from simx_server.scene.editing.twins import Twins
     from simx_server.scene.formats.annotations import Annotation
+    from simx_server.sensors.proximity.proximity import ProximitySensors
+    from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
 
 logger = logging.getLogger(__name__)
@@ -27,10 +33,26 @@ FIRST_HANDLE = 2_000_003
 _KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
 
-class Scripts:
+class Scripts(Part):
     """All scripts of the loaded scene. Physics thread only."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(
+        self,
+        sim: Simulation,
+        signals: Signals,
+        status_bar: StatusBar,
+        vision: VisionSensors,
+        proximity: ProximitySensors,
+        open_spaces: OpenSpaces,
+        *,
+        allows_code: bool = False,
+    ) -> None:
+        """Find no scripts yet.
+
+        Args:
+            open_spaces: makes what a script that begins sees of the server.
+            allows_code: scripts may run code that clients send: the operator said so.
+        """
         self._sim = sim
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
@@ -38,13 +60,69 @@ class Scripts:
         """A client sent the scene."""
         self.add_ons: dict[str, AddOn] = {}
         """By name; script type 2 of simxCallScriptFunction."""
-        self.allows_code = False
-        """Scripts may run code that clients send: the operator said so."""
-        self._lives = Lives(sim, self._changed)
-        sim.on_load.append(self._find)
-        sim.on_closing.append(self.close)
-        sim.on_model_changed.append(self._find_more)
-        self._phases = Phases(sim, self, self._lives)
+        self._lives = Lives(sim, signals, status_bar, open_spaces, self._changed, allows_code=allows_code)
+        self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity)
+
+    @property
+    def allows_code(self) -> bool:
+        """Scripts may run code that clients send."""
+        return self._lives.allows_code
+
+    @allows_code.setter
+    def allows_code(self, allows: bool) -> None:
+        self._lives.allows_code = allows
+
+    # --- what happens ----------------------------------------------------------------------------
+
+    def scene_closing(self) -> None:
+        self.close()
+
+    def scene_loaded(self) -> None:
+        self._find()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        self._find_more()
+
+    def run_starting(self) -> None:
+        self._phases.call_all("sysCall_beforeSimulation", ScriptKind.CUSTOMIZATION)
+
+    def run_started(self) -> None:
+        self._phases.start()
+
+    def run_paused(self) -> None:
+        self._phases.call_all("sysCall_suspend")
+
+    def run_resumed(self) -> None:
+        self._phases.call_all("sysCall_resume")
+
+    def run_stopping(self) -> None:
+        self._phases.stop()
+
+    def run_stopped(self) -> None:
+        self._phases.watch()
+        self._phases.call_all("sysCall_afterSimulation", ScriptKind.CUSTOMIZATION)
+
+    def actuate(self) -> None:
+        """Run the scripts' threads and actuation, before physics."""
+        self._phases.actuate()
+
+    def judge_images(self) -> None:
+        """Have scripts judge the images of their vision sensors, and tell them of detections."""
+        self._phases.judge_images()
+
+    def sense(self) -> None:
+        """Run the scripts' sensing, after physics and the sensors."""
+        self._phases.sense()
+
+    @property
+    def want_idle(self) -> bool:
+        """Whether a script wants to run while the simulation is stopped or paused."""
+        return self._phases.wants_idle
+
+    def idle(self) -> None:
+        """Run what scripts do while no simulation step is due: the simulation is stopped or paused."""
+        if self.want_idle:
+            self._phases.idle()
 
     @property
     def time_limit(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from simx_server.parts.add_ons import ADD_ON_TYPE, AddOn
 
@@ -12,7 +12,18 @@ from .script import Script, ScriptKind
 
 if TYPE_CHECKING:
     from ..scene.objects import Scene
-    from .scripts import Scripts
+
+
+class Known(Protocol):
+    """The scripts and add-ons that can be meant; see `scripts.Scripts`."""
+
+    add_ons: dict[str, AddOn]
+
+    def get(self, handle: int) -> Script | None: ...
+    def of(self, owner: int, kind: ScriptKind) -> Script | None: ...
+    def all(self, kind: ScriptKind | None = None) -> list[Script]: ...
+    def list_scripts(self) -> str: ...
+
 
 THREADED = 0xF0
 """Added to the type of an old threaded script, which counts as the plain one."""
@@ -28,7 +39,7 @@ def split_target(function: str, description: str) -> tuple[str, str]:
     return function, name
 
 
-def find_target(scripts: Scripts, scene: Scene, options: int, name: str) -> Script | AddOn:
+def find_target(scripts: Known, scene: Scene, options: int, name: str) -> Script | AddOn:
     """The script or add-on for a script type or handle, and the name that goes with a type.
 
     Raises CommandError, which lists the scripts that there are.
@@ -58,13 +69,13 @@ def find_target(scripts: Scripts, scene: Scene, options: int, name: str) -> Scri
     return script
 
 
-def _owner(scripts: Scripts, scene: Scene, name: str) -> int:
+def _owner(scripts: Known, scene: Scene, name: str) -> int:
     try:
         return scene.resolve(name)
     except UnknownName as problem:
         raise ScriptError(f"{problem}; scripts of this scene: {scripts.list_scripts()}") from None
 
 
-def _missing(scripts: Scripts, what: str, name: str) -> CommandError:
+def _missing(scripts: Known, what: str, name: str) -> CommandError:
     of = f" of '{name}'" if name else ""
     return ScriptError(f"there is no {what}{of}; scripts of this scene: {scripts.list_scripts()}")

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.geometry.poses import Vector
+from simx_server.world.part import Part
 
 from ..errors import CommandError
 from ..scene.breaking import break_sensor
@@ -49,16 +50,22 @@ class _Record:
     violations: int = 0
 
 
-class ForceSensors:
+class ForceSensors(Part):
     """All force sensors of the scene."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._records: dict[int, _Record] = {}
         self._broken: set[int] = set()
-        sim.on_sensing.append(self._sense)
-        for listeners in (sim.on_start, sim.on_stop, sim.on_load, sim.on_close):
-            listeners.append(self._forget)
+
+    def run_started(self) -> None:
+        self._forget()
+
+    def run_stopped(self) -> None:
+        self._forget()
+
+    def scene_changed(self) -> None:
+        self._forget()
 
     def read(self, handle: int) -> ForceReading | None:
         """What was measured last, filtered.
@@ -92,7 +99,7 @@ class ForceSensors:
             break_sensor(self._sim, item)
             self._broken.add(handle)
 
-    def _sense(self) -> None:
+    def sense(self) -> None:
         handles = self._sim.scene.of_kind(ObjectKind.FORCE_SENSOR)
         if not handles:
             return

@@ -49,11 +49,13 @@ from simx_server.viewer.messages import (
     StreamView,
     Survey,
 )
+from simx_server.world.part import Part
 from simx_server.world.saved_state import editable_arrays, get_state
 from simx_server.world.simulation import SimulationState
 
 if TYPE_CHECKING:
     from simx_server.runtime.server_loop import Engine
+    from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
 
 _MOST_TEXT = 200
@@ -84,12 +86,13 @@ _models = count(1 + secrets.randbelow(1 << 30))
 the place of another before its page has noticed."""
 
 
-class Feed:
+class Feed(Part):
     """The add-on. `realm` and `ports` are told to the page, which shows how to connect."""
 
     def __init__(self, engine: Engine, realm: str, ports: Sequence[int]) -> None:
         self._engine = engine
-        self._sim: Simulation = engine.simulation
+        self._world = engine.world
+        self._sim = engine.simulation
         self._realm, self._ports = realm, list(ports)
         self._functions = Functions[Callable[..., Look | Survey | None]](
             ADD_ON,
@@ -108,9 +111,7 @@ class Feed:
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
         self._pausing_at: int | None = None
-        self._sim.on_model_changed.append(self._forget_model)
-        self._sim.on_pass_end.append(self._pause_if_due)
-        self._sim.on_stop.append(self._forget_pause)
+        self._sim.attach(self)
 
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
@@ -141,10 +142,10 @@ class Feed:
             "time": sim.time,
             "passes": sim.pass_count,
             "scene": sim.scene.name,
-            "selection": [handle for handle in sim.selection if handle in sim.scene.objects],
+            "selection": [handle for handle in self._world.selection.handles if handle in sim.scene.objects],
         }
 
-    def _forget_model(self) -> None:
+    def model_changed(self, twins: Twins | None) -> None:
         self._model = 0
 
     def _changed_arrays(self) -> dict[str, bytes]:
@@ -157,9 +158,9 @@ class Feed:
     def _survey(self, known_tree: int, known_drawings: int) -> Survey:
         sim, engine = self._sim, self._engine
         tree = self._tree_version()
-        drawings = sim.drawings.version & 0x7FFFFFFF
-        is_drawn_anew = drawings != known_drawings or sim.drawings.are_carried
-        pace = sim.parameters.pace
+        drawings = self._world.drawings.version & 0x7FFFFFFF
+        is_drawn_anew = drawings != known_drawings or self._world.drawings.are_carried
+        pace = self._world.parameters.pace
         return {
             "tree_version": tree,
             "tree": _tree(sim) if tree != known_tree else None,
@@ -168,14 +169,14 @@ class Feed:
             "joints": self._joints(),
             "signals": self._signals(),
             "interface": self._interface(),
-            "messages": sim.status_bar.count,
+            "messages": self._world.status_bar.count,
             "speed": None if pace is None else pace.speed,
             "time_step": sim.time_step,
             "steppers": [one.name for one in engine.sessions.values() if one.is_stepping],
             "is_waiting": engine.is_waiting_for_trigger,
             "metrics": self._recent_metrics(),
             "streams": self._streams(),
-            "workspace": str(sim.workspace),
+            "workspace": str(sim.files.workspace),
         }
 
     def _recent_metrics(self) -> Metrics:
@@ -213,7 +214,7 @@ class Feed:
         return found
 
     def _signals(self) -> Signals:
-        signals = self._sim.signals
+        signals = self._world.signals
         return {
             "integers": _some(signals.integers),
             "floats": _some(signals.floats),
@@ -226,7 +227,7 @@ class Feed:
 
     def _interface(self) -> dict[str, Any]:
         """What programs show; of what grows, the end."""
-        shown = self._sim.user_interface.describe()
+        shown = self._world.user_interface.describe()
         shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
             console["lines"] = [line[:_MOST_LETTERS] for line in console["lines"][-_MOST_LINES:]]
@@ -253,7 +254,7 @@ class Feed:
                 "points": drawn.layout.points,
                 "items": items,
             }
-            for drawn, items in self._sim.drawings.shown(_MOST_ITEMS)
+            for drawn, items in self._world.drawings.shown(_MOST_ITEMS)
         ]
 
     # --- one pass --------------------------------------------------------------------------------
@@ -270,16 +271,16 @@ class Feed:
         sim.start()
         self._pausing_at = sim.pass_count + 1
 
-    def _pause_if_due(self) -> None:
+    def step_finished(self) -> None:
         if self._pausing_at is not None and self._sim.pass_count >= self._pausing_at:
             self._pausing_at = None
             self._sim.pause()
 
-    def _forget_pause(self) -> None:
+    def run_stopped(self) -> None:
         self._pausing_at = None
 
     def _set_speed(self, speed: float) -> None:
-        pace = self._sim.parameters.pace
+        pace = self._world.parameters.pace
         if pace is None or not speed > 0:
             raise CommandError(
                 f"a speed is a number above 0, or infinity for as fast as it goes; not {speed}"

@@ -19,7 +19,6 @@ class AppliedForces:
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._any = False
-        sim.on_sensing.append(self._clear)
 
     def add(self, shape: int, force: Vector, torque: Vector) -> None:
         """Add newtons at the centre of mass and newton metres, both along world axes.
@@ -52,7 +51,8 @@ class AppliedForces:
     def _body(self, shape: int) -> int:
         return self._sim.scene.get_kind(shape, ObjectKind.SHAPE).body
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """The physics of a simulation step is over: its forces are too."""
         if self._any:
             self._sim.data.xfrc_applied[:] = 0.0
             self._any = False

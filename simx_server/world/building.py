@@ -1,16 +1,10 @@
-"""What a simulation needs beside physics to behave like V-REP: sensors, parameters, user interface, scripts.
-
-`attach_parts` is the one place that knows them all; the handlers and the scripts' ``sim`` find them as attributes
-of the simulation.
-"""
+"""Builds a world: the one place that knows which part needs which."""
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from simx_server.files.client_files import ClientFiles
+from simx_server.files.scene_files import SceneFiles
 from simx_server.kinematics import IkGroups
 from simx_server.limits import Limits
 from simx_server.parts.custom_data import CustomData
@@ -18,62 +12,120 @@ from simx_server.parts.drawing import DrawingObjects
 from simx_server.parts.graphs import Graphs
 from simx_server.parts.object_settings import ObjectSettings
 from simx_server.parts.parameters import Parameters
+from simx_server.parts.selection import Selection
+from simx_server.parts.signals import Signals
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.tubes import Tubes
 from simx_server.parts.user_interface import ADD_ON_NAME, UserInterface, UserInterfaceAddOn
 from simx_server.scene.collection import Collections
+from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
 from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
+from simx_server.scripting.namespaces import Namespaces
+from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
+from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
 
 from .applied_forces import AppliedForces
+from .simulation import Simulation
+from .velocities import Velocities
+from .world import World
 
-if TYPE_CHECKING:
-    from .simulation import Simulation
 
+def build_world(
+    rendering: RenderThread,
+    *,
+    workspace: Path | None = None,
+    limits: Limits | None = None,
+    sources: Sources | None = None,
+    own_scene: Path | None = None,
+    allows_code: bool = False,
+    tries_all: bool = False,
+    arguments: tuple[str, ...] = (),
+) -> World:
+    """Return a world with the empty scene.
 
-def attach_parts(sim: Simulation, workspace: Path | None = None, limits: Limits | None = None) -> None:
-    """Give a simulation its parts; to be called once, before its first scene is loaded.
-
-    `workspace` is the only folder, beside the shipped scenes and that of the present scene, from which clients may
-    load scenes; the working directory if None. Pictures also need `sim.rendering`, a RenderThread.
+    Args:
+        rendering: renders the images; the caller closes it.
+        workspace: the only folder, beside the shipped scenes and the folder of the present scene, from which clients
+            may load files; the working directory if None.
+        limits: how much clients may make the server hold.
+        sources: where files that scenes and models name are searched, beyond their own folder.
+        own_scene: the scene that the server starts with; the operator trusts the files that it names.
+        allows_code: scripts may run code that clients send.
+        tries_all: the operator's own files are tried in a child process too.
+        arguments: of the server, for programs that read them as string parameters.
     """
-    if limits is not None:
-        sim.limits = limits
-    sim.workspace = (workspace or Path.cwd()).resolve()
-    sim.stored = {}
-    sim.client_files = ClientFiles(sim.workspace)
-    sim.trials = Trials(sim)
-    _select_nothing(sim)
-    for happened in (sim.on_load, sim.on_close):
-        happened.append(partial(_select_nothing, sim))  # another scene may have the same handles
-    sim.status_bar = StatusBar()
-    sim.applied_forces = AppliedForces(sim)
-    sim.custom_data = CustomData(sim)
-    sim.object_settings = ObjectSettings(sim)
-    sim.parameters = Parameters(sim)
-    sim.collections = Collections(sim)
-    sim.instants = Instants(sim)
-    sim.meters = Meters(sim)
-    sim.proximity = ProximitySensors(sim)
-    sim.force = ForceSensors(sim)
-    sim.vision = VisionSensors(sim)
-    sim.tubes = Tubes(sim)
-    sim.script_parameters = ScriptParameters(sim)
-    sim.scripts = Scripts(sim)
-    sim.ik_groups = IkGroups(sim)  # after the scripts, whose actuation moves the targets
-    sim.drawings = DrawingObjects(sim)
-    sim.graphs = Graphs(sim)
-    UnresetModels(sim)
-    sim.user_interface = UserInterface(sim)
-    sim.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(sim.user_interface)
+    files = SceneFiles(workspace or Path.cwd(), sources, own_scene)
+    sim = Simulation(limits, files)
+    signals = Signals(sim)
+    status_bar = StatusBar()
+    collections = Collections(sim)
+    instants = Instants(sim)
+    meters = Meters(sim, collections, instants)
+    proximity = ProximitySensors(sim, collections, instants)
+    vision = VisionSensors(sim, rendering)
+    trials = Trials(sim, tries_all=tries_all)
+    object_settings = ObjectSettings(sim)
+    user_interface = UserInterface(sim, status_bar, trials)
 
+    def open_spaces(script: Script) -> Namespaces:
+        return Namespaces(world, script)
 
-def _select_nothing(sim: Simulation) -> None:
-    sim.selection = []
+    world = World(
+        simulation=sim,
+        velocities=Velocities(sim),
+        applied_forces=AppliedForces(sim),
+        signals=signals,
+        status_bar=status_bar,
+        selection=Selection(),
+        custom_data=CustomData(sim),
+        object_settings=object_settings,
+        collections=collections,
+        instants=instants,
+        meters=meters,
+        proximity=proximity,
+        force=ForceSensors(sim),
+        rendering=rendering,
+        vision=vision,
+        tubes=Tubes(sim),
+        script_parameters=ScriptParameters(sim),
+        scripts=Scripts(sim, signals, status_bar, vision, proximity, open_spaces, allows_code=allows_code),
+        ik_groups=IkGroups(sim, collections),
+        drawings=DrawingObjects(sim),
+        graphs=Graphs(sim),
+        trials=trials,
+        user_interface=user_interface,
+        parameters=Parameters(
+            sim, meters, proximity, vision, object_settings, user_interface, arguments=arguments
+        ),
+    )
+    world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
+    # Scripts are told after the parts that they call.
+    sim.attach(
+        world.velocities,
+        world.selection,
+        world.custom_data,
+        world.object_settings,
+        world.parameters,
+        world.collections,
+        world.meters,
+        world.proximity,
+        world.force,
+        world.vision,
+        world.tubes,
+        world.script_parameters,
+        world.scripts,
+        world.ik_groups,
+        world.drawings,
+        world.graphs,
+        UnresetModels(sim),
+        world.user_interface,
+    )
+    return world

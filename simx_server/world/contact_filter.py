@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 if TYPE_CHECKING:
-    from .simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ class _Hook:
 
     def __init__(self, before: Callable[..., int] | None) -> None:
         self.before = before
-        self.asked: dict[Simulation, MayTouch] = {}
+        self.asked: dict[LiveScene, MayTouch] = {}
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
         """1 drops the pair."""
@@ -50,7 +50,7 @@ class _Hook:
         return self.before(model, data, first, second) if self.before is not None else 0
 
 
-def ask_about_contacts(sim: Simulation, may_touch: MayTouch) -> None:
+def ask_about_contacts(sim: LiveScene, may_touch: MayTouch) -> None:
     """From now on this decides about the contacts of a simulation's own state; nothing else is asked."""
     with _SETTING:
         present = mujoco.get_mjcb_contactfilter()
@@ -60,7 +60,7 @@ def ask_about_contacts(sim: Simulation, may_touch: MayTouch) -> None:
             mujoco.set_mjcb_contactfilter(hook)
 
 
-def ask_no_more(sim: Simulation) -> None:
+def ask_no_more(sim: LiveScene) -> None:
     """Undo `ask_about_contacts`; the last simulation to do so brings back what was set in MuJoCo before."""
     with _SETTING:
         hook = mujoco.get_mjcb_contactfilter()

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from simx_server.joints.machine import Settings
     from simx_server.scene.formats.annotations import Annotation, Annotations
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
+
+    from .simulation import Simulation
 
 _EDITABLE = (
     "body_", "jnt_", "dof_", "geom_", "site_", "cam_", "light_", "actuator_", "tendon_", "eq_", "mat_", "pair_", "qpos",

@@ -1,7 +1,8 @@
 """The simulation: the only owner of MjModel and MjData, used by the physics thread alone.
 
-A pass is V-REP's simulation step (50 ms unless said otherwise): a whole number of MuJoCo steps with the joint
-controllers between them, then sensing. Simulated time is passes times the pass length, so it does not drift.
+A simulation step is V-REP's (50 ms unless set otherwise): a whole number of MuJoCo's physics steps with the joint
+controllers between them, then sensing (see `world.World.step`). Simulated time is the number of steps times their
+length, so it does not drift.
 """
 
 from __future__ import annotations
@@ -16,51 +17,29 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError, one_line
-from simx_server.files.client_files import ClientFiles
-from simx_server.files.scene_search import find_for_client
+from simx_server.files.scene_files import SceneFiles
 from simx_server.joints import Joints
 from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.limits import Limits
-from simx_server.parts.signals import Signals
 from simx_server.scene.formats.loader import empty_scene, load_scene
-from simx_server.scene.formats.sources import Sources
 from simx_server.scene.geometry.overlaps import log_overlaps
 from simx_server.scene.objects import Scene
-from simx_server.world import physics_warnings
-from simx_server.world.hooks import Hooks, Listener, call
-from simx_server.world.physics_callbacks import PhysicsCalls
-from simx_server.world.saved_state import Snapshot
-from simx_server.world.sleepers import Sleepers
-from simx_server.world.velocities import Velocities
+
+from . import physics_warnings
+from .interruptions import Interruptions
+from .part import Part
+from .physics_callbacks import PhysicsCalls
+from .saved_state import Snapshot
+from .sleepers import Sleepers
 
 if TYPE_CHECKING:
-    from simx_server.kinematics import IkGroups
-    from simx_server.parts.custom_data import CustomData
-    from simx_server.parts.drawing import DrawingObjects
-    from simx_server.parts.graphs import Graphs
-    from simx_server.parts.object_settings import ObjectSettings
-    from simx_server.parts.parameters import Parameters
-    from simx_server.parts.status_bar import StatusBar
-    from simx_server.parts.tubes import Tubes
-    from simx_server.parts.user_interface import UserInterface
-    from simx_server.scene.collection import Collections
     from simx_server.scene.editing.twins import Twins
-    from simx_server.scene.trial.trials import Trials
-    from simx_server.scripting import Scripts
-    from simx_server.scripting.script_parameters import ScriptParameters
-    from simx_server.sensors.distance.meters import Meters
-    from simx_server.sensors.force import ForceSensors
-    from simx_server.sensors.instant import Instants
-    from simx_server.sensors.proximity.proximity import ProximitySensors
-    from simx_server.sensors.vision.render_thread import RenderThread
-    from simx_server.sensors.vision.vision_sensors import VisionSensors
-    from simx_server.world.applied_forces import AppliedForces
 
 logger = logging.getLogger(__name__)
 
 DEFAULT_TIME_STEP = 0.05
-"""Seconds; V-REP's default pass."""
+"""Seconds; V-REP's default simulation step."""
 
 
 class SimulationState(Enum):
@@ -69,73 +48,41 @@ class SimulationState(Enum):
     PAUSED = "paused"
 
 
-class Simulation(Hooks):
-    """One world: scene, model, state, joints, signals, and who listens to its life."""
+class Simulation:
+    """Model, data, joints, time, start and stop; the parts around it are told of its life."""
 
-    limits = Limits()
-    # Given by `parts.attach_parts` (a bare simulation works without them).
-    applied_forces: AppliedForces
-    custom_data: CustomData
-    drawings: DrawingObjects
-    graphs: Graphs
-    object_settings: ObjectSettings
-    parameters: Parameters
-    scripts: Scripts
-    script_parameters: ScriptParameters
-    ik_groups: IkGroups
-    collections: Collections
-    instants: Instants
-    meters: Meters
-    proximity: ProximitySensors
-    force: ForceSensors
-    vision: VisionSensors
-    rendering: RenderThread
-    status_bar: StatusBar
-    trials: Trials
-    tubes: Tubes
-    user_interface: UserInterface
-    selection: list[int]
-    workspace: Path
-    stored: dict[Path, int]  # sizes of what clients have stored there
+    def __init__(self, limits: Limits | None = None, files: SceneFiles | None = None) -> None:
+        """Make a simulation of the empty scene.
 
-    def __init__(self) -> None:
-        super().__init__()
+        Args:
+            limits: how much clients may make the server hold.
+            files: where scenes are searched.
+        """
         physics_warnings.listen()
+        self.limits = limits or Limits()
+        self.files = files or SceneFiles()
+        self.interruptions = Interruptions()
+        self.physics_calls = PhysicsCalls()
         self.state = SimulationState.STOPPED
-        self.client_files = ClientFiles()
         self.version = 0
-        """Bumped whenever anything visible may have changed."""
+        """Increases whenever anything visible may have changed."""
         self.model_version = 0
-        """Bumped whenever the model was replaced, its arrays were written or an object was renamed: what keeps a copy
-        of it looks here."""
+        """Increases whenever the model was replaced, its arrays were written or an object was renamed: copies of it
+        are stale then."""
         self.pass_count = 0
-        """Passes of this run; 0 when stopped."""
+        """Simulation steps of this run; 0 when stopped."""
         self.scene_id = 0
         """Another number for every scene that was loaded, and for the empty one after closing."""
         self.dynamics_enabled = True
-        """Boolean parameter 6: off, passes go by without physics. Another scene begins with them on."""
-        self.signals = Signals(self)
+        """Boolean parameter 6: if false, simulation steps pass without physics. A new scene starts with true."""
         self.is_stopping = False
-        """The run is to end: a script asked for it, or it is ending now."""
-        self.physics_calls = PhysicsCalls()
+        """The run is about to end: a script asked for it, or it is ending now."""
         self.is_ending = False
-        """The server has been told to end: no script is given long any more."""
-        self._soon: list[Listener] = []
-        self.find_file: Callable[[str, bool], Path] = self._find_file
-        """The scene file that a text means, or (True) model file. Raises CommandError. A replay has its own."""
-        self.sources = Sources.of()
-        """Where what scenes and models name is searched, beyond their own folder."""
-        self.more_folders: list[Path] = []
-        """From which clients may load too."""
+        """The server has been told to end: scripts get little time from now on."""
         self.scene_is_of_client = False
         """A client sent the scene's file, or one that it is made of."""
-        self.own_scene: Path | None = None
-        """The scene that the server was started with, which the operator trusts with what it names."""
-        self.scene: Scene
-        self.model: mujoco.MjModel
-        self.data: mujoco.MjData
-        self.joints: Joints
-        self._velocities = Velocities(self)
+        self._parts: list[Part] = []
+        self._soon: list[Callable[[], object]] = []
         self.sleepers = Sleepers(self)
         self._snapshot: Snapshot | None = None
         self._stale = False
@@ -144,6 +91,24 @@ class Simulation(Hooks):
         self._time_step = DEFAULT_TIME_STEP
         self._adopt_empty()
 
+    def attach(self, *parts: Part) -> None:
+        """Have these told of the simulation's life from now on, after those attached before."""
+        self._parts.extend(parts)
+
+    def detach(self, part: Part) -> None:
+        """Tell a part no more."""
+        self._parts.remove(part)
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a part wants the next simulation step later (see `Part.holds_step`)."""
+        return any(part.holds_step() for part in self._parts)
+
+    def tell(self, event: Callable[[Part], object]) -> None:
+        """Tell all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
+        for part in tuple(self._parts):
+            event(part)
+
     @property
     def time(self) -> float:
         """Simulated seconds of this run; 0 when stopped."""
@@ -151,7 +116,7 @@ class Simulation(Hooks):
 
     @property
     def time_step(self) -> float:
-        """Length of a pass in seconds."""
+        """Length of a simulation step in seconds."""
         return self._time_step
 
     @time_step.setter
@@ -173,7 +138,7 @@ class Simulation(Hooks):
 
     @property
     def substeps(self) -> int:
-        """Physics steps per pass."""
+        """Physics steps per simulation step."""
         return max(1, round(self._time_step / self._wanted_timestep))
 
     @property
@@ -193,52 +158,52 @@ class Simulation(Hooks):
             CommandError: not stopped. SceneError: the file is bad; the present scene stays.
         """
         self._require_stopped("a scene can be loaded")
-        is_of_client = self.client_files.made(Path(path))
-        self.use(*load_scene(path, self.sources), is_of_client=is_of_client)
+        is_of_client = self.files.client_files.made(Path(path))
+        self.use(*load_scene(path, self.files.sources), is_of_client=is_of_client)
 
     def use(self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False) -> None:
         """As `load`, for a scene that is built already. `is_of_client`: from a file that a client sent."""
         self._require_stopped("a scene can be loaded")
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
-        call(self.on_closing)
+        self.tell(lambda part: part.scene_closing())
         self._adopt(scene, model, data)
         logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
         log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
-        call(self.on_load)
-        call(self.on_model_changed)
+        self.tell(lambda part: part.scene_changed())
+        self.tell(lambda part: part.scene_loaded())
+        self.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
         """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
         self._require_stopped("a scene can be closed")
-        call(self.on_closing)
+        self.tell(lambda part: part.scene_closing())
         self._adopt_empty()
-        call(self.on_close)
-        call(self.on_model_changed)
+        self.tell(lambda part: part.scene_changed())
+        self.tell(lambda part: part.model_changed(None))
 
     def start(self) -> None:
         """Start from stopped (everything is saved), resume from paused."""
         if self.state == SimulationState.PAUSED:
             self.state = SimulationState.RUNNING
-            call(self.on_resume)
+            self.tell(lambda part: part.run_resumed())
             return
         if self.state == SimulationState.RUNNING:
             return
-        call(self.on_starting)
+        self.tell(lambda part: part.run_starting())
         self._snapshot = Snapshot.take(self)
         self.joints.forget_run()
         self.pass_count = 0
         self.state = SimulationState.RUNNING
         self.refresh()
-        self._velocities.restart()
-        call(self.on_start)
+        self.tell(lambda part: part.run_started())
 
     def pause(self) -> None:
         """Hold time still; nothing when not running."""
         if self.state == SimulationState.RUNNING:
             self.state = SimulationState.PAUSED
-            call(self.on_pause)
+            self.tell(lambda part: part.run_paused())
 
     def stop(self) -> None:
         """End the run and bring back, bit for bit, what was saved at its start."""
@@ -253,29 +218,31 @@ class Simulation(Hooks):
         self.model_edited()
         self.changed()
         self.refresh()
-        self._velocities.restart()
         self.is_stopping = False
-        call(self.on_stop)
+        self.tell(lambda part: part.run_stopped())
         if replaced:
-            call(self.on_model_changed)
+            self.tell(lambda part: part.model_changed(None))
 
     def _prepare_stop(self) -> None:
         """Whatever fails here, the run ends: else nothing could end it any more."""
-        for listener in tuple(self.on_stopping):
+        for tell in [
+            *(part.run_ending for part in self._parts),
+            *(part.run_stopping for part in self._parts),
+        ]:
             try:
-                listener()
+                tell()
             except Exception:
                 logger.exception(
                     "part of what a stop does first has failed; the simulation stops all the same"
                 )
 
-    def advance(self) -> None:
-        """One pass; nothing unless running. When the physics diverges, the run is stopped."""
-        if self.state != SimulationState.RUNNING:
-            return
-        call(self.on_pass_begin)
-        if self.state != SimulationState.RUNNING:  # a listener may stop the run
-            return
+    @property
+    def is_advancing(self) -> bool:
+        """Running and not paused."""
+        return self.state is SimulationState.RUNNING
+
+    def run_physics(self) -> None:
+        """Make the physics steps of one simulation step. When physics cannot go on, the run is stopped."""
         try:
             self._make_physics()
         except (StepFailed, mujoco.FatalError) as error:
@@ -283,15 +250,14 @@ class Simulation(Hooks):
             return
         self._moved()
         self.refresh()
-        self._velocities.remember()
-        self.joints.measure()
-        call(self.on_sensing)
+
+    def count_step(self) -> None:
+        """The simulation step is complete: time advances."""
         self.pass_count += 1
-        call(self.on_pass_end)
-        self.settle()
+        self.tell(lambda part: part.step_finished())
 
     def _make_physics(self) -> None:
-        """The physics of a pass. Raises StepFailed, mujoco.FatalError."""
+        """Make the physics steps. Raises StepFailed, mujoco.FatalError."""
         if not self.dynamics_enabled:
             return
         if self._is_rearranged:  # by something else than physics, which keeps shapes apart
@@ -321,15 +287,10 @@ class Simulation(Hooks):
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
         logger.error("%s", problem)
         self.stop()
-        for tell in self.on_script_stopped:
-            tell(f"{problem}; {advice}" if advice else problem)
+        text = f"{problem}; {advice}" if advice else problem
+        self.tell(lambda part: part.script_stopped(text))
 
-    def idle(self) -> None:
-        """To be called now and then while stopped or paused."""
-        call(self.on_idle)
-        self.settle()
-
-    def soon(self, action: Listener) -> None:
+    def soon(self, action: Callable[[], object]) -> None:
         """Start, pause or stop when no pass and no script is under way any more: for scripts that ask for it."""
         self._soon.append(action)
 
@@ -382,10 +343,6 @@ class Simulation(Hooks):
                 mujoco.mj_tendon(model, data)
         self._stale = False
 
-    def measured_velocity(self, handle: int) -> tuple[list[float], list[float], list[float]]:
-        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s) in the world frame, see `velocities.py`."""
-        return self._velocities.measure(self.scene.get(handle))
-
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
         self.scene, self.model, self.data = scene, model, data
@@ -394,8 +351,7 @@ class Simulation(Hooks):
         self.model_edited()
         self.changed()
         self.refresh()
-        self._velocities.carry(twins)
-        call(self.on_model_changed)
+        self.tell(lambda part: part.model_changed(twins))
 
     def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
         """The state that a scene begins in. Raises CommandError when it cannot be simulated."""
@@ -426,6 +382,7 @@ class Simulation(Hooks):
 
     def _adopt(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.scene, self.model, self.data = scene, model, data
+        self.files.open_scene = scene.path
         self.scene_id += 1
         self.dynamics_enabled = True
         self.scene_is_of_client = False
@@ -435,12 +392,8 @@ class Simulation(Hooks):
         self.pass_count = 0
         self.time_step = scene.annotations.time_step or DEFAULT_TIME_STEP
         self.refresh()
-        self._velocities.restart()
         self.model_edited()
         self.changed()
-
-    def _find_file(self, text: str, is_model: bool) -> Path:
-        return find_for_client(text, self.workspace, self.scene.path, self.more_folders, model=is_model)
 
     def _require_stopped(self, what: str) -> None:
         if self.state != SimulationState.STOPPED:

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 if TYPE_CHECKING:
-    from .simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 logger = logging.getLogger(__name__)
 
@@ -52,7 +52,7 @@ def _reason_against(model: mujoco.MjModel) -> str:
 class Sleepers:
     """The sleeping bodies of one simulation."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self.are_to_wake = False
         """Something was edited: before the next physics step kinematics must be brought up to date."""

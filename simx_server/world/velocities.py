@@ -13,6 +13,8 @@ from simx_server.scene.geometry.placing import body_pose, carrier_body, object_p
 from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, multiply, scale, subtract
 from simx_server.scene.objects import SceneObject
 
+from .part import Part
+
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.world.simulation import Simulation
@@ -29,13 +31,28 @@ _ARRAYS = {
 Memory = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
-class Velocities:
+class Velocities(Part):
     """Remembers where everything was from pass to pass. What was placed between two passes counts as moved."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
-        self._before: Memory = {}
-        self._after: Memory = {}
+        self._before: Memory = self._copy()
+        self._after: Memory = self._copy()
+
+    def scene_changed(self) -> None:
+        self.restart()
+
+    def run_started(self) -> None:
+        self.restart()
+
+    def run_stopped(self) -> None:
+        self.restart()
+
+    def model_changed(self, twins: Twins | None) -> None:
+        if twins is None:
+            self.restart()
+        else:
+            self._carry(twins)
 
     def restart(self) -> None:
         """A run begins or ends, or another model is there: everything is still. The kinematics must be fresh."""
@@ -50,7 +67,7 @@ class Velocities:
             places[:] = getattr(data, place_name)
             turns[:] = getattr(data, turn_name)
 
-    def carry(self, twins: Twins) -> None:
+    def _carry(self, twins: Twins) -> None:
         """An edit replaced the model: the elements that stayed, by name, go on as they moved."""
         before, after = self._before, self._after
         self.restart()
@@ -60,12 +77,12 @@ class Velocities:
                 for kept, known in zip(target[element], source[element], strict=True):
                     kept[new] = known[old]
 
-    def measure(self, item: SceneObject) -> tuple[list[float], list[float], list[float]]:
+    def measure(self, handle: int) -> tuple[list[float], list[float], list[float]]:
         """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s), world axes; zero at start.
 
         The Euler rates are the angles of the turn between the two poses, over the pass.
         """
-        old, new = self._poses(item)
+        old, new = self._poses(self._sim.scene.get(handle))
         rate = 1.0 / self._sim.time_step
         turn = multiply(new[1], conjugate(old[1]))
         linear = scale(subtract(new[0], old[0]), rate)

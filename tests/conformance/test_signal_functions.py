@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from conforming import BLOCKING, BUFFER, NOVALUE, OK, ONESHOT, REMOTE_ERROR, STREAMING, assert_types, of
+from observing import observe
 
 import simx_client as v
 
@@ -155,9 +156,10 @@ def test_a_query_without_an_answer_is_2_after_its_time_out(cid: int, simx: Any) 
 @of("simxQuery")
 def test_a_query_gives_what_is_put_into_the_other_signal(world: Any, cid: int, simx: Any) -> None:
     v.simxSetStringSignal(cid, "answer", b"stale", BLOCKING)
-    signals = world.simulation.signals
-    world.simulation.on_pass_begin.append(
-        lambda: signals.strings.get("question") and signals.set_string("answer", b"fresh")
+    signals = world.parts.signals
+    observe(
+        world.simulation,
+        step_finished=lambda: signals.strings.get("question") and signals.set_string("answer", b"fresh"),
     )
     v.simxStartSimulation(cid, BLOCKING)
     assert simx(cid, "question", b"?", "answer", 5000) == (OK, bytearray(b"fresh"))

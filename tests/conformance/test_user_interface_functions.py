@@ -42,7 +42,7 @@ def test_closing_a_console_is_success_also_for_an_unknown_one(cid: int, simx: An
 @of("simxAuxiliaryConsolePrint")
 def test_printing_to_a_console_and_clearing_it(world: Any, cid: int, simx: Any, console: int) -> None:
     def lines() -> list[str]:
-        return world.simulation.user_interface.consoles.describe()[0]["lines"]
+        return world.parts.user_interface.consoles.describe()[0]["lines"]
 
     assert simx(cid, console, "line\n", BLOCKING) == OK
     assert lines() == ["line"]
@@ -97,7 +97,7 @@ def test_the_result_of_a_dialog_is_still_open_until_it_is_answered(
     world: Any, cid: int, simx: Any, dialog: int
 ) -> None:
     assert simx(cid, dialog, BLOCKING) == (OK, v.sim_dlgret_still_open)
-    world.simulation.user_interface.dialogs.answer(dialog, v.sim_dlgret_ok)
+    world.parts.user_interface.dialogs.answer(dialog, v.sim_dlgret_ok)
     assert simx(cid, dialog, BLOCKING) == (OK, v.sim_dlgret_ok)
     assert_types(simx(cid, dialog, BLOCKING), (0, 0))
 
@@ -166,7 +166,7 @@ def test_a_slider_is_set_within_0_to_1000_without_an_event(cid: int, simx: Any, 
 
 @of("simxGetUIEventButton")
 def test_an_event_names_its_button_and_is_read_once(world: Any, cid: int, simx: Any, ui: int) -> None:
-    world.simulation.user_interface.custom_uis.click(ui, 1)
+    world.parts.user_interface.custom_uis.click(ui, 1)
     prop = v.simxGetUIButtonProperty(cid, ui, 1, BLOCKING)[1]
     assert simx(cid, ui, BLOCKING) == (OK, 1, [prop, 1])
     assert simx(cid, ui, BLOCKING) == (OK, -1, [0, 0])
@@ -190,7 +190,7 @@ def test_the_property_of_a_button_says_its_kind(cid: int, simx: Any, ui: int) ->
 @of("simxSetUIButtonLabel")
 def test_the_labels_of_a_button_are_set(world: Any, cid: int, simx: Any, ui: int) -> None:
     assert simx(cid, ui, 1, "up", b"down", BLOCKING) == OK
-    element = world.simulation.user_interface.custom_uis.get(ui).element(1)
+    element = world.parts.user_interface.custom_uis.get(ui).element(1)
     assert (element.label, element.down_label) == ("up", "down")
 
 

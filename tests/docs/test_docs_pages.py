@@ -144,7 +144,7 @@ def test_annotations_page_example_loads(
     world = RealWorld(tmp_path / "bench.xml")
     try:
         world.simulation.start()
-        world.simulation.advance()
+        world.parts.step()
     finally:
         world.close()
 

@@ -137,7 +137,7 @@ def test_example_of_the_server_starts_it(example: str, place: Path, monkeypatch:
         return 0
 
     for name in ("server", "fleet"):
-        stand_in = ModuleType(f"simx_server.{name}")
+        stand_in = ModuleType(f"simx_server.app.{name}")
         stand_in.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
         monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
     monkeypatch.chdir(place)

@@ -42,19 +42,22 @@ def test_every_make_target_in_the_readme_exists(readme: str) -> None:
             assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-def test_every_place_in_the_layout_of_the_code_exists() -> None:
+def test_the_layout_of_the_code_names_every_folder() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    table = text.partition("## Layout of the code")[2].partition("\n## ")[0]
-    parent = ROOT
-    found = 0
-    for line in table.splitlines():
-        if header := re.match(r"\| folder of `(\w+/)`", line):
-            parent = ROOT / header[1]
-        elif line.startswith("| `"):
-            for name in re.findall(r"`([^`]+)`", line.split("|")[1]):
-                assert (parent / name).exists(), name
-                found += 1
-    assert found > 10
+    layout = text.partition("## Layout of the code")[2].partition("\n## ")[0]
+    for package in ("simx_client", "simx_server"):
+        table = layout.partition(f"| folder of `{package}/` |")[2].partition("\n\n")[0]
+        named = {
+            name
+            for row in table.splitlines()
+            for name in re.findall(r"`(\w+)/`", row.split("|")[1] if "|" in row else "")
+        }
+        folders = {path.parent.name for path in (ROOT / package).glob("*/__init__.py")}
+        assert named == folders, package
+    for name in re.findall(r"`(\w+/)`", layout.rpartition("|")[2]):
+        assert (
+            (ROOT / name).is_dir() or (ROOT / "tests" / name).is_dir() or (ROOT / "scenes" / name).is_dir()
+        ), name
 
 
 def test_the_program_of_the_readme_prints_what_it_shows(readme: str, tmp_path: Path) -> None:

@@ -205,11 +205,15 @@ class Victim(logging.Handler):
         simulation.stop()
         self.scene.write_text(SCENE)
         simulation.load(self.scene)
-        for each in (simulation.signals.integers, simulation.signals.floats, simulation.signals.strings):
+        for each in (
+            self.world.parts.signals.integers,
+            self.world.parts.signals.floats,
+            self.world.parts.signals.strings,
+        ):
             each.clear()
-        for console in simulation.user_interface.consoles:
-            simulation.user_interface.consoles.close(console.handle)
-        simulation.stored.clear()
+        for console in self.world.parts.user_interface.consoles:
+            self.world.parts.user_interface.consoles.close(console.handle)
+        simulation.files.stored.clear()
         simulation.dynamics_enabled = True
         self.attacker = LoopbackTransport(self.world.engine, name="attacker")
         self.attacker.greet(1.0)

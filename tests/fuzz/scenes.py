@@ -16,8 +16,8 @@ from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene
-from simx_server.world.building import attach_parts
-from simx_server.world.simulation import Simulation
+from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.world.building import build_world
 
 from .codec import Bytes
 from .scene import SCENE
@@ -125,8 +125,9 @@ class Loader:
     """A simulation that every text is loaded into."""
 
     def __init__(self, folder: Path) -> None:
-        self.sim = Simulation()
-        attach_parts(self.sim, folder)
+        self._rendering = RenderThread()  # no image is asked for, so it begins nothing
+        self.parts = build_world(self._rendering, workspace=folder)
+        self.sim = self.parts.simulation
         self.file = folder / "hostile.xml"
         self.loaded = 0
 
@@ -141,7 +142,7 @@ class Loader:
         try:
             self.sim.use(scene, model)
             self.sim.start()
-            self.sim.advance()
+            self.parts.step()
         except (CommandError, LimitReached):
             pass
         finally:
@@ -149,4 +150,4 @@ class Loader:
         self.loaded += 1
 
     def close(self) -> None:
-        self.sim.scripts.close()
+        self.parts.scripts.close()

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 import pytest
 from model_checks import check_copies, check_still, position_of
-from real_world import RealWorld, handle_of, start_stepped, step
+from real_world import RealWorld, handle_of, render_with, start_stepped, step
 from wheeled_stock import LINE_TRACER
 
 import simx_client as vrep
@@ -31,9 +31,8 @@ def world() -> Iterator[Open]:
             opened.callback(one.close)
             if back_end is not None:
                 chosen = Backend(back_end, "the test wants it")
-                one.simulation.rendering.close()
-                one.simulation.rendering = RenderThread(lambda: chosen)
-                opened.callback(one.simulation.rendering.close)
+                render_with(one, RenderThread(lambda: chosen))
+                opened.callback(one.parts.rendering.close)
             return one, one.client()
 
         yield open_scene

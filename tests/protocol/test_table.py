@@ -14,13 +14,14 @@ import simx_client
 from simx_client.legacy import local, stubs
 from simx_client.legacy.functions import functions
 from simx_client.protocol import constants
-from simx_client.protocol.commands import BY_NAME, TABLE, Place
+from simx_client.protocol.commands import BY_NAME, CARRIED, TABLE, Effect, Place
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_the_table_holds_the_133_names_of_the_original_binding():
-    assert len(BY_NAME) == 133
+    original = [c for c in TABLE if c.place is Place.LOCAL or c.legacy_id is not None]
+    assert sum(len(command.names) for command in original) == 133
     assert len({name for command in TABLE for name in command.names}) == sum(len(c.names) for c in TABLE)
 
 
@@ -56,8 +57,23 @@ def test_every_local_function_stands_in_local_and_every_entry_is_complete():
         assert set(command.key) <= {argument.name for argument in command.arguments}
         if command.place is Place.LOCAL:
             assert inspect.isfunction(getattr(local, command.name))
-        else:
-            assert command.legacy_id is not None, command.name
+
+
+def test_every_value_says_what_it_means_and_every_argument_has_a_sample():
+    for command in TABLE:
+        for value in (*command.arguments, *command.results):
+            assert value.meaning.sentence, f"{command.name}: {value.name} needs a sentence"
+        for value in command.arguments:
+            assert value.meaning.sample, f"{command.name}: {value.name} needs a sample"
+            assert value.meaning.finder in {"", *BY_NAME}, f"{command.name}: {value.meaning.finder}"
+
+
+def test_a_viewer_may_call_no_command_that_changes_something():
+    for command in TABLE:
+        is_read = command.effect in (Effect.READS, Effect.NOTHING)
+        assert command.only_reads <= is_read
+        assert command.results or not command.only_reads, f"{command.name} returns nothing and only reads"
+    assert not [command.name for command in CARRIED if command.only_reads]
 
 
 def test_the_client_has_no_function_without_an_entry():
@@ -94,10 +110,12 @@ def test_dependence_runs_one_way_from_server_to_protocol():
         )
         for name in _imports(path):
             assert name.partition(".")[0] not in forbidden, path
-    for path in (ROOT / "simx_client" / "protocol").glob("*.py"):
+    protocol = ROOT / "simx_client" / "protocol"
+    for path in (*protocol.glob("*.py"), *(protocol / "table").glob("*.py")):
         for name in _imports(path):
             top = name.partition(".")[0]
-            assert not name.startswith(".."), path
+            above = ".." if path.parent == protocol else "..."
+            assert not name.startswith(above), path
             assert top in {*sys.stdlib_module_names, "msgpack", "zenoh", ""}, path
     page = ROOT / "simx_server" / "viewer" / "page"
     for path in (ROOT / "simx_server").rglob("*.py"):

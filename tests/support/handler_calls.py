@@ -16,8 +16,7 @@ from simx_server.handlers import HANDLERS
 from simx_server.runtime.background import at_once
 from simx_server.scene.formats.loader import load_text
 from simx_server.sensors.vision.image import CameraView, Picture
-from simx_server.world.building import attach_parts
-from simx_server.world.simulation import Simulation
+from simx_server.world.building import build_world
 
 
 class PaintingThread:
@@ -44,16 +43,24 @@ class PaintingThread:
             future.set_result(Picture(rgb, depth))
 
 
+class QuickPainter(PaintingThread):
+    """Has painted before anybody can wait."""
+
+    def request(self, *arguments: Any, **named: Any) -> Any:
+        future = super().request(*arguments, **named)
+        self.paint()
+        return future
+
+
 class World:
     """One simulation and one client."""
 
     def __init__(
         self, xml: str = "<mujoco/>", *, file: Path | None = None, workspace: Path | None = None
     ) -> None:
-        self.sim = Simulation()
         self.painter = PaintingThread()
-        self.sim.rendering = self.painter  # type: ignore[assignment]
-        attach_parts(self.sim, workspace)
+        self.parts = build_world(self.painter, workspace=workspace)  # type: ignore[arg-type]
+        self.sim = self.parts.simulation
         self.client = SimpleNamespace(errors=deque(maxlen=50), name="test", client="test", lent_files={})
         if file is None:
             self.sim.use(*load_text(xml))
@@ -64,7 +71,7 @@ class World:
         """The handler's result; arguments are checked as the dispatch checks them, and pictures are painted."""
         command = BY_NAME[name]
         checked = [a.kind.check(v) for a, v in zip(command.arguments, arguments, strict=True)]
-        result = HANDLERS[command.name](self.sim, self.client, checked)
+        result = HANDLERS[command.name](self.parts, self.client, checked)
         if isinstance(result, GeneratorType):
             return at_once(result)
         if isinstance(result, Future):
@@ -79,7 +86,7 @@ class World:
         """Start, and make passes."""
         self.sim.start()
         for _ in range(passes):
-            self.sim.advance()
+            self.parts.step()
 
 
 def floats(data: bytes) -> list[float]:

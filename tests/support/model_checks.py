@@ -165,7 +165,7 @@ def real_time_factor(world: RealWorld, seconds: float = 10.0) -> float:
     passes = round(seconds / world.simulation.time_step)
     start = time.process_time()
     for _ in range(passes):
-        world.simulation.advance()
+        world.parts.step()
     return seconds / (time.process_time() - start)
 
 
@@ -241,7 +241,7 @@ def _of_kind(world: RealWorld, row: Stock, handle: int) -> Iterable[str]:
             }
         found["mode"] = int(joints.mode(handle))
     elif row.kind == VISION:
-        settings = simulation.vision.settings(handle)
+        settings = world.parts.vision.settings(handle)
         found = {
             "resolution": (settings.width, settings.height),
             "near": settings.near,
@@ -251,7 +251,7 @@ def _of_kind(world: RealWorld, row: Stock, handle: int) -> Iterable[str]:
             "angle_deg": math.degrees(settings.angle),
         }
     elif item.kind == ObjectKind.PROXIMITY_SENSOR:
-        if simulation.proximity.volume_type(handle) != TYPES[row.kind]:
+        if world.parts.proximity.volume_type(handle) != TYPES[row.kind]:
             yield f"is no {row.kind}"
         note = item.annotations.get("proximity", {})
         found = {

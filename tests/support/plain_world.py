@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from concurrent.futures import Future
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
@@ -18,11 +18,13 @@ from simx_server.handlers.registry import Handler, handlers_of
 from simx_server.limits import Limits
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import Engine
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.interruptions import Interruptions
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
 
 
 class PlainSimulation:
-    """As much of a Simulation as the engine uses, and a few numbers to read and write."""
+    """As much of a world and its simulation as the engine uses, and a few numbers to read and write."""
 
     def __init__(self) -> None:
         self.state = SimulationState.STOPPED
@@ -31,9 +33,12 @@ class PlainSimulation:
         self.scene_id = 1
         self.limits = Limits()
         self.parameters = SimpleNamespace(error_report_mode=1)
-        self.on_start, self.on_stop, self.on_pause, self.on_idle = [], [], [], []
-        self.on_script_stopped = []
-        self.pass_holders = []
+        self.scripts = SimpleNamespace(want_idle=False)
+        self.interruptions = Interruptions()
+        self.rendering = None
+        self.simulation = self
+        self._parts: list[Part] = []
+        self.is_held = False
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()
@@ -47,8 +52,8 @@ class PlainSimulation:
 
     def start(self) -> None:
         self.state = SimulationState.RUNNING
-        for listener in self.on_start:
-            listener()
+        for part in self._parts:
+            part.run_started()
 
     def pause(self) -> None:
         self.state = SimulationState.PAUSED
@@ -56,13 +61,16 @@ class PlainSimulation:
     def stop(self) -> None:
         self.state = SimulationState.STOPPED
         self.passes = 0
-        for listener in self.on_stop:
-            listener()
+        for part in self._parts:
+            part.run_stopped()
 
     is_settled = True
     """No script here asks for anything."""
 
-    def advance(self) -> None:
+    def attach(self, *parts: Part) -> None:
+        self._parts += parts
+
+    def step(self) -> None:
         self.passes += 1
         self.log.append(("pass", self.passes))
 
@@ -138,7 +146,7 @@ class World:
 
     def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.engine = Engine(cast(Simulation, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
+        self.engine = Engine(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
         self.transports: dict[int, LoopbackTransport] = {}
 
     def client(self, *, port: int = 0, **options) -> int:

@@ -6,18 +6,19 @@ import math
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.messages import Pace
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
 from simx_server.runtime.clock import Pacer
 from simx_server.runtime.server_loop import Engine
+from simx_server.sensors.vision.render_thread import RenderThread
 
 BLOCKING = v.simx_opmode_blocking
 
@@ -35,11 +36,12 @@ class RealWorld:
     def __init__(self, scene: str | Path, *, speed: float = math.inf, workspace: Path | None = None) -> None:
         self._stack = ExitStack()
         settings = Settings(scene=str(scene), workspace=cast(Path, workspace))  # None: without one
-        self.simulation = build_simulation(settings, self._stack)
+        self.parts = open_world(settings, self._stack)
+        self.simulation = self.parts.simulation
         pacer = Pacer(speed)
-        self.engine = Engine(self.simulation, HANDLERS, pacer)
-        self.simulation.parameters.pace = pacer
-        self.simulation.parameters.is_waiting_for_trigger = lambda: self.engine.is_waiting_for_trigger
+        self.engine = Engine(self.parts, HANDLERS, pacer)
+        self.parts.parameters.pace = pacer
+        self.parts.parameters.is_waiting_for_trigger = lambda: self.engine.is_waiting_for_trigger
 
     def client(self, pace: Pace = Pace.FREE) -> int:
         transport = LoopbackTransport(self.engine)
@@ -51,6 +53,14 @@ class RealWorld:
     def close(self) -> None:
         v.simxFinish(-1)
         self._stack.close()
+
+
+def render_with(world: Any, thread: Any) -> None:
+    """Have another render thread make the images of a world, which closes its first one."""
+    if isinstance(world.parts.rendering, RenderThread):
+        world.parts.rendering.close()
+    object.__setattr__(world.parts, "rendering", thread)  # a world is frozen for everybody else
+    world.parts.vision._rendering = thread
 
 
 World = tuple[RealWorld, int]

@@ -19,7 +19,7 @@ from simx_client.connection.connection import Connection
 from simx_client.protocol.codec import encode
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import Batch, Call
-from simx_server.app.server import attach_outputs, build_simulation, serve
+from simx_server.app.server import attach_outputs, open_world, serve
 from simx_server.app.settings import Settings
 from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.handlers import HANDLERS
@@ -41,16 +41,17 @@ class RecordedWorld(RealWorld):
         chosen = Settings(scene=str(scene), workspace=recording.parent, **settings)
         self._recorder = Recorder(recording, chosen)
         self._stack.callback(self._recorder.close)
-        self.simulation = build_simulation(chosen, self._stack, self._recorder.watch)
+        self.parts = open_world(chosen, self._stack, self._recorder.watch)
+        self.simulation = self.parts.simulation
         pacer = Pacer(math.inf)
-        self.engine = Engine(self.simulation, HANDLERS, pacer)
-        self.simulation.parameters.pace = pacer
+        self.engine = Engine(self.parts, HANDLERS, pacer)
+        self.parts.parameters.pace = pacer
         self._recorder.begin(self.engine)
 
     def add_outputs(self, **files: Path | str) -> None:
         """A film or a state log of it, by their flags."""
         settings = Settings.gather({name: str(value) for name, value in files.items()}, {})
-        attach_outputs(self.simulation, settings, self._stack, self._recorder.began)
+        attach_outputs(self.parts, settings, self._stack, self._recorder.began)
 
     def close(self) -> None:
         self._recorder.ending()

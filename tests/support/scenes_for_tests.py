@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from simx_server.scene.formats.loader import load_text
-from simx_server.world.simulation import Simulation
+from simx_server.world.building import build_world
+from simx_server.world.world import World
 
 ARM = """
 <mujoco model="arm">
@@ -60,8 +63,8 @@ SLIDER = """
 """
 
 
-def arm() -> Simulation:
-    return simulation_of(ARM)
+def arm() -> World:
+    return world_of(ARM)
 
 
 def slider(
@@ -73,10 +76,10 @@ def slider(
     gravity: str = "0 0 -10",
     gravcomp: float = 0,
     offset: float = 0,
-) -> Simulation:
+) -> World:
     """One body on one joint along or about z; `note`: the joint's annotation."""
     custom = f'<text name="simx:joint:rail" data="{note}"/>' if note is not None else ""
-    return simulation_of(
+    return world_of(
         SLIDER.format(
             actuator=actuator,
             custom=custom,
@@ -89,13 +92,21 @@ def slider(
     )
 
 
-def simulation_of(xml: str) -> Simulation:
-    sim = Simulation()
-    sim.use(*load_text(xml))
-    return sim
+def world_of(scene: str | Path, workspace: Path | None = None) -> World:
+    """A whole world as the server has it, with a scene by its text or file; images are not rendered."""
+    world = build_world(NoRendering(), workspace=workspace)  # type: ignore[arg-type]
+    if isinstance(scene, Path):
+        world.simulation.load(scene)
+    else:
+        world.simulation.use(*load_text(scene))
+    return world
 
 
-def run(sim: Simulation, passes: int) -> None:
-    sim.start()
-    for _ in range(passes):
-        sim.advance()
+class NoRendering:
+    """Stands in for the render thread."""
+
+
+def run(world: World, steps: int) -> None:
+    world.simulation.start()
+    for _ in range(steps):
+        world.step()

@@ -32,7 +32,7 @@ def scripted(scripts: Mapping[str, str], body: str = TREE, custom: str = "") -> 
 
 def said(world: World) -> list[str]:
     """What scripts have printed since the last time."""
-    bar = world.sim.status_bar
+    bar = world.parts.status_bar
     found = bar.messages
     bar._messages.clear()
     return found

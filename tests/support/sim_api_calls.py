@@ -126,7 +126,7 @@ class ScriptWorld(World):
     def passes(self, count: int = 1) -> None:
         """Let the simulation go on."""
         for _ in range(count):
-            self.sim.advance()
+            self.parts.step()
 
 
 @pytest.fixture

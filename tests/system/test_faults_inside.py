@@ -11,7 +11,8 @@ from typing import Any, cast
 
 import mujoco
 import pytest
-from real_world import BLOCKING, RealWorld, handle_of, start_stepped
+from observing import observe
+from real_world import BLOCKING, RealWorld, handle_of, render_with, start_stepped
 
 import simx_client as v
 from simx_server.sensors.opengl.backend import Backend
@@ -98,8 +99,7 @@ def made(world: RealWorld) -> list[LosesItsContext]:
         renderers.append(LosesItsContext(make_renderer(model, backend)))
         return cast(Renderer, renderers[-1])
 
-    world.simulation.rendering.close()
-    world.simulation.rendering = RenderThread(lambda: Backend("raycast", "a test asked for it"), make)
+    render_with(world, RenderThread(lambda: Backend("raycast", "a test asked for it"), make))
     return renderers
 
 
@@ -219,13 +219,13 @@ def test_a_run_ends_also_when_part_of_its_end_fails(
     client = world.client()
     start_stepped(client)
     told: list[str] = []
-    world.simulation.on_stopping.insert(0, lambda: 1 // 0)
-    world.simulation.on_stopping.append(lambda: told.append("the others are told"))
+    failing = observe(world.simulation, run_stopping=lambda: 1 // 0)
+    observe(world.simulation, run_stopping=lambda: told.append("the others are told"))
     assert v.simxStopSimulation(client, BLOCKING) == 0
     assert world.simulation.state is SimulationState.STOPPED
     assert told == ["the others are told"]
     assert "the simulation stops all the same" in caplog.text
-    world.simulation.on_stopping.pop(0)
+    world.simulation.detach(failing)
     start_stepped(client)
     assert v.simxSynchronousTrigger(client) == 0
 

@@ -129,6 +129,14 @@ def test_a_citation_says_what_the_project_says() -> None:
     assert {"message", "title", "authors"} <= fields.keys()
 
 
+def test_the_changelog_has_this_version_with_its_date() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    released = re.search(r"^date-released: (.*)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
+    assert released is not None
+    assert headings[:2] == ["Unreleased", f"{simx_server.__version__} - {released[1]}"]
+
+
 def test_every_module_can_be_imported_where_there_is_no_posix() -> None:
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", NOT_POSIX], cwd=ROOT, capture_output=True, text=True

@@ -37,7 +37,7 @@ class Robot:
 
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds / self.sim.time_step)):
-            self.sim.advance()
+            self.parts.step()
 
     @property
     def opening(self) -> float:
@@ -55,7 +55,7 @@ def test_step_of_one_degree_settles_within_a_quarter_second_without_overshoot(in
     robot.aim(tuple(target))
     course = []
     for _ in range(20):
-        robot.sim.advance()
+        robot.parts.step()
         course.append(math.degrees(robot.sim.joints.position(robot.arm[index])) - start[index])
     assert course[3] == pytest.approx(0.9817, abs=0.01)  # 1 - exp(-20 / s * 0.2 s)
     assert course[4] == pytest.approx(1, abs=0.02)

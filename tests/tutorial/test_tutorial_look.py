@@ -70,7 +70,7 @@ def view(request: pytest.FixtureRequest) -> Iterator[View]:
             start_stepped(client)
             step(client, 1.0)
             view = View(world, client)
-            backend = world.simulation.rendering.backend
+            backend = world.parts.rendering.backend
             assert backend is not None
             if backend.name == "raycast" and request.param == "opengl":
                 pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")

@@ -15,8 +15,11 @@ import logging
 import re
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from types import CodeType
 from typing import Any
+
+from simx_client.protocol.cli.installing import package_line
 
 from . import meaning
 
@@ -37,6 +40,10 @@ class CannotConvert(ValueError):
     """The text is not Python 2 either, or has no equivalent in Python 3."""
 
 
+class NoConverter(CannotConvert):
+    """fissix is not installed; the text says how to install it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Converted:
     """A converted text that can be saved and run, and its code, with the line numbers of the original."""
@@ -53,7 +60,10 @@ def to_python3(source: str, path: str, *, in_package: bool = False) -> Converted
 
     Raises:
         CannotConvert: with the error and its line, as far as known.
+        NoConverter: fissix is not installed.
     """
+    if find_spec("fissix") is None:  # the client's own wheel does not require it
+        raise NoConverter(f"install it and run it again: {package_line('fissix')}")
     try:
         text = _respell(_without_tabs(source.replace("\r\n", "\n") + "\n"), path, in_package)
         text, names = meaning.restore(text)

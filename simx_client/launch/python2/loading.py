@@ -19,7 +19,7 @@ from types import CodeType, ModuleType
 
 from ..after_import import found_by_others
 from . import recognise
-from .convert import CannotConvert, Converted, decode, to_python3
+from .convert import CannotConvert, Converted, NoConverter, decode, to_python3
 
 logger = logging.getLogger(__name__)
 
@@ -60,12 +60,14 @@ def convert_if_python2(
         return None
     try:
         return to_python3(text, path, in_package=in_package)
+    except NoConverter as error:
+        reason, advice = "fissix is not installed", str(error)
     except CannotConvert as error:
-        reason = str(error)
+        reason, advice = str(error), "mend it by hand and run it again"
     if finding is not None:
         raise IsPython2(
             f"{path}, line {finding.line}, is Python 2 ({finding.construct}) and could not be converted "
-            f"({reason}); mend it by hand and run it again"
+            f"({reason}); {advice}"
         )
     if stopped is not None:
         raise stopped

@@ -18,6 +18,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 DISTRIBUTION = "simx-vrep"
+CLIENT = "simx-vrep-client"
+"""The distribution that holds the client alone; built in packages/client."""
 
 _EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _NAME = re.compile(r"[\w.-]+")
@@ -34,10 +36,12 @@ def declared() -> dict[str | None, list[str]]:
         return {None: project["dependencies"], **project["optional-dependencies"]}
     from importlib import metadata
 
-    try:
-        return by_extra(metadata.requires(DISTRIBUTION) or ())
-    except metadata.PackageNotFoundError:
-        return {}
+    for name in (DISTRIBUTION, CLIENT):
+        try:
+            return by_extra(metadata.requires(name) or ())
+        except metadata.PackageNotFoundError:
+            continue
+    return {}
 
 
 def by_extra(requirements: Iterable[str]) -> dict[str | None, list[str]]:
@@ -75,6 +79,16 @@ def missing_line() -> str:
     """Return a shell command that installs all missing packages of a server."""
     needed = declared().get(None, [])
     return line([each for each in needed if not _is_installed(name_of(each))] or needed)
+
+
+def missing_server() -> str:
+    """Return a sentence on how to get a server where only the client is installed, otherwise an empty text."""
+    if importlib.util.find_spec("simx_server") is not None:
+        return ""
+    return (
+        f"simx-server is not installed here, only the client: install {DISTRIBUTION} instead of {CLIENT}, "
+        "with the path of its clone or of its wheel"
+    )
 
 
 def line(requirements: Sequence[str]) -> str:

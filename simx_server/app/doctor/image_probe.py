@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 PATIENCE = 100.0
 """Seconds for one picture."""
@@ -36,25 +36,26 @@ def main(arguments: list[str]) -> int:
 def _look(scene: str | None) -> dict[str, Any]:
     import numpy as np
 
-    from simx_server.app.server import build_simulation
+    from simx_server.app.server import open_world
     from simx_server.app.settings import Settings
     from simx_server.scene.objects import ObjectKind
 
     with ExitStack() as stack:
-        simulation = build_simulation(Settings(scene=scene), stack)
+        world = open_world(Settings(scene=scene), stack)
+        simulation = world.simulation
         sensors = simulation.scene.of_kind(ObjectKind.VISION_SENSOR)
         if not sensors:
             return {"scene": simulation.scene.name, "sensor": None}
         handle = sensors[0]
-        _look_at_all(simulation, handle)
-        (width, height), pixels = simulation.vision.image(handle, as_grey=False).result(PATIENCE)
-        _, depths = simulation.vision.depth(handle).result(PATIENCE)
+        _look_at_all(world, handle)
+        (width, height), pixels = world.vision.image(handle, as_grey=False).result(PATIENCE)
+        _, depths = world.vision.depth(handle).result(PATIENCE)
         simulation.start()
-        simulation.advance()
+        world.step()
         began = time.perf_counter()
-        simulation.vision.image(handle, as_grey=False).result(PATIENCE)
+        world.vision.image(handle, as_grey=False).result(PATIENCE)
         took = time.perf_counter() - began
-        backend = simulation.rendering.backend
+        backend = world.rendering.backend
         colours = np.frombuffer(pixels, np.uint8).reshape(-1, 3)
         return {
             "scene": simulation.scene.name,
@@ -70,17 +71,18 @@ def _look(scene: str | None) -> dict[str, Any]:
         }
 
 
-def _look_at_all(simulation: Simulation, sensor: int) -> None:
+def _look_at_all(world: World, sensor: int) -> None:
     """Put a vision sensor where it sees most of the scene: as it stands in the file it may look into the sky."""
     import mujoco
     import numpy as np
 
+    simulation = world.simulation
     model, data = simulation.model, simulation.data
     camera = simulation.scene.get(sensor).id
     places = data.xpos[1:]
     middle = np.median(places, axis=0)
     spread = float(np.median(np.linalg.norm(places - middle, axis=1)))
-    distance = min(max(3 * spread, 1.0), 0.6 * simulation.vision.settings(sensor).far)
+    distance = min(max(3 * spread, 1.0), 0.6 * world.vision.settings(sensor).far)
     backwards = np.array((1.0, -1.0, 1.0)) / math.sqrt(3)
     right = np.array((1.0, 1.0, 0.0)) / math.sqrt(2)
     # A camera looks along -z, with +x to the right.

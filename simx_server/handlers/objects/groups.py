@@ -16,6 +16,7 @@ from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 Row = tuple[list[int], list[float], list[str]]
 """What one object adds to the flat lists of ints, floats and strings."""
@@ -30,15 +31,16 @@ _HYBRID = 65536
 
 
 def _pose(relative_to: int, *parts: Callable[[Simulation, int, int], list[float]]) -> Callable[..., Row]:
-    def row(sim: Simulation, handle: int) -> Row:
+    def row(world: World, handle: int) -> Row:
+        sim = world.simulation
         return [], [value for part in parts for value in part(sim, handle, relative_to)], []
 
     return row
 
 
 def _velocity(*parts: int) -> Callable[..., Row]:
-    def row(sim: Simulation, handle: int) -> Row:
-        measured = sim.measured_velocity(handle)
+    def row(world: World, handle: int) -> Row:
+        measured = world.velocities.measure(handle)
         return [], [value for part in parts for value in measured[part]], []
 
     return row
@@ -48,21 +50,23 @@ def _is(sim: Simulation, handle: int, kind: ObjectKind) -> bool:
     return sim.scene.get(handle).kind == kind
 
 
-def _proximity(sim: Simulation, handle: int) -> Row:
+def _proximity(world: World, handle: int) -> Row:
+    sim = world.simulation
     if not _is(sim, handle, ObjectKind.PROXIMITY_SENSOR):
         return [-1, -1], [0.0] * 6, []
     try:
-        detected, point, other, normal = read_proximity_sensor(sim, handle)
+        detected, point, other, normal = read_proximity_sensor(world, handle)
     except CommandError:
         # State -1 is this command's way to say "not handled yet".
         return [-1, -1], [0.0] * 6, []
     return [int(detected), other], point + normal, []
 
 
-def _force(sim: Simulation, handle: int) -> Row:
+def _force(world: World, handle: int) -> Row:
+    sim = world.simulation
     if not _is(sim, handle, ObjectKind.FORCE_SENSOR):
         return [-1], [0.0] * 6, []
-    state, force, torque = read_force_sensor(sim, handle)
+    state, force, torque = read_force_sensor(world, handle)
     return [state], force + torque, []
 
 
@@ -70,14 +74,16 @@ def _has_one_value(sim: Simulation, handle: int) -> bool:
     return _is(sim, handle, ObjectKind.JOINT) and sim.joints.joint_type(handle) != 12
 
 
-def _joint_state(sim: Simulation, handle: int) -> Row:
+def _joint_state(world: World, handle: int) -> Row:
+    sim = world.simulation
     if not _has_one_value(sim, handle):
         return [], [0.0, 0.0], []
-    return [], [get_joint_position(sim, handle), get_joint_force(sim, handle)], []
+    return [], [get_joint_position(world, handle), get_joint_force(world, handle)], []
 
 
-def _joint_properties(sim: Simulation, handle: int) -> Row:
+def _joint_properties(world: World, handle: int) -> Row:
     """Type and mode, plus 65536 in hybrid operation; least value and range, the range -1 when cyclic."""
+    sim = world.simulation
     if not _is(sim, handle, ObjectKind.JOINT):
         return [-1, -1], [0.0, 0.0], []
     cyclic, least, extent = sim.joints.interval(handle)
@@ -86,11 +92,11 @@ def _joint_properties(sim: Simulation, handle: int) -> Row:
     return [kind, mode], [least, _CYCLIC_RANGE if cyclic else extent], []
 
 
-_ROWS: Mapping[int, Callable[[Simulation, int], Row]] = MappingProxyType(
+_ROWS: Mapping[int, Callable[[World, int], Row]] = MappingProxyType(
     {
-        0: lambda sim, handle: ([], [], [sim.scene.get(handle).name]),
-        1: lambda sim, handle: ([int(sim.scene.get(handle).kind)], [], []),
-        2: lambda sim, handle: ([sim.scene.get(handle).parent], [], []),
+        0: lambda world, handle: ([], [], [world.simulation.scene.get(handle).name]),
+        1: lambda world, handle: ([int(world.simulation.scene.get(handle).kind)], [], []),
+        2: lambda world, handle: ([world.simulation.scene.get(handle).parent], [], []),
         3: _pose(_WORLD, frames.get_position),
         4: _pose(_PARENT, frames.get_position),
         5: _pose(_WORLD, frames.get_orientation),
@@ -109,8 +115,8 @@ _ROWS: Mapping[int, Callable[[Simulation, int], Row]] = MappingProxyType(
         17: _velocity(0),
         18: _velocity(1),
         19: _velocity(0, 1),
-        20: lambda sim, handle: ([], [], [sim.scene.get(handle).alias]),
-        21: lambda sim, handle: ([], [], [path_of(sim.scene, handle)]),
+        20: lambda world, handle: ([], [], [world.simulation.scene.get(handle).alias]),
+        21: lambda world, handle: ([], [], [path_of(world.simulation.scene, handle)]),
     }
 )
 """dataType to what one object gives; the stride is constant over all objects."""
@@ -118,15 +124,16 @@ _ROWS: Mapping[int, Callable[[Simulation, int], Row]] = MappingProxyType(
 
 @handler("simxGetObjectGroupData")
 def get_object_group_data(
-    sim: Simulation, object_type: int, data_type: int
+    world: World, object_type: int, data_type: int
 ) -> tuple[list[int], list[int], list[float], list[str]]:
     """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
 
     Raises:
         CommandError: `object_type` is neither an object type nor a collection.
     """
-    if object_type in sim.collections:
-        handles = sim.collections.members(object_type)
+    sim = world.simulation
+    if object_type in world.collections:
+        handles = world.collections.members(object_type)
     elif object_type == ALL_OBJECTS:
         handles = list(sim.scene.objects)
     elif 0 <= object_type <= LAST_OBJECT_TYPE:
@@ -142,7 +149,7 @@ def get_object_group_data(
     row = _ROWS.get(data_type)
     if row is not None:
         for handle in handles:
-            more_ints, more_floats, more_strings = row(sim, handle)
+            more_ints, more_floats, more_strings = row(world, handle)
             ints += more_ints
             floats += more_floats
             strings += more_strings

@@ -11,6 +11,7 @@ from .parameter_tables import REFUSED, Entry, entries_of
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 def _find(sim: Simulation, handle: int, number: int, *, integer: bool, setting: bool) -> Entry:
@@ -47,28 +48,32 @@ def _kind(integer: bool) -> str:
 
 
 @handler("simxGetObjectFloatParameter")
-def get_object_float_parameter(sim: Simulation, handle: int, number: int) -> float:
+def get_object_float_parameter(world: World, handle: int, number: int) -> float:
+    sim = world.simulation
     get = _find(sim, handle, number, integer=False, setting=False).get
     assert get is not None
-    return float(get(sim, handle))
+    return float(get(world, handle))
 
 
 @handler("simxSetObjectFloatParameter")
-def set_object_float_parameter(sim: Simulation, handle: int, number: int, value: float) -> None:
+def set_object_float_parameter(world: World, handle: int, number: int, value: float) -> None:
+    sim = world.simulation
     put = _find(sim, handle, number, integer=False, setting=True).set
     assert put is not None
-    put(sim, handle, value)
+    put(world, handle, value)
 
 
 @handler("simxGetObjectIntParameter")
-def get_object_int_parameter(sim: Simulation, handle: int, number: int) -> int:
+def get_object_int_parameter(world: World, handle: int, number: int) -> int:
+    sim = world.simulation
     get = _find(sim, handle, number, integer=True, setting=False).get
     assert get is not None
-    return int(get(sim, handle))
+    return int(get(world, handle))
 
 
 @handler("simxSetObjectIntParameter")
-def set_object_int_parameter(sim: Simulation, handle: int, number: int, value: int) -> None:
+def set_object_int_parameter(world: World, handle: int, number: int, value: int) -> None:
+    sim = world.simulation
     put = _find(sim, handle, number, integer=True, setting=True).set
     assert put is not None
-    put(sim, handle, value)
+    put(world, handle, value)

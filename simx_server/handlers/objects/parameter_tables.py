@@ -25,10 +25,10 @@ from . import bounding_box
 from . import shape_properties as shapes
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
-Getter = Callable[["Simulation", int], float]
-Setter = Callable[["Simulation", int, float], None]
+Getter = Callable[["World", int], float]
+Setter = Callable[["World", int, float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,23 +54,24 @@ _LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039, "dummyfl
 def _only(value: float, why: str) -> tuple[Getter, Setter]:
     """A parameter that has one value here: reading it gives that, setting another says why not."""
 
-    def put(_sim: Simulation, _handle: int, wanted: float) -> None:
+    def put(_world: World, _handle: int, wanted: float) -> None:
         if wanted != value:
             raise CommandError(f"{why}; it stays {value:g}")
 
-    return lambda sim, handle: value, put
+    return lambda world, handle: value, put
 
 
 def _linear(axis: int) -> Getter:
-    return lambda sim, handle: sim.measured_velocity(handle)[0][axis]
+    return lambda world, handle: world.velocities.measure(handle)[0][axis]
 
 
-def _spin(sim: Simulation, handle: int) -> float:
-    return sum(rate * rate for rate in sim.measured_velocity(handle)[2]) ** 0.5
+def _spin(world: World, handle: int) -> float:
+    return sum(rate * rate for rate in world.velocities.measure(handle)[2]) ** 0.5
 
 
 def _box(index: int, *, whole_model: bool) -> Getter:
-    def get(sim: Simulation, handle: int) -> float:
+    def get(world: World, handle: int) -> float:
+        sim = world.simulation
         least, greatest = bounding_box.of_object(sim, handle, whole_model=whole_model)
         return (*least, *greatest)[index]
 
@@ -83,10 +84,10 @@ _COMMON: dict[int, Entry] = dict(
     [
         _entry(
             "objintparam_visibility_layer",
-            lambda sim, handle: sim.object_settings.layers(handle),
-            lambda sim, handle, value: sim.object_settings.set_layers(handle, int(value)),
+            lambda world, handle: world.object_settings.layers(handle),
+            lambda world, handle, value: world.object_settings.set_layers(handle, int(value)),
         ),
-        _entry("objintparam_visible", lambda sim, handle: sim.object_settings.is_visible(handle)),
+        _entry("objintparam_visible", lambda world, handle: world.object_settings.is_visible(handle)),
         _entry(
             "objfloatparam_transparency_offset",
             *_only(
@@ -109,30 +110,30 @@ _COMMON: dict[int, Entry] = dict(
 
 
 def _view(name: str, field: str) -> tuple[int, Entry]:
-    def get(sim: Simulation, handle: int) -> float:
-        value = getattr(sim.vision.settings(handle), field)
+    def get(world: World, handle: int) -> float:
+        value = getattr(world.vision.settings(handle), field)
         if value is None:
             raise CommandError("this has a perspective view, which has an angle and no orthographic size")
         return value
 
-    return _entry(name, get, lambda sim, handle, value: sim.vision.change(handle, **{field: value}))
+    return _entry(name, get, lambda world, handle, value: world.vision.change(handle, **{field: value}))
 
 
 _COLOURS, _HANDLES = 0, 2
 """`sim_rendermode_opengl`, `sim_rendermode_colorcoded`, which the legacy constants lack."""
 
 
-def _render_mode(sim: Simulation, handle: int) -> float:
-    return _HANDLES if sim.vision.settings(handle).shows_handles else _COLOURS
+def _render_mode(world: World, handle: int) -> float:
+    return _HANDLES if world.vision.settings(handle).shows_handles else _COLOURS
 
 
-def _set_render_mode(sim: Simulation, handle: int, mode: float) -> None:
+def _set_render_mode(world: World, handle: int, mode: float) -> None:
     if mode not in (_COLOURS, _HANDLES):
         raise CommandError(
             f"render mode {mode:g} is not available; give {_COLOURS} for colours, or {_HANDLES} for pixels that are "
             "the handles of what is seen (there are no auxiliary channels, and no other renderers)"
         )
-    sim.vision.change(handle, shows_handles=mode == _HANDLES)
+    world.vision.change(handle, shows_handles=mode == _HANDLES)
 
 
 _VISION: dict[int, Entry] = dict(
@@ -154,12 +155,12 @@ _PROXIMITY: dict[int, Entry] = {
     c.sim_proxintparam_ray_invisibility: Entry(
         "proxintparam_ray_invisibility", True, *_only(1, "detection volumes are never drawn")
     ),
-    4001: Entry("proxintparam_volume_type", True, lambda sim, handle: sim.proximity.volume_type(handle)),
+    4001: Entry("proxintparam_volume_type", True, lambda world, handle: world.proximity.volume_type(handle)),
     4002: Entry(
         "proxintparam_entity_to_detect",
         True,
-        lambda sim, handle: sim.proximity.entity(handle),
-        lambda sim, handle, value: sim.proximity.set_entity(handle, int(value)),
+        lambda world, handle: world.proximity.entity(handle),
+        lambda world, handle, value: world.proximity.set_entity(handle, int(value)),
     ),
 }
 
@@ -167,13 +168,13 @@ _PROXIMITY: dict[int, Entry] = {
 def _read_joint(number: int) -> Getter | None:
     if number not in JOINT_READ:
         return None
-    return lambda sim, handle: sim.joints.get_parameter(handle, number)
+    return lambda world, handle: world.simulation.joints.get_parameter(handle, number)
 
 
 def _write_joint(number: int) -> Setter | None:
     if number not in JOINT_WRITE:
         return None
-    return lambda sim, handle, value: sim.joints.set_parameter(handle, number, value)
+    return lambda world, handle, value: world.simulation.joints.set_parameter(handle, number, value)
 
 
 def _joint(number: int, name: str) -> Entry:
@@ -190,8 +191,8 @@ _JOINT: dict[int, Entry] = {
 def _first_velocity(name: str, index: int) -> tuple[int, Entry]:
     return _entry(
         f"shapefloatparam_init_velocity_{name}",
-        lambda sim, handle: sim.object_settings.first_velocity(handle)[index],
-        lambda sim, handle, value: sim.object_settings.set_first_velocity(handle, index, value),
+        lambda world, handle: world.object_settings.first_velocity(handle)[index],
+        lambda world, handle, value: world.object_settings.set_first_velocity(handle, index, value),
     )
 
 
@@ -200,21 +201,25 @@ _SHAPE: dict[int, Entry] = dict(
         *(_first_velocity(name, index) for index, name in enumerate("xyzabg")),
         _entry(
             "shapeintparam_respondable_mask",
-            lambda sim, handle: sim.object_settings.mask(handle),
-            lambda sim, handle, value: sim.object_settings.set_mask(handle, int(value)),
+            lambda world, handle: world.object_settings.mask(handle),
+            lambda world, handle, value: world.object_settings.set_mask(handle, int(value)),
         ),
-        _entry("shapeintparam_compound", lambda sim, handle: shapes.is_compound(sim, handle)),
+        _entry("shapeintparam_compound", lambda world, handle: shapes.is_compound(world.simulation, handle)),
         _entry(
             "shapeintparam_static",
-            lambda sim, handle: shapes.is_static(sim, handle),
-            lambda sim, handle, value: editing.set_static(sim, handle, bool(value)),
+            lambda world, handle: shapes.is_static(world.simulation, handle),
+            lambda world, handle, value: editing.set_static(world.simulation, handle, bool(value)),
         ),
         _entry(
             "shapeintparam_respondable",
-            lambda sim, handle: shapes.is_respondable(sim, handle),
-            lambda sim, handle, value: shapes.set_respondable(sim, handle, bool(value)),
+            lambda world, handle: shapes.is_respondable(world.simulation, handle),
+            lambda world, handle, value: shapes.set_respondable(world.simulation, handle, bool(value)),
         ),
-        _entry("shapefloatparam_mass", shapes.get_mass, shapes.set_mass),
+        _entry(
+            "shapefloatparam_mass",
+            lambda world, handle: shapes.get_mass(world.simulation, handle),
+            lambda world, handle, value: shapes.set_mass(world.simulation, handle, value),
+        ),
     ]
 )
 
@@ -226,11 +231,13 @@ _CAMERA: dict[int, Entry] = dict(
 )
 
 
-def _casts_shadows(sim: Simulation, handle: int) -> float:
+def _casts_shadows(world: World, handle: int) -> float:
+    sim = world.simulation
     return bool(sim.model.light_castshadow[sim.scene.get(handle).id])
 
 
-def _set_casts_shadows(sim: Simulation, handle: int, value: float) -> None:
+def _set_casts_shadows(world: World, handle: int, value: float) -> None:
+    sim = world.simulation
     sim.model.light_castshadow[sim.scene.get(handle).id] = value != 0
     sim.model_edited()
     sim.changed()
@@ -245,8 +252,9 @@ _LOOP_CLOSURE = 0
 """`sim_dummy_linktype_dynamics_loop_closure`, which the legacy constants lack."""
 
 
-def _link_type(sim: Simulation, handle: int) -> float:
+def _link_type(world: World, handle: int) -> float:
     """Of a site that an equality ties to another."""
+    sim = world.simulation
     item, model = sim.scene.get(handle), sim.model
     for equality in range(model.neq):
         ends = (model.eq_obj1id[equality], model.eq_obj2id[equality])
@@ -262,7 +270,11 @@ def _link_type(sim: Simulation, handle: int) -> float:
 _DUMMY: dict[int, Entry] = dict(
     [
         _entry("dummyintparam_link_type", _link_type),
-        _entry("dummyfloatparam_size", editing.dummy_size, editing.set_dummy_size),
+        _entry(
+            "dummyfloatparam_size",
+            lambda world, handle: editing.dummy_size(world.simulation, handle),
+            lambda world, handle, value: editing.set_dummy_size(world.simulation, handle, value),
+        ),
     ]
 )
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from simx_server.handlers.registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 @handler("simxAuxiliaryConsoleOpen")
 def open_console(
-    sim: Simulation,
+    world: World,
     title: str,
     max_lines: int,
     mode: int,
@@ -25,29 +25,29 @@ def open_console(
 
     Differs: the original without a window gave every console the handle 1.
     """
-    console = sim.user_interface.consoles.open(
+    console = world.user_interface.consoles.open(
         title, max_lines, mode, position, size, text_color, background_color
     )
     return console.handle
 
 
 @handler("simxAuxiliaryConsoleClose")
-def close_console(sim: Simulation, handle: int) -> None:
+def close_console(world: World, handle: int) -> None:
     """An unknown handle succeeds, as in V-REP."""
-    sim.user_interface.consoles.close(handle)
+    world.user_interface.consoles.close(handle)
 
 
 @handler("simxAuxiliaryConsolePrint")
-def print_to_console(sim: Simulation, handle: int, text: str | None) -> None:
+def print_to_console(world: World, handle: int, text: str | None) -> None:
     """To a console that was closed: nothing, and no error.
 
     Raises:
         CommandError: there never was a console with this handle.
     """
-    sim.user_interface.consoles.print(handle, text)
+    world.user_interface.consoles.print(handle, text)
 
 
 @handler("simxAuxiliaryConsoleShow")
-def show_console(sim: Simulation, handle: int, shown: bool) -> None:
+def show_console(world: World, handle: int, shown: bool) -> None:
     """Raises CommandError as for printing."""
-    sim.user_interface.consoles.show(handle, shown)
+    world.user_interface.consoles.show(handle, shown)

@@ -11,66 +11,67 @@ from simx_server.runtime.background import Steps
 
 if TYPE_CHECKING:
     from simx_server.runtime.sessions import ClientSession
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _NO_EVENT = -1
 
 
 @handler("simxGetUIHandle")
-def get_ui_handle(sim: Simulation, name: str) -> int:
-    return sim.user_interface.custom_uis.find(name)
+def get_ui_handle(world: World, name: str) -> int:
+    return world.user_interface.custom_uis.find(name)
 
 
 @handler("simxGetUISlider")
-def get_ui_slider(sim: Simulation, ui: int, button: int) -> int:
-    return sim.user_interface.custom_uis.slider(ui, button)
+def get_ui_slider(world: World, ui: int, button: int) -> int:
+    return world.user_interface.custom_uis.slider(ui, button)
 
 
 @handler("simxSetUISlider")
-def set_ui_slider(sim: Simulation, ui: int, button: int, position: int) -> None:
+def set_ui_slider(world: World, ui: int, button: int, position: int) -> None:
     """Brought into 0..1000; no event comes of it, events are what people do."""
-    sim.user_interface.custom_uis.set_slider(ui, button, position)
+    world.user_interface.custom_uis.set_slider(ui, button, position)
 
 
 @handler("simxGetUIEventButton")
-def get_ui_event_button(sim: Simulation, ui: int) -> tuple[int, list[int]]:
+def get_ui_event_button(world: World, ui: int) -> tuple[int, list[int]]:
     """The button and [its property, a slider's position or 1 down, 0 up]; -1 when nothing was operated.
 
     Always a success, also for an unknown UI. Reading takes the event away.
 
     Differs: events wait in a queue, so the second of two quick clicks is not lost; the original kept the last one.
     """
-    event = sim.user_interface.custom_uis.take_event(ui)
+    event = world.user_interface.custom_uis.take_event(ui)
     return (_NO_EVENT, [0, 0]) if event is None else (event.element, [event.prop, event.value])
 
 
 @handler("simxGetUIButtonProperty")
-def get_ui_button_property(sim: Simulation, ui: int, button: int) -> int:
-    return sim.user_interface.custom_uis.get(ui).element(button).prop
+def get_ui_button_property(world: World, ui: int, button: int) -> int:
+    return world.user_interface.custom_uis.get(ui).element(button).prop
 
 
 @handler("simxSetUIButtonProperty")
-def set_ui_button_property(sim: Simulation, ui: int, button: int, prop: int) -> None:
-    sim.user_interface.custom_uis.set_property(ui, button, prop)
+def set_ui_button_property(world: World, ui: int, button: int, prop: int) -> None:
+    world.user_interface.custom_uis.set_property(ui, button, prop)
 
 
 @handler("simxSetUIButtonLabel")
-def set_ui_button_label(sim: Simulation, ui: int, button: int, up: str, down: str) -> None:
-    sim.user_interface.custom_uis.set_label(ui, button, up, down)
+def set_ui_button_label(world: World, ui: int, button: int, up: str, down: str) -> None:
+    world.user_interface.custom_uis.set_label(ui, button, up, down)
 
 
 @handler("simxLoadUI", with_client=True)
-def load_ui(sim: Simulation, client: ClientSession, path: str, options: int) -> Steps[list[int]]:
+def load_ui(world: World, client: ClientSession, path: str, options: int) -> Steps[list[int]]:
     """The handles of the UIs in the file, one of the server's side or, with options bit 0, of the client's.
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """
+    sim = world.simulation
     if not options & FILE_IS_ON_CLIENT:
-        return (yield from sim.user_interface.load(path))
-    with file_to_load(sim, client, path, options, lambda text: find_ui_file(sim, text)) as (found, _):
-        return (yield from sim.user_interface.load(str(found)))
+        return (yield from world.user_interface.load(path))
+    with file_to_load(world, client, path, options, lambda text: find_ui_file(sim, text)) as (found, _):
+        return (yield from world.user_interface.load(str(found)))
 
 
 @handler("simxRemoveUI")
-def remove_ui(sim: Simulation, ui: int) -> None:
-    sim.user_interface.custom_uis.remove(ui)
+def remove_ui(world: World, ui: int) -> None:
+    world.user_interface.custom_uis.remove(ui)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from simx_server.handlers.registry import handler
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 @handler("simxDisplayDialog")
 def display_dialog(
-    sim: Simulation,
+    world: World,
     title: str,
     text: str,
     dialog_type: int,
@@ -24,24 +24,24 @@ def display_dialog(
 
     Differs: it needs no window; any program that looks at the simulation may answer it.
     """
-    dialog = sim.user_interface.dialogs.display(
+    dialog = world.user_interface.dialogs.display(
         title, text, dialog_type, initial_text, title_colors, dialog_colors
     )
     return dialog.handle, dialog.ui.handle
 
 
 @handler("simxEndDialog")
-def end_dialog(sim: Simulation, handle: int) -> None:
-    sim.user_interface.dialogs.end(handle)
+def end_dialog(world: World, handle: int) -> None:
+    world.user_interface.dialogs.end(handle)
 
 
 @handler("simxGetDialogResult")
-def get_dialog_result(sim: Simulation, handle: int) -> int:
+def get_dialog_result(world: World, handle: int) -> int:
     """sim_dlgret_still_open until it is answered; then the answer, until the dialog or the run ends."""
-    return sim.user_interface.dialogs.get(handle).result
+    return world.user_interface.dialogs.get(handle).result
 
 
 @handler("simxGetDialogInput")
-def get_dialog_input(sim: Simulation, handle: int) -> str:
+def get_dialog_input(world: World, handle: int) -> str:
     """Return the text in the edit box; '' for a dialog without one."""
-    return sim.user_interface.dialogs.get(handle).input
+    return world.user_interface.dialogs.get(handle).input

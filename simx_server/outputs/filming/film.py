@@ -5,7 +5,7 @@ simulation's own time whatever the pace was. Several runs follow one another; wh
 
 Physics never waits for a picture. Where the clock on the wall sets the pace, a frame that rendering and encoding
 cannot keep up with is the one before once more. Where nothing does, at ``--speed max`` and in stepped mode, the next
-pass is not due until there is room again (`Simulation.pass_holders`), so every frame is there, but perhaps for
+pass is not due until there is room again (`Part.holds_step`), so every frame is there, but perhaps for
 the first of a run that follows at once; calls are answered meanwhile.
 """
 
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.world.part import Part
 
 from .film_file import FilmWriter
 from .shot import Shot, first_picture
@@ -34,7 +35,7 @@ MOST_WAITING = 8
 """Frames that were asked for and are not encoded yet; 22 MB of 1280 x 720."""
 
 
-class Film:
+class Film(Part):
     """Listens to a simulation. Physics thread only. Close it at the end, before rendering is closed."""
 
     def __init__(self, sim: Simulation, path: Path, shot: Shot, fps: float | None = None) -> None:
@@ -63,13 +64,11 @@ class Film:
         self.unseen = 0
         """Frames that do so because the scene had no such camera."""
 
-        sim.on_start.append(self._started)
-        sim.on_pass_end.append(self._passed)
-        sim.pass_holders.append(self._is_full)
+        sim.attach(self)
 
     def close(self) -> None:
         """Encode what waits and end the file."""
-        self._writer.close(self._next)
+        self._writer.end(self._next)
         if self._writer.has_failed:
             return
         repeated = self.behind + self._writer.not_made
@@ -79,11 +78,11 @@ class Film:
             self._writer.path, self._next, self._shot.name, self._next / self.fps, repeated, self.unseen,
         )  # fmt: skip
 
-    def _started(self) -> None:
+    def run_started(self) -> None:
         self._begin = self._next
         self._take(self._begin)
 
-    def _passed(self) -> None:
+    def step_finished(self) -> None:
         number = self._begin + math.floor(self._sim.time * self.fps + 1e-6)
         if number >= self._next:
             self._take(number)
@@ -93,7 +92,7 @@ class Film:
         count, self._next = number + 1 - self._next, number + 1
         if self._writer.has_failed:
             return
-        if self._is_full():
+        if self.holds_step():
             self.behind += count
             return
         try:
@@ -105,5 +104,5 @@ class Film:
             return
         self._writer.put(number, picture)
 
-    def _is_full(self) -> bool:
+    def holds_step(self) -> bool:
         return self._writer.waiting >= MOST_WAITING

@@ -8,17 +8,16 @@ it encodes.
 from __future__ import annotations
 
 import logging
-import threading
 from concurrent.futures import Future
 from fractions import Fraction
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 import cv2
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.outputs.file_thread import FileThread
 from simx_server.outputs.packages import NewFile, OutputError, package
 
 from .shot import Pixels
@@ -34,54 +33,40 @@ KEY_FRAMES = 2.0
 QUALITY = 23
 """Constant rate factor of H.264: less is better and larger, 18 looks perfect."""
 
-_LONGEST_WAIT = 30.0
-"""Seconds for one picture, and for the end of the file."""
 
+class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
+    """Writes frames in order."""
 
-class FilmWriter:
-    """Writes frames in order. `put` and `close` are for one thread and, once it is made, never raise."""
+    KIND, REMAINS = "film", "played"
 
     def __init__(self, path: Path, size: tuple[int, int], fps: Fraction) -> None:
         """Begin a film of `size` (width, height; odd sides become even). Raises OutputError."""
-        self.path = path
         self._av = package("av", "--video", "video")
         self._width, self._height = (side + side % 2 for side in size)
         self._fps = fps
-        self.has_failed = False
         self.not_made = 0
         """Frames whose picture failed; the encoder counts."""
 
-        self._come = self._gone = 0
-        """Frames so far; each counted by one thread alone."""
+        self._count = self._done = 0
+        """Frames of the whole film once it is closed, and encoded ones."""
 
-        self._file = NewFile(path, "--video")
-        self._queue: SimpleQueue[tuple[int, Future[Pixels] | None]] = SimpleQueue()
+        super().__init__(NewFile(path, "--video"))
         try:
             self._container, self._stream = self._open()
         except (OSError, ValueError) as error:
             self._file.close()
             raise OutputError(f"'{path}' cannot be begun: {error}") from None
-        self._thread = threading.Thread(target=self._run, name="simx-film", daemon=True)
-        self._thread.start()
-
-    @property
-    def waiting(self) -> int:
-        """Frames that were put and are not encoded."""
-        return self._come - self._gone
+        self._frame = self._converted(np.zeros((self._height, self._width, 3), np.uint8))
+        self._start()
 
     def put(self, number: int, picture: Future[Pixels]) -> None:
-        """Frame `number`, greater than all before; those between are the one before once more."""
-        self._come += 1
-        self._queue.put((number, picture))
+        """Write frame `number`, greater than all before; those between repeat the one before."""
+        self._put((number, picture))
 
-    def close(self, count: int) -> None:
+    def end(self, count: int) -> None:
         """End the film, which has so many frames."""
-        self._queue.put((count, None))
-        self._thread.join(_LONGEST_WAIT)
-        if self._thread.is_alive():
-            logger.error("the film '%s' could not be ended within %.0f s", self.path, _LONGEST_WAIT)
-
-    # From here on: the film's thread.
+        self._count = count
+        self.close()
 
     def _open(self) -> tuple[Any, Any]:
         options = {
@@ -103,38 +88,26 @@ class FilmWriter:
         container.start_encoding()
         return container, stream
 
-    def _run(self) -> None:
-        try:
-            self._write_frames()
-            self._mux(self._stream.encode(None))
-            self._container.close()
-        except OSError as error:
-            self._fail(error.strerror or str(error))
-        except Exception as error:
-            logger.exception("the encoder failed")
-            self._fail(str(error))
-        finally:
-            self._drain()
-            self._file.close()
+    def _write(self, item: tuple[int, Future[Pixels]]) -> None:
+        number, picture = item
+        self._repeat_until(number)
+        self._frame = self._made(picture) or self._frame
+        self._repeat_until(number + 1)
 
-    def _write_frames(self) -> None:
-        frame = self._frame(np.zeros((self._height, self._width, 3), np.uint8))
-        done = 0
-        while True:
-            number, picture = self._queue.get()
-            while done < number:
-                self._encode(frame, done)
-                done += 1
-            if picture is None:
-                return
-            frame = self._made(picture) or frame
-            self._encode(frame, number)
-            done = number + 1
-            self._gone += 1
+    def _repeat_until(self, number: int) -> None:
+        while self._done < number:
+            self._frame.pts, self._frame.time_base = self._done, 1 / self._fps
+            self._mux(self._stream.encode(self._frame))
+            self._done += 1
+
+    def _finish(self) -> None:
+        self._repeat_until(self._count)
+        self._mux(self._stream.encode(None))
+        self._container.close()
 
     def _made(self, picture: Future[Pixels]) -> Any | None:
         try:
-            return self._frame(self._fitted(picture.result(_LONGEST_WAIT)))
+            return self._converted(self._fitted(picture.result(self.LONGEST_WAIT)))
         except (CommandError, TimeoutError) as problem:
             if not self.not_made:
                 logger.warning(
@@ -155,24 +128,10 @@ class FilmWriter:
             cv2.resize(pixels, (self._width, self._height), interpolation=cv2.INTER_AREA), np.uint8
         )
 
-    def _frame(self, pixels: Pixels) -> Any:
+    def _converted(self, pixels: Pixels) -> Any:
         frame = self._av.VideoFrame.from_ndarray(pixels, format="rgb24")
         return frame.reformat(format="yuv420p", dst_colorspace="ITU709")
-
-    def _encode(self, frame: Any, number: int) -> None:
-        frame.pts, frame.time_base = number, 1 / self._fps
-        self._mux(self._stream.encode(frame))
 
     def _mux(self, packets: Any) -> None:
         for packet in packets:
             self._container.mux(packet)
-
-    def _fail(self, why: str) -> None:
-        self.has_failed = True
-        logger.error(
-            "the film '%s' ends here: %s; what is in it can be played, and the server goes on", self.path, why
-        )
-
-    def _drain(self) -> None:
-        """Nothing is encoded any more: let nobody wait for room."""
-        self._gone = self._come

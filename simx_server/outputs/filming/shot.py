@@ -15,7 +15,7 @@ from simx_server.sensors.vision.image import CameraView, Viewpoint
 from simx_server.sensors.vision.vision_sensors import then
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 DEFAULT_SIZE = 1280, 720
 """Pixels, for what has no resolution of its own."""
@@ -40,15 +40,14 @@ class Shot:
     in another size what it sees is rendered anew. One that shows depth gives that in grey.
     """
 
-    def __init__(
-        self, sim: Simulation, camera: str | None = None, size: tuple[int, int] | None = None
-    ) -> None:
+    def __init__(self, world: World, camera: str | None = None, size: tuple[int, int] | None = None) -> None:
         """`camera`: a name or path, None for the overview; `size`: width and height, None for the camera's own.
 
         Raises:
             CommandError: the scene has no such camera.
         """
-        self._sim = sim
+        self._sim = world.simulation
+        self._vision = world.vision
         self._camera = camera
         self._chosen_size = size
         self._viewpoint: tuple[int, Viewpoint] | None = None
@@ -64,7 +63,7 @@ class Shot:
             CommandError: the scene has no such camera any more, or nothing can be seen through it.
         """
         item = self._find()
-        vision = self._sim.vision
+        vision = self._vision
         if item is None:
             return then(vision.look_from(self._overview()), _upright)
         if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None:
@@ -92,7 +91,7 @@ class Shot:
     def _own_size(self, item: SceneObject | None) -> tuple[int, int] | None:
         if item is None or item.kind != ObjectKind.VISION_SENSOR:
             return None
-        settings = self._sim.vision.settings(item.handle)
+        settings = self._vision.settings(item.handle)
         return settings.width, settings.height
 
     def _overview(self) -> CameraView:

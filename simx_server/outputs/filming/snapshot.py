@@ -11,14 +11,16 @@ import cv2
 
 from simx_server.errors import CommandError
 from simx_server.outputs.packages import OutputError
-from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.part import Part
+from simx_server.world.simulation import SimulationState
+from simx_server.world.world import World
 
 from .shot import Pixels, Shot, awaited, first_picture
 
 logger = logging.getLogger(__name__)
 
 
-def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | None) -> None:
+def write_snapshot(world: World, path: Path, shot: Shot, duration: float | None) -> None:
     """Write a PNG of the scene as it was loaded, or as it is after so many simulated seconds of running.
 
     They go by as fast as they can. A file that is there already is replaced.
@@ -29,17 +31,17 @@ def write_snapshot(sim: Simulation, path: Path, shot: Shot, duration: float | No
     """
     try:
         if duration is not None:
-            _run(sim, duration)
+            _run(world, duration)
         pixels = first_picture(shot)
     finally:
-        sim.stop()
+        world.simulation.stop()
     _write(pixels, path, shot)
 
 
-class Moment:
+class Moment(Part):
     """A picture of one moment of what goes by. Physics thread only."""
 
-    def __init__(self, sim: Simulation, shot: Shot, second: float | None = None) -> None:
+    def __init__(self, world: World, shot: Shot, second: float | None = None) -> None:
         """Wait for it.
 
         Args:
@@ -50,15 +52,12 @@ class Moment:
             CommandError: no picture can be made here.
         """
         first_picture(shot)  # what is wrong is told now, and not after a long run
-        self._sim = sim
+        self._sim = sim = world.simulation
         self._shot = shot
         self._second = second
         self._elapsed = 0.0
         self._picture: Future[Pixels] | None = None
-        if second is None:
-            sim.on_stopping.insert(0, self._take)  # before scripts clean up
-        else:
-            sim.on_pass_end.append(self._passed)
+        sim.attach(self)
 
     def write(self, path: Path) -> None:
         """Write it as a PNG; to be called when all has gone by. A file that is there already is replaced.
@@ -76,7 +75,11 @@ class Moment:
             )
         _write(awaited(self._shot, self._picture), path, self._shot)
 
-    def _passed(self) -> None:
+    def run_ending(self) -> None:
+        if self._second is None:
+            self._take()
+
+    def step_finished(self) -> None:
         self._elapsed += self._sim.time_step
         if self._second is not None and self._picture is None and self._elapsed >= self._second - 1e-9:
             self._take()
@@ -102,11 +105,12 @@ def _write(pixels: Pixels, path: Path, shot: Shot) -> None:
     logger.info("'%s' is a picture of %s, %d x %d", path, shot.name, pixels.shape[1], pixels.shape[0])
 
 
-def _run(sim: Simulation, duration: float) -> None:
+def _run(world: World, duration: float) -> None:
+    sim = world.simulation
     sim.start()
     passes = max(1, math.ceil(duration / sim.time_step - 1e-9))
     for _ in range(passes):
-        sim.advance()
+        world.step()
         if sim.state is not SimulationState.RUNNING:
             raise OutputError(
                 f"the run ended or was paused before its {duration:g} s were over, so there is no picture of its end"

@@ -14,7 +14,6 @@ import logging
 import math
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ from simx_server.joints.joints import JOINT_TYPES
 from simx_server.outputs.filming.film import MOST_FPS
 from simx_server.outputs.filming.shot import Shot, first_picture
 from simx_server.scene.objects import ObjectKind
+from simx_server.world.part import Part
 
 from .images import Pictures
 from .mcap_file import McapWriter
@@ -34,7 +34,7 @@ from .poses import Places
 from .shapes import scene_update
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -54,12 +54,12 @@ _SIGNALS = {"integers": "IntegerSignal", "floats": "FloatSignal", "strings": "St
 _LONGEST_TEXT = 10_000
 
 
-class StateLog:
+class StateLog(Part):
     """Listens to a simulation. Physics thread only. Close it at the end, before rendering is closed."""
 
     def __init__(
         self,
-        sim: Simulation,
+        world: World,
         path: Path,
         shot: Shot | None = None,
         fps: float | None = None,
@@ -77,7 +77,10 @@ class StateLog:
             OutputError: the file cannot be written, or a package is missing.
             CommandError: no picture can be made here.
         """
+        sim = world.simulation
         self._sim = sim
+        self._status_bar = world.status_bar
+        self._present_signals = world.signals
         if shot is not None:
             first_picture(shot)
         self._writer = McapWriter(path)
@@ -94,7 +97,7 @@ class StateLog:
         """Passes that are not in the log because writing could not keep up."""
 
         self._is_broken = False
-        self._told = sim.status_bar.count
+        self._told = world.status_bar.count
         self._signals: dict[str, dict[str, Any]] = {kind: {} for kind in _SIGNALS}
         self._looks = b""
         self._looks_at = -math.inf
@@ -107,13 +110,7 @@ class StateLog:
         self._frames: Packed
         self._joints: tuple[list[int], Packed]
         self._sample()
-        sim.on_start.append(self._started)
-        sim.on_pass_end.append(self._passed)
-        sim.on_stopping.append(self._stopping)
-        for happened in (sim.on_pause, sim.on_resume, sim.on_stop, sim.on_load, sim.on_close):
-            happened.append(self._sample)
-        sim.on_script_stopped.append(partial(self._tell, ERROR))
-        sim.pass_holders.append(self._is_behind)
+        sim.attach(self)
 
     def close(self) -> None:
         """Write what waits, and end the file."""
@@ -129,16 +126,16 @@ class StateLog:
                 self.unseen,
             )  # fmt: skip
 
-    def _started(self) -> None:
+    def run_started(self) -> None:
         self._run += 1
         self._is_counted = False
         self._sample()
 
-    def _stopping(self) -> None:
+    def run_stopping(self) -> None:
         self._before += self._sim.time
         self._is_counted = True
 
-    def _passed(self) -> None:
+    def step_finished(self) -> None:
         if self._writer.has_failed:
             return
         if self._is_full():
@@ -149,8 +146,23 @@ class StateLog:
     def _is_full(self) -> bool:
         return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
 
-    def _is_behind(self) -> bool:
+    def holds_step(self) -> bool:
         return self._is_full() or (self._pictures is not None and self._pictures.are_awaited)
+
+    def run_paused(self) -> None:
+        self._sample()
+
+    def run_resumed(self) -> None:
+        self._sample()
+
+    def run_stopped(self) -> None:
+        self._sample()
+
+    def scene_changed(self) -> None:
+        self._sample()
+
+    def script_stopped(self, problem: str) -> None:
+        self._tell(ERROR, problem)
 
     @property
     def unseen(self) -> int:
@@ -258,7 +270,7 @@ class StateLog:
     def _tell_signals(self, now: int) -> None:
         """Those that have changed."""
         for kind, schema in _SIGNALS.items():
-            present, before = getattr(self._sim.signals, kind), self._signals[kind]
+            present, before = getattr(self._present_signals, kind), self._signals[kind]
             if present == before:
                 continue
             for name in [*present, *(before.keys() - present.keys())]:
@@ -271,7 +283,7 @@ class StateLog:
 
     def _tell_messages(self) -> None:
         """What came into the status bar since."""
-        bar = self._sim.status_bar
+        bar = self._status_bar
         new, self._told = bar.count - self._told, bar.count
         for message in bar.messages[-new:] if new else ():
             self._tell(INFO, message)

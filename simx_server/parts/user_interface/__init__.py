@@ -13,6 +13,7 @@ from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
 from simx_server.runtime.background import Steps, at_once
 from simx_server.scene.trial.kinds import UI
+from simx_server.world.part import Part
 
 from .add_on import NAME as ADD_ON_NAME
 from .add_on import UserInterfaceAddOn
@@ -22,6 +23,8 @@ from .custom_uis import CustomUI, CustomUIs
 from .dialogs import Dialogs
 
 if TYPE_CHECKING:
+    from simx_server.parts.status_bar import StatusBar
+    from simx_server.scene.trial.trials import Trials
     from simx_server.world.simulation import Simulation
 
 __all__ = ["ADD_ON_NAME", "UserInterface", "UserInterfaceAddOn"]
@@ -29,17 +32,29 @@ __all__ = ["ADD_ON_NAME", "UserInterface", "UserInterfaceAddOn"]
 logger = logging.getLogger(__name__)
 
 
-class UserInterface:
-    """Everything that is shown, of one simulation. Physics thread only; the status bar is `sim.status_bar`."""
+class UserInterface(Part):
+    """Everything that is shown, of one simulation. Physics thread only; the status bar is a part of its own."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, status_bar: StatusBar, trials: Trials) -> None:
         self._sim = sim
+        self._status_bar = status_bar
+        self._trials = trials
         self.consoles = Consoles(sim)
         self.custom_uis = CustomUIs(sim)
         self.dialogs = Dialogs(sim, self.custom_uis)
         self.mouse = (0, 0, 0)
         """x and y in pixels and the pressed buttons as bits, as a page last said; parameters 22, 23 and 31."""
-        sim.on_load.append(self._load_annotated)
+
+    def scene_changed(self) -> None:
+        self.consoles.scene_changed()
+        self.custom_uis.scene_changed()
+
+    def run_stopped(self) -> None:
+        self.consoles.run_stopped()
+        self.dialogs.run_stopped()
+
+    def scene_loaded(self) -> None:
+        self._load_annotated()
 
     def load(self, file: str) -> Steps[list[int]]:
         """Load the custom UIs of a file; their handles in its order.
@@ -51,16 +66,16 @@ class UserInterface:
 
     def _read(self, path: Path, *, is_short: bool = False) -> Steps[list[CustomUI]]:
         """The UIs of a file; a client's is tried first. Raises CommandError."""
-        sim = self._sim
-        if not sim.trials.concern(path, sim.sources):
+        sources = self._sim.files.sources
+        if not self._trials.concern(path, sources):
             return read_ui_file(path)
-        tried = yield from sim.trials.tried(UI, path, path.name, sim.sources, is_short=is_short)
+        tried = yield from self._trials.tried(UI, path, path.name, sources, is_short=is_short)
         return read_ui_file(path, None if tried.contents is None else tried.contents.read(path))
 
     def describe(self) -> dict[str, Any]:
         """All of it as plain data, ready for JSON."""
         return {
-            "status_bar": self._sim.status_bar.messages,
+            "status_bar": self._status_bar.messages,
             "consoles": self.consoles.describe(),
             "dialogs": self.dialogs.describe(),
             "custom_uis": self.custom_uis.describe(),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
+from simx_server.world.part import Part
 from simx_server.world.simulation import SimulationState
 
 if TYPE_CHECKING:
@@ -79,16 +80,19 @@ class Console:
         return self._text.removesuffix("\n").split("\n") if self._text else []
 
 
-class Consoles:
+class Consoles(Part):
     """All consoles. Physics thread only."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._consoles: dict[int, Console] = {}
         self._next_handle = 1
-        sim.on_stop.append(self._end_run)
-        sim.on_load.append(self._change_scene)
-        sim.on_close.append(self._change_scene)
+
+    def run_stopped(self) -> None:
+        self._end_run()
+
+    def scene_changed(self) -> None:
+        self._change_scene()
 
     def __iter__(self) -> Iterator[Console]:
         return iter(tuple(self._consoles.values()))

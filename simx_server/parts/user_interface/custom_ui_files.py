@@ -60,7 +60,7 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     Raises:
         UIFileError: there is none, or it lies elsewhere.
     """
-    folders = [sim.workspace.resolve(), shipped_scenes().resolve()]
+    folders = [sim.files.workspace.resolve(), shipped_scenes().resolve()]
     if sim.scene.path is not None:
         folders.insert(1, sim.scene.path.resolve().parent)
     is_vrep = text.lower().endswith(VREP_SUFFIX)
@@ -76,12 +76,12 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
             path = path.resolve()
             if not any(path.is_relative_to(each) for each in folders):
                 raise UIFileError(
-                    f"{text!r} lies outside the server's workspace {sim.workspace}; move it there"
+                    f"{text!r} lies outside the server's workspace {sim.files.workspace}; move it there"
                 )
             if is_vrep:
                 logger.info("'%s' is a V-REP file, '%s' is loaded in its place", text, path)
             return path
-    advice = f"write it as {stem}.toml" if is_vrep else f"put it into the workspace {sim.workspace}"
+    advice = f"write it as {stem}.toml" if is_vrep else f"put it into the workspace {sim.files.workspace}"
     raise UIFileError(f"no UI file {text!r}; {advice}")
 
 

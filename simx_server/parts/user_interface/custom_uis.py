@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
@@ -112,15 +113,16 @@ class CustomUI:
         return element
 
 
-class CustomUIs:
+class CustomUIs(Part):
     """All custom UIs. Physics thread only."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._uis: dict[int, CustomUI] = {}
         self._next_handle = 1
-        sim.on_load.append(self._uis.clear)
-        sim.on_close.append(self._uis.clear)
+
+    def scene_changed(self) -> None:
+        self._uis.clear()
 
     def __iter__(self) -> Iterator[CustomUI]:
         return iter(tuple(self._uis.values()))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import as_log_line
+from simx_server.world.part import Part
 
 from .custom_uis import MAX_LABEL, CustomUI, CustomUIs, Element
 
@@ -76,7 +77,7 @@ class Dialog:
         return "" if box is None else box.label
 
 
-class Dialogs:
+class Dialogs(Part):
     """All dialogs of the present run. Physics thread only."""
 
     def __init__(self, sim: Simulation, uis: CustomUIs) -> None:
@@ -84,7 +85,9 @@ class Dialogs:
         self._uis = uis
         self._dialogs: dict[int, Dialog] = {}
         self._next_handle = 1
-        sim.on_stop.append(self._end_run)
+
+    def run_stopped(self) -> None:
+        self._end_run()
 
     def __iter__(self) -> Iterator[Dialog]:
         return iter(tuple(self._dialogs.values()))

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from itertools import accumulate
 from typing import NamedTuple
 
-from simx_client.protocol.commands import ANSWERED
+from simx_client.protocol.commands import ANSWERED, Command
 from simx_server.runtime.clock import Pacer
 
 INTERVAL = 1.0
@@ -281,25 +281,31 @@ class Tally:
     """Counts executions that come one behind the other. Those of one command are counted together, each with the mean
     of their durations: counting one by itself costs as much as reading a value."""
 
-    __slots__ = ("_began", "_command", "_metrics", "count")
+    __slots__ = ("_began", "_called", "_metrics", "command", "count")
 
-    def __init__(self, metrics: Metrics) -> None:
+    def __init__(self, metrics: Metrics, called: dict[str, int] | None = None) -> None:
         self._metrics = metrics
-        self._command = ""
-        self._began = 0.0
-        self.count = 0
-        """Executions of the present command so far; whoever executes adds them."""
+        self._called = called
+        """How often a client called each command, unless streams are counted."""
 
-    def turn_to(self, command: str) -> None:
-        """What comes now is another command."""
+        self._began = 0.0
+        self.command: Command | None = None
+        self.count = 0
+        """Executions of the present command so far; the executor adds them."""
+
+    def turn_to(self, command: Command | None) -> None:
+        """Count what was executed; what comes now is another command."""
         now = time.perf_counter()
-        if self.count:
-            self._metrics.executed(self._command, (now - self._began) / self.count, self.count)
-        self._command, self._began, self.count = command, now, 0
+        if self.count and self.command is not None:
+            name = self.command.name
+            self._metrics.executed(name, (now - self._began) / self.count, self.count)
+            if self._called is not None:
+                self._called[name] = self._called.get(name, 0) + self.count
+        self.command, self._began, self.count = command, now, 0
 
     def end(self) -> None:
-        """Nothing comes any more, or for a while."""
-        self.turn_to("")
+        """Count what was executed; nothing comes any more, or for a while."""
+        self.turn_to(None)
 
 
 def _copies(histograms: Mapping[str, Histogram]) -> dict[str, list[int]]:

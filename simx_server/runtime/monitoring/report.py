@@ -180,7 +180,7 @@ def _departed(engine: Engine, departed: Departed) -> DepartedClient:
 
 def _pictures(engine: Engine, before: Sample, window: float) -> Pictures:
     pictures = engine.metrics.pictures
-    rendering: RenderThread | None = getattr(engine.simulation, "rendering", None)
+    rendering: RenderThread | None = engine.world.rendering
     backend = rendering.backend if rendering else None
     return {
         "backend": backend.name if backend else None,

@@ -10,6 +10,7 @@ stands at the top of the tree.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -22,21 +23,24 @@ from simx_server.scene.editing.transplant import move_body, move_leaf
 from simx_server.scene.editing.welding import body_name, start_pose
 from simx_server.scene.geometry.placing import body_pose, element_pose, free_joint
 from simx_server.scene.geometry.poses import compose, inverse
-from simx_server.scene.registered import concerning
+from simx_server.scene.registered import concerned
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.formats.annotations import Annotation
+    from simx_server.scene.live import LiveScene
+    from simx_server.world.world import World
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 _CARRIER_MASS = 1e-3
 """Kilograms of the body that stands for a copied joint's missing child, and its inertia in kg m^2."""
 
 
-def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
+def copy_objects(world: World, handles: list[int]) -> list[int]:
     """Copy objects, stopped or running; the handle of each copy, of a model only its base's.
 
     Unknown handles are skipped. Raises CommandError when MuJoCo cannot have the result.
     """
+    sim = world.simulation
     scene = sim.scene
     wanted = [handle for handle in dict.fromkeys(handles) if handle in scene.objects]
     models = [handle for handle in wanted if scene.is_model_base(handle)]
@@ -46,8 +50,8 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
     if not chosen:
         return []
     sim.refresh()
-    pruned = _Pruned(sim, chosen)
-    added = graft(sim, pruned.graft())
+    pruned = _Pruned(world, chosen)
+    added = graft(world, pruned.graft())
     items = {handle: scene.objects[handle] for handle in sorted(chosen)}
     copies = {
         handle: added[item.element, item.element_name]
@@ -62,9 +66,9 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
             sim.scene.set_model_property(copy, scene.model_properties[handle])
     properties.apply(sim)
     sim.joints.copy_settings(copies)
-    sim.vision.copy_settings(copies)
-    sim.object_settings.copy_settings(copies)
-    sim.custom_data.copy(copies)
+    world.vision.copy_settings(copies)
+    world.object_settings.copy_settings(copies)
+    world.custom_data.copy(copies)
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
 
@@ -72,8 +76,9 @@ def copy_objects(sim: Simulation, handles: list[int]) -> list[int]:
 class _Pruned:
     """A spec with nothing but the chosen objects, those without a carrier at the top."""
 
-    def __init__(self, sim: Simulation, chosen: set[int]) -> None:
-        self.sim = sim
+    def __init__(self, world: World, chosen: set[int]) -> None:
+        self.world = world
+        self.sim = sim = world.simulation
         self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
         self.chosen = {(item.element, item.element_name) for item in self.items}
         self.moved: set[Element] = set()
@@ -94,7 +99,7 @@ class _Pruned:
             spec=self.spec,
             names={(item.element, item.element_name): item.name for item in self.items},
             annotations={item.name: dict(item.annotations) for item in self.items if item.annotations},
-            registered=concerning(self.sim, {item.name for item in self.items}),
+            registered=_concerning(self.world, {item.name for item in self.items}),
             copies=True,
             moved=self.moved,
             hidden=(bodies & scene.hidden_bodies) | self.carriers,
@@ -205,7 +210,22 @@ def _let_fall(body: Any) -> None:
             _let_fall(child)
 
 
-def _joints(sim: Simulation, body: int) -> list[str]:
+def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
+    """What is registered of objects with these names and alive, as `concerned`."""
+    sim = world.simulation
+    alive = {
+        "collection": world.collections.names(),
+        "collision": world.meters.collisions.names(),
+        "distance": world.meters.distances.names(),
+        "ik": world.ik_groups.names(),
+    }
+    present = sim.scene.annotations.registered
+    return concerned(
+        {kind: {name: present[kind][name] for name in names} for kind, names in alive.items()}, objects
+    )
+
+
+def _joints(sim: LiveScene, body: int) -> list[str]:
     """Names of a body's hinges, slides and balls."""
     if free_joint(sim.model, body) >= 0:
         return []

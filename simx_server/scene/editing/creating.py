@@ -21,7 +21,7 @@ from simx_server.scene.formats.loader import prepare
 from simx_server.scene.formats.loose_meshes import settle
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 GREY = (0.9, 0.9, 0.9, 1.0)
 """V-REP's new shapes."""
@@ -51,7 +51,7 @@ class Body:
 
 
 def add(
-    sim: Simulation,
+    world: World,
     stem: str,
     element: str,
     build: Callable[[mujoco.MjSpec, str], None],
@@ -63,6 +63,7 @@ def add(
     `stem`: what it is called, with a number if that is taken. `element`: what carries it. `notes`: its annotations by
     kind. `hidden`: names of bodies that are no objects. Raises CommandError.
     """
+    sim = world.simulation
     taken = sim.scene.by_names()
     name, number = stem, 0
     while name in taken:
@@ -71,13 +72,13 @@ def add(
     build(spec, name)
     prepare(spec)
     annotations = {name: {kind: dict(note) for kind, note in notes.items()}} if notes else {}
-    handles = graft(sim, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
-    sim.object_settings.apply_masks()
+    handles = graft(world, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
+    world.object_settings.apply_masks()
     sim.changed()
     return handles[element, name]
 
 
-def create_primitive(sim: Simulation, kind: str, sizes: Sequence[float], body: Body) -> int:
+def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body) -> int:
     """A plane, disc, cuboid, spheroid, cylinder, cone or capsule of these sizes along x, y, z (metres).
 
     Raises CommandError: sizes that no shape has.
@@ -106,10 +107,10 @@ def create_primitive(sim: Simulation, kind: str, sizes: Sequence[float], body: B
             case _:
                 _use_mesh(spec, geom, *_cone(x, y, z))
 
-    return _add_shape(sim, kind.capitalize(), fill, body)
+    return _add_shape(world, kind.capitalize(), fill, body)
 
 
-def create_mesh(sim: Simulation, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
+def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
     """A shape with a surface of triangles: points (n, 3) in the world, metres, and faces (m, 3) of their indices.
 
     Raises CommandError: no surface.
@@ -126,10 +127,10 @@ def create_mesh(sim: Simulation, points: np.ndarray, faces: np.ndarray, stem: st
         _use_mesh(spec, geom, points - centre, faces)
         settle(geom)
 
-    return _add_shape(sim, stem, fill, body, tuple(centre))
+    return _add_shape(world, stem, fill, body, tuple(centre))
 
 
-def create_height_field(sim: Simulation, heights: np.ndarray, width: float) -> int:
+def create_height_field(world: World, heights: np.ndarray, width: float) -> int:
     """A static surface that things collide with: heights (rows along y, columns along x) in metres, `width` along x.
 
     Raises CommandError: less than 2 x 2 heights, or no width.
@@ -152,11 +153,11 @@ def create_height_field(sim: Simulation, heights: np.ndarray, width: float) -> i
         geom.type, geom.hfieldname = _GEOM.mjGEOM_HFIELD, "heights"
         geom.pos[2] = low - middle
 
-    return _add_shape(sim, "Heightfield", fill, Body(respondable=True), (0.0, 0.0, middle))
+    return _add_shape(world, "Heightfield", fill, Body(respondable=True), (0.0, 0.0, middle))
 
 
 def _add_shape(
-    sim: Simulation,
+    world: World,
     stem: str,
     fill: Callable[[mujoco.MjSpec, Any], None],
     body: Body,
@@ -170,7 +171,7 @@ def _add_shape(
         geom.contype = geom.conaffinity = int(body.respondable)
         fill(spec, geom)
 
-    return add(sim, stem, "body", build)
+    return add(world, stem, "body", build)
 
 
 def _use_mesh(spec: mujoco.MjSpec, geom: Any, points: np.ndarray, faces: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _CARRIER = INTERNAL + "carrier"
 _CARRIER_MASS = 1e-3
@@ -33,7 +33,7 @@ _VOLUMES = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 """`sim_proximitysensor_*_subtype`."""
 
 
-def create_joint(sim: Simulation, kind: int, mode: int, *, hybrid: bool) -> int:
+def create_joint(world: World, kind: int, mode: int, *, hybrid: bool) -> int:
     """A joint at the world's origin, along z; `kind` and `mode` are legacy numbers. Its motor is off.
 
     A free body that gets it as parent becomes its link, static ones move with it. Raises CommandError.
@@ -58,10 +58,10 @@ def create_joint(sim: Simulation, kind: int, mode: int, *, hybrid: bool) -> int:
     note: Annotation = {"mode": words[JointMode(mode)]}
     if kind != 12:
         note |= {"motor": False, "hybrid": hybrid, "cyclic": kind == 10}
-    return add(sim, stem, "joint", build, {"joint": note}, hidden=(_CARRIER,))
+    return add(world, stem, "joint", build, {"joint": note}, hidden=(_CARRIER,))
 
 
-def create_proximity_sensor(sim: Simulation, kind: int, options: int, sizes: Sequence[float]) -> int:
+def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequence[float]) -> int:
     """`sizes`: V-REP's 15: offset, range, x, y, x far, y far, inside gap, radius, radius far, angle, greatest angle of
     normals, least distance, ... (m, rad). `options` bits: 1 explicit, 8 no front faces, 16 no back faces, 64 angle of
     normals limited, 256 least distance counts. Raises CommandError.
@@ -101,12 +101,10 @@ def create_proximity_sensor(sim: Simulation, kind: int, options: int, sizes: Seq
     def build(spec: mujoco.MjSpec, name: str) -> None:
         spec.worldbody.add_site(name=name, size=[0.01] * 3, group=4)
 
-    return add(sim, "Proximity_sensor", "site", build, {"proximity": note})
+    return add(world, "Proximity_sensor", "site", build, {"proximity": note})
 
 
-def create_vision_sensor(
-    sim: Simulation, options: int, resolution: Sequence[int], view: Sequence[float]
-) -> int:
+def create_vision_sensor(world: World, options: int, resolution: Sequence[int], view: Sequence[float]) -> int:
     """`view`: near, far (m), perspective angle (rad) or orthographic size (m). `options` bits: 1 explicit,
     2 perspective, 16 external input. Raises CommandError for what no camera has.
     """
@@ -137,10 +135,10 @@ def create_vision_sensor(
             camera.proj = mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
             camera.fovy = angle / max(1.0, width / height)
 
-    return add(sim, "Vision_sensor", "camera", build, {"vision": note})
+    return add(world, "Vision_sensor", "camera", build, {"vision": note})
 
 
-def create_force_sensor(sim: Simulation, options: int, counts: Sequence[int], limits: Sequence[float]) -> int:
+def create_force_sensor(world: World, options: int, counts: Sequence[int], limits: Sequence[float]) -> int:
     """`counts`: filter (0 mean, 1 median), samples, violations; `limits`: size, force (N), torque (N m).
     `options` bits: 1 force, 2 torque breaks it. Raises CommandError.
     """
@@ -163,4 +161,4 @@ def create_force_sensor(sim: Simulation, options: int, counts: Sequence[int], li
         for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
 
-    return add(sim, "Force_sensor", "site", build, {"force": note})
+    return add(world, "Force_sensor", "site", build, {"force": note})

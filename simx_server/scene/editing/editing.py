@@ -43,7 +43,7 @@ from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.tree import INTERNAL, Addition
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 __all__ = [
     "create_dummy",
@@ -67,7 +67,7 @@ _SENSOR_CARRIER = INTERNAL + "sensor_carrier"
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
 
-def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -> None:
+def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) -> None:
     """Give an object another parent (-1: none). `keep_in_place` keeps its world pose, else the local one's numbers.
 
     Raises UnknownHandle, CommandError (a loop; a part of the world itself).
@@ -108,7 +108,7 @@ def set_parent(sim: Simulation, handle: int, parent: int, keep_in_place: bool) -
         place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
 
 
-def remove_object(sim: Simulation, handle: int) -> None:
+def remove_object(sim: LiveScene, handle: int) -> None:
     """Remove one object; its children move up to its parent and stay where they are. Raises UnknownHandle.
 
     A link that others hang on stays in the model as a carrier of its mass, without shapes; a removed joint is rigid.
@@ -132,7 +132,7 @@ def remove_object(sim: Simulation, handle: int) -> None:
     edit(sim, surgery, moved, removed={handle}, parents=parents, hidden=body if hollow else None)
 
 
-def remove_model(sim: Simulation, handle: int) -> None:
+def remove_model(sim: LiveScene, handle: int) -> None:
     """Remove a whole tree. Raises UnknownHandle, CommandError when the object is no model base."""
     item = sim.scene.get(handle)
     if not sim.scene.is_model_base(handle):
@@ -142,7 +142,7 @@ def remove_model(sim: Simulation, handle: int) -> None:
     remove_tree(sim, handle)
 
 
-def remove_tree(sim: Simulation, *handles: int) -> None:
+def remove_tree(sim: LiveScene, *handles: int) -> None:
     """Remove objects and all below them. Raises UnknownHandle."""
     removed = [each for handle in handles for each in (handle, *sim.scene.descendants(handle))]
     items = [sim.scene.get(h) for h in removed]
@@ -159,12 +159,12 @@ def remove_tree(sim: Simulation, *handles: int) -> None:
     edit(sim, surgery, set(), removed=set(removed))
 
 
-def remove_all(sim: Simulation) -> None:
+def remove_all(sim: LiveScene) -> None:
     """Remove every object (`sim_handle_all`)."""
     remove_tree(sim, *sim.scene.children(-1))
 
 
-def create_dummy(sim: Simulation, size: float, color: Sequence[int] | None = None) -> int:
+def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None) -> int:
     """Add a dummy of this diameter (m) at the world's origin; returns its handle.
 
     `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
@@ -190,13 +190,13 @@ def create_dummy(sim: Simulation, size: float, color: Sequence[int] | None = Non
     return found
 
 
-def dummy_size(sim: Simulation, handle: int) -> float:
+def dummy_size(sim: LiveScene, handle: int) -> float:
     """Diameter of a dummy's mark, m. Raises UnknownHandle, WrongKind."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     return 2 * float(sim.model.site_size[_mark(item)][0])
 
 
-def set_dummy_size(sim: Simulation, handle: int, size: float) -> None:
+def set_dummy_size(sim: LiveScene, handle: int, size: float) -> None:
     """Raises UnknownHandle, WrongKind, CommandError for no size."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     if not 0 < size < 1e3:
@@ -206,7 +206,7 @@ def set_dummy_size(sim: Simulation, handle: int, size: float) -> None:
     sim.changed()
 
 
-def dummy_color(sim: Simulation, handle: int, component: int) -> list[float]:
+def dummy_color(sim: LiveScene, handle: int, component: int) -> list[float]:
     """RGB 0..1 of a dummy: 0 and 1 ambient and diffuse, 2 specular, 3 emission. Raises UnknownHandle, WrongKind."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     if not 0 <= component <= 3:
@@ -225,14 +225,14 @@ def _mark(item: SceneObject) -> int:
     return item.id
 
 
-def _joints_of(sim: Simulation, item: SceneObject) -> list[SceneObject]:
+def _joints_of(sim: LiveScene, item: SceneObject) -> list[SceneObject]:
     """The joints by which a body hangs in the model, wherever they stand in the tree."""
     objects = sim.scene.objects.values()
     is_body = item.element == "body"
     return [other for other in objects if is_body and other.element == "joint" and other.body == item.body]
 
 
-def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
+def _move_leaf(sim: LiveScene, item: SceneObject, parent: int) -> None:
     target = body_under(sim, parent)
     if target == item.body:
         return
@@ -254,7 +254,7 @@ def _move_leaf(sim: Simulation, item: SceneObject, parent: int) -> None:
     edit(sim, surgery, {(_PREFIX[item.element], item.element_name)}, parents={item.handle: parent})
 
 
-def _take_along(sim: Simulation, sensor: int) -> None:
+def _take_along(sim: LiveScene, sensor: int) -> None:
     """Fix to a sensor that was moved to another body what it holds."""
     for child in sim.scene.children(sensor):
         held = sim.scene.get(child)
@@ -266,7 +266,7 @@ def _free_name(spec: mujoco.MjSpec, stem: str) -> str:
     return next(name for number in count() if spec.body(name := f"{stem}{number}") is None)
 
 
-def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None:
+def _hollow_out(sim: LiveScene, spec: mujoco.MjSpec, item: SceneObject) -> None:
     """A link something hangs on stays as a nameless carrier of its mass, without shapes."""
     model, body = sim.model, spec.body(item.element_name)
     for geom in list(body.geoms):
@@ -279,11 +279,11 @@ def _hollow_out(sim: Simulation, spec: mujoco.MjSpec, item: SceneObject) -> None
     body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
 
 
-def _pose_in_parent(sim: Simulation, body: int) -> Pose:
+def _pose_in_parent(sim: LiveScene, body: int) -> Pose:
     """Where a body is now, in its parent's frame."""
     sim.refresh()
     return compose(inverse(body_pose(sim, int(sim.model.body_parentid[body]))), body_pose(sim, body))
 
 
-def _reference(sim: Simulation, parent: int) -> Pose:
+def _reference(sim: LiveScene, parent: int) -> Pose:
     return IDENTITY if parent == -1 else moving_pose(sim, sim.scene.get(parent))

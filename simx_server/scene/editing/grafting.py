@@ -23,7 +23,7 @@ from simx_server.world import physics_warnings
 
 if TYPE_CHECKING:
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -54,15 +54,16 @@ class Graft:
     """Names of its bodies that belong to the scene's sets of this name."""
 
 
-def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
+def graft(world: World, addition: Graft) -> dict[Element, int]:
     """Add it to the scene, stopped or running, at the top of the tree; the handle of each object by its element.
 
     An object whose element is gone (a tendon without its sites) is left out. Raises CommandError.
     """
+    sim = world.simulation
     scene = sim.scene
     first = scene.next_handle
     prefix = f"{first}{GRAFT_END}"
-    names = _names(sim, addition)
+    names = _names(world, addition)
     _strip(addition.spec)
     part = addition.spec
     brings_assets = any(map(len, (part.meshes, part.textures, part.materials, part.hfields)))
@@ -111,13 +112,14 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     }
 
 
-def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
+def _names(world: World, addition: Graft) -> dict[str, str]:
     """What everything it brings is called in the scene: all copy numbers rise alike, as in V-REP."""
+    sim = world.simulation
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
     taken: Collection[str] = sim.scene.by_names().keys()
     if addition.registered:
-        meters = sim.meters.collisions, sim.meters.distances, sim.ik_groups
-        taken = taken | {name for each in (sim.collections, *meters) for name in each.names()}
+        meters = world.meters.collisions, world.meters.distances, world.ik_groups
+        taken = taken | {name for each in (world.collections, *meters) for name in each.names()}
     return copy_names(wanted, taken)
 
 

@@ -13,11 +13,11 @@ from simx_server.scene.editing.twins import Names, Twins
 from simx_server.world.saved_state import STATE, editable_arrays, get_state
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
 @contextmanager
-def undone_on_failure(sim: Simulation) -> Iterator[None]:
+def undone_on_failure(sim: LiveScene) -> Iterator[None]:
     """Within the block the model's arrays and the state are changed, or an edit replaces the model.
 
     On failure all is as before. What MuJoCo says of it becomes a CommandError.

@@ -17,14 +17,14 @@ from simx_server.scene.formats.loader import SceneError, compile_spec
 from simx_server.scene.tree import Addition
 
 if TYPE_CHECKING:
+    from simx_server.scene.live import LiveScene
     from simx_server.scene.objects import Scene
-    from simx_server.world.simulation import Simulation
 
 Surgery = Callable[[mujoco.MjSpec], None]
 
 
 def edit(
-    sim: Simulation,
+    sim: LiveScene,
     surgery: Surgery,
     moved: set[tuple[str, str]],
     *,

@@ -12,13 +12,13 @@ from simx_server.scene.names import alias_of
 from simx_server.scene.registered import renamed
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 _NAME = re.compile(r"[^/@#*?\[\]{}]+(#\d+)?")
 _ALIAS = re.compile(r"[^/@#*?\[\]{}]+")
 
 
-def rename(sim: Simulation, handle: int, name: str) -> None:
+def rename(sim: LiveScene, handle: int, name: str) -> None:
     """Give an object another name, and the alias that goes with it; what refers to it by name goes on doing so.
 
     Collections, collision and distance objects keep it, but a copy of it does not bring them along any more.
@@ -49,7 +49,7 @@ def rename(sim: Simulation, handle: int, name: str) -> None:
     sim.changed()
 
 
-def set_alias(sim: Simulation, handle: int, alias: str) -> None:
+def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
     """Several objects may have the same one. Raises UnknownHandle, CommandError: no possible alias."""
     item = sim.scene.get(handle)
     if not _ALIAS.fullmatch(alias):
@@ -58,7 +58,7 @@ def set_alias(sim: Simulation, handle: int, alias: str) -> None:
     sim.changed()
 
 
-def annotate(sim: Simulation, handle: int, kind: str, values: dict[str, Value]) -> None:
+def annotate(sim: LiveScene, handle: int, kind: str, values: dict[str, Value]) -> None:
     """As if the scene's file said this of the object. Raises UnknownHandle."""
     scene = sim.scene
     item = scene.get(handle)

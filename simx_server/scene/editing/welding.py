@@ -15,10 +15,10 @@ from simx_server.scene.geometry.poses import Pose, compose, conjugate, inverse, 
 from simx_server.scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
-def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
+def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
     """The physical side of a new parent, for a body or what stands for one."""
     body = item.body
     name = sim.model.body(body).name
@@ -39,14 +39,14 @@ def move_body_object(sim: Simulation, item: SceneObject, parent: int) -> None:
         _weld(sim, body, target, sim.scene.welded_bodies, weightless=weightless, parents=parents)
 
 
-def _links(sim: Simulation, item: SceneObject) -> bool:
+def _links(sim: LiveScene, item: SceneObject) -> bool:
     """Whether a free body that gets this parent is held by it: force sensors, and joints that have no link yet."""
     if item.kind == ObjectKind.FORCE_SENSOR:
         return True
     return item.element == "joint" and sim.model.body(item.body).name in sim.scene.hidden_bodies
 
 
-def set_static(sim: Simulation, handle: int, static: bool) -> None:
+def set_static(sim: LiveScene, handle: int, static: bool) -> None:
     """Make a free body static (it stays with its parent, or where it is) or a jointless body free.
 
     What V-REP's `shapeintparam_static` does. Raises CommandError for links of a mechanism.
@@ -67,21 +67,21 @@ def set_static(sim: Simulation, handle: int, static: bool) -> None:
     sim.scene.override_parent(handle, parent)
 
 
-def body_under(sim: Simulation, parent: int) -> int:
+def body_under(sim: LiveScene, parent: int) -> int:
     """The body that children of an object are physically attached to."""
     return 0 if parent == -1 else sim.scene.get(parent).body
 
 
-def body_name(sim: Simulation, body: int) -> str:
+def body_name(sim: LiveScene, body: int) -> str:
     return "world" if body == 0 else sim.model.body(body).name
 
 
-def is_link(sim: Simulation, body: int) -> bool:
+def is_link(sim: LiveScene, body: int) -> bool:
     return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
 
 
 def _weld(
-    sim: Simulation,
+    sim: LiveScene,
     body: int,
     target: int,
     welded: set[str],
@@ -107,7 +107,7 @@ def _weld(
     )
 
 
-def release(sim: Simulation, body: int, parents: dict[int, int] | None = None) -> None:
+def release(sim: LiveScene, body: int, parents: dict[int, int] | None = None) -> None:
     """Give a body a free joint, the velocity it has, and its weight."""
     name = sim.model.body(body).name
     sim.refresh()
@@ -123,7 +123,7 @@ def release(sim: Simulation, body: int, parents: dict[int, int] | None = None) -
     set_free(sim, name, pose, motion)
 
 
-def set_free(sim: Simulation, name: str, pose: Pose, motion: list[float]) -> None:
+def set_free(sim: LiveScene, name: str, pose: Pose, motion: list[float]) -> None:
     """Place and velocity (as `velocity` gives it) of a body that has got a free joint."""
     joint = int(sim.model.body_jntadr[sim.model.body(name).id])
     position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
@@ -132,7 +132,7 @@ def set_free(sim: Simulation, name: str, pose: Pose, motion: list[float]) -> Non
     sim.changed()
 
 
-def rigid_bodies(sim: Simulation, body: int) -> set[str]:
+def rigid_bodies(sim: LiveScene, body: int) -> set[str]:
     """Names of a body and of those below that are fixed to it."""
     model = sim.model
     # The bodies below one follow it in the model, up to the first that hangs on what was before it.
@@ -142,7 +142,7 @@ def rigid_bodies(sim: Simulation, body: int) -> set[str]:
     return {model.body(i).name for i in fixed.tolist()}
 
 
-def start_pose(sim: Simulation, body: int) -> Pose:
+def start_pose(sim: LiveScene, body: int) -> Pose:
     """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
     if not is_link(sim, body):
         return body_pose(sim, body)
@@ -151,7 +151,7 @@ def start_pose(sim: Simulation, body: int) -> Pose:
     return compose(body_pose(sim, int(model.body_parentid[body])), local)
 
 
-def velocity(sim: Simulation, body: int) -> list[float]:
+def velocity(sim: LiveScene, body: int) -> list[float]:
     """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
     mujoco.mj_comVel(sim.model, sim.data)
     motion = np.empty(6)

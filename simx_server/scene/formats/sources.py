@@ -15,6 +15,7 @@ from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 
 from simx_server.files.library import shipped_scenes
+from simx_server.files.regular_files import is_file
 from simx_server.scene.formats.contents import Contents
 
 PACKAGE_FILE = "package.xml"
@@ -136,7 +137,7 @@ class Sources:
 
     def _has(self, path: Path) -> bool:
         if self.contents is None:
-            return _is_file(path)
+            return is_file(path)
         try:
             return self.contents.find(path.resolve()) is not None
         except (OSError, RuntimeError, ValueError):
@@ -225,7 +226,7 @@ class Sources:
 
     def _read_package_name(self, folder: Path) -> str | None:
         path = folder / PACKAGE_FILE
-        if not self.allows(path) or not _is_file(path):
+        if not self.allows(path) or not is_file(path):
             return None
         try:
             with path.open("rb") as file:
@@ -256,13 +257,6 @@ def _split(uri: str) -> tuple[str, str]:
 
 def _parts(variables: Mapping[str, str], name: str) -> list[str]:
     return [part for part in variables.get(name, "").split(os.pathsep) if part]
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def _is_folder(path: Path) -> bool:

@@ -20,7 +20,7 @@ from simx_server.scene.geometry.poses import IDENTITY, Pose, Quaternion, compose
 from simx_server.scene.objects import SceneObject
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 WORLD = -1
 PARENT = -11
@@ -34,7 +34,7 @@ _GIMBAL_LOCK = 0.999995
 """|sin beta| from which alpha is taken as 0 (V-REP's own limit)."""
 
 
-def get_pose(sim: Simulation, handle: int, relative_to: int = WORLD) -> Pose:
+def get_pose(sim: LiveScene, handle: int, relative_to: int = WORLD) -> Pose:
     """The pose as (position, quaternion w x y z): the form for use inside the server."""
     item, base = _split(sim, handle)
     sim.refresh()
@@ -43,41 +43,41 @@ def get_pose(sim: Simulation, handle: int, relative_to: int = WORLD) -> Pose:
     return pose if reference is None else compose(inverse(reference), pose)
 
 
-def get_position(sim: Simulation, handle: int, relative_to: int = WORLD) -> list[float]:
+def get_position(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """Position [x, y, z] in metres."""
     return list(get_pose(sim, handle, relative_to)[0])
 
 
-def get_orientation(sim: Simulation, handle: int, relative_to: int = WORLD) -> list[float]:
+def get_orientation(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """Euler angles [alpha, beta, gamma] in radians."""
     return euler_from_quat(get_pose(sim, handle, relative_to)[1])
 
 
-def get_quaternion(sim: Simulation, handle: int, relative_to: int = WORLD) -> list[float]:
+def get_quaternion(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """Quaternion [x, y, z, w], w >= 0; with the flag [w, x, y, z]."""
     quat = xyzw_from_wxyz(get_pose(sim, handle, relative_to)[1])
     return [quat[3], *quat[:3]] if _has_flag(handle) else quat
 
 
-def get_matrix(sim: Simulation, handle: int, relative_to: int = WORLD) -> list[float]:
+def get_matrix(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
     """The pose as 12 numbers, row-major 3 x 4."""
     return matrix12(get_pose(sim, handle, relative_to))
 
 
-def set_position(sim: Simulation, handle: int, relative_to: int, position: Sequence[float]) -> None:
+def set_position(sim: LiveScene, handle: int, relative_to: int, position: Sequence[float]) -> None:
     """Move an object and all below it; the velocity of dynamic bodies becomes zero."""
     x, y, z = _checked(position, 3, "a position")
     item, reference, local = _current(sim, handle, relative_to)
     place(sim, item, compose(reference, ((x, y, z), local[1])))
 
 
-def set_orientation(sim: Simulation, handle: int, relative_to: int, euler: Sequence[float]) -> None:
+def set_orientation(sim: LiveScene, handle: int, relative_to: int, euler: Sequence[float]) -> None:
     """Turn an object about its own origin, with all below it."""
     item, reference, local = _current(sim, handle, relative_to)
     place(sim, item, compose(reference, (local[0], quat_from_euler(_checked(euler, 3, "an orientation")))))
 
 
-def set_quaternion(sim: Simulation, handle: int, relative_to: int, quaternion: Sequence[float]) -> None:
+def set_quaternion(sim: LiveScene, handle: int, relative_to: int, quaternion: Sequence[float]) -> None:
     """As `set_orientation`, from [x, y, z, w] (with the flag [w, x, y, z]) of any length but zero."""
     values = _checked(quaternion, 4, "a quaternion")
     if not _has_flag(handle):
@@ -90,7 +90,7 @@ def set_quaternion(sim: Simulation, handle: int, relative_to: int, quaternion: S
     place(sim, item, compose(reference, (local[0], quat)))
 
 
-def set_pose(sim: Simulation, handle: int, relative_to: int, pose: Pose) -> None:
+def set_pose(sim: LiveScene, handle: int, relative_to: int, pose: Pose) -> None:
     """Move and turn an object at once, with all below it."""
     _checked([*pose[0], *pose[1]], 7, "a pose")
     item, reference, _ = _current(sim, handle, relative_to)
@@ -156,13 +156,13 @@ def _has_flag(handle: int) -> bool:
     return handle > 0 and bool(handle & JOINT_BASE_FLAG)
 
 
-def _split(sim: Simulation, handle: int) -> tuple[SceneObject, bool]:
+def _split(sim: LiveScene, handle: int) -> tuple[SceneObject, bool]:
     """The object, and whether a reference joint's fixed frame is meant."""
     flagged = _has_flag(handle)
     return sim.scene.get(handle & ~JOINT_BASE_FLAG if flagged else handle), flagged
 
 
-def _reference(sim: Simulation, item: SceneObject, relative_to: int, base: bool) -> Pose | None:
+def _reference(sim: LiveScene, item: SceneObject, relative_to: int, base: bool) -> Pose | None:
     """World pose of the reference frame; None for the world."""
     if relative_to == PARENT:
         relative_to = item.parent
@@ -174,7 +174,7 @@ def _reference(sim: Simulation, item: SceneObject, relative_to: int, base: bool)
     return object_pose(sim, reference) if base else moving_pose(sim, reference)
 
 
-def _current(sim: Simulation, handle: int, relative_to: int) -> tuple[SceneObject, Pose, Pose]:
+def _current(sim: LiveScene, handle: int, relative_to: int) -> tuple[SceneObject, Pose, Pose]:
     """(object, world pose of the reference, pose in that reference)."""
     item, base = _split(sim, handle)
     sim.refresh()

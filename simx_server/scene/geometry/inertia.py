@@ -16,7 +16,7 @@ from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ _LEAST = 1e-9
 """Kilograms, and kg m^2; MuJoCo cannot step a moving body with less."""
 
 
-def get_inertia(sim: Simulation, handle: int) -> tuple[float, Array, Array]:
+def get_inertia(sim: LiveScene, handle: int) -> tuple[float, Array, Array]:
     """Mass in kg; (3, 3) inertia about the centre of mass in kg m^2 and (3,) centre of mass in m.
 
     Both along the axes of the shape's own frame.
@@ -38,7 +38,7 @@ def get_inertia(sim: Simulation, handle: int) -> tuple[float, Array, Array]:
     return float(model.body_mass[body]), inertia, model.body_ipos[body].copy()
 
 
-def set_inertia(sim: Simulation, handle: int, mass: float, inertia: Array, centre: Array) -> None:
+def set_inertia(sim: LiveScene, handle: int, mass: float, inertia: Array, centre: Array) -> None:
     """The reverse of `get_inertia`. A stop takes it back, when it was done in a run.
 
     Raises UnknownHandle, WrongKind, CommandError: a part of the world, or no inertia that a body can have.
@@ -78,7 +78,7 @@ def set_inertia(sim: Simulation, handle: int, mass: float, inertia: Array, centr
     sim.changed()
 
 
-def compute_inertia(sim: Simulation, handle: int, density: float) -> None:
+def compute_inertia(sim: LiveScene, handle: int, density: float) -> None:
     """Give a shape what its geoms have when they are filled with kg/m^3. Raises as `set_inertia`."""
     if not density > 0:
         raise CommandError(f"a density must be above 0 kg/m^3, not {density}")
@@ -98,7 +98,7 @@ def compute_inertia(sim: Simulation, handle: int, density: float) -> None:
     set_inertia(sim, handle, float(model.body_mass[body]), inertia, model.body_ipos[body].copy())
 
 
-def _body(sim: Simulation, handle: int) -> int:
+def _body(sim: LiveScene, handle: int) -> int:
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
     if item.element != "body":
         raise CommandError(f"'{item.name}' is a part of the world, which has no mass")

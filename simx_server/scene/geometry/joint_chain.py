@@ -32,10 +32,10 @@ from simx_server.scene.geometry.poses import (
 )
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
-def body_pose(sim: Simulation, body: int) -> Pose:
+def body_pose(sim: LiveScene, body: int) -> Pose:
     """World pose of a body (0: the world)."""
     if body == 0:
         return IDENTITY
@@ -43,7 +43,7 @@ def body_pose(sim: Simulation, body: int) -> Pose:
     return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]
 
 
-def body_local(sim: Simulation, body: int) -> Pose:
+def body_local(sim: LiveScene, body: int) -> Pose:
     """A body's pose in its parent's frame before its own joints moved it; of a mocap body, where it is in the world."""
     mocap = int(sim.model.body_mocapid[body])
     position, quat = (
@@ -54,12 +54,12 @@ def body_local(sim: Simulation, body: int) -> Pose:
     return tuple(position.tolist()), tuple(quat.tolist())  # type: ignore[return-value]
 
 
-def start_pose(sim: Simulation, body: int) -> Pose:
+def start_pose(sim: LiveScene, body: int) -> Pose:
     """World pose of a body's frame before its own joints moved it."""
     return compose(body_pose(sim, int(sim.model.body_parentid[body])), body_local(sim, body))
 
 
-def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
+def joint_frames(sim: LiveScene, joint: int) -> tuple[Pose, Pose]:
     """World poses of a joint's fixed and moving frame.
 
     Both lie at the anchor; z is the axis, and where the axis is the body's own z the frame is the body's at value 0
@@ -71,13 +71,13 @@ def joint_frames(sim: Simulation, joint: int) -> tuple[Pose, Pose]:
     return _joint_chain(sim, body, joint)[0]
 
 
-def joint_separation(sim: Simulation, body: int) -> Pose:
+def joint_separation(sim: LiveScene, body: int) -> Pose:
     """Where a body is, in the frame where its joints' values put it: the identity, unless something tore them apart."""
     last = int(sim.model.body_jntadr[body] + sim.model.body_jntnum[body]) - 1
     return compose(inverse(_joint_chain(sim, body, last)[1]), body_pose(sim, body))
 
 
-def _joint_chain(sim: Simulation, body: int, last: int) -> tuple[tuple[Pose, Pose], Pose]:
+def _joint_chain(sim: LiveScene, body: int, last: int) -> tuple[tuple[Pose, Pose], Pose]:
     """(fixed and moving frame of the joint `last`, the body's pose after it), from the joint values alone."""
     model, data = sim.model, sim.data
     position, quat = start_pose(sim, body)
@@ -110,7 +110,7 @@ def _joint_chain(sim: Simulation, body: int, last: int) -> tuple[tuple[Pose, Pos
     return (fixed, moving), (position, quat)
 
 
-def shift_beyond(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
+def shift_beyond(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
     """Move a body, and those of its joints that come after the first `staying` ones, by a motion of the world.
 
     The first joints stay where they are, with their values. Velocities are the caller's.
@@ -143,7 +143,7 @@ def shift_beyond(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
     sim.model_edited()
 
 
-def _compile_anew(sim: Simulation, name: str) -> None:
+def _compile_anew(sim: LiveScene, name: str) -> None:
     """MuJoCo keeps no place for the inertia that couples the axes of a body whose joint lay in its centre of mass when
     it was compiled; from now on it shall."""
 
@@ -158,7 +158,7 @@ def _unit(pose: Pose) -> Pose:
     return pose[0], normalised(pose[1])
 
 
-def _alignment(sim: Simulation, joint: int) -> Quaternion:
+def _alignment(sim: LiveScene, joint: int) -> Quaternion:
     """The turn from a body's axes to those of its joint's frame."""
     known = sim.joints.alignment(joint)
     if known is not None:

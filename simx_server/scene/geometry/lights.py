@@ -11,10 +11,10 @@ from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 
-def light(sim: Simulation, handle: int) -> tuple[bool, list[float], list[float]]:
+def light(sim: LiveScene, handle: int) -> tuple[bool, list[float], list[float]]:
     """(on, diffuse RGB, specular RGB), 0..1. Raises UnknownHandle, WrongKind."""
     index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
     return (
@@ -25,7 +25,7 @@ def light(sim: Simulation, handle: int) -> tuple[bool, list[float], list[float]]
 
 
 def set_light(
-    sim: Simulation,
+    sim: LiveScene,
     handle: int,
     on: bool,
     diffuse: Sequence[float] | None = None,

@@ -30,13 +30,13 @@ from simx_server.scene.geometry.poses import (
 from simx_server.scene.objects import ObjectKind, SceneObject
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 _HALF_TURN_Y: Quaternion = (0.0, 0.0, 1.0, 0.0)
 _TURN_BACK_Y: Quaternion = (0.0, 0.0, -1.0, 0.0)
 
 
-def object_pose(sim: Simulation, item: SceneObject) -> Pose:
+def object_pose(sim: LiveScene, item: SceneObject) -> Pose:
     """World pose of an object; of a joint its fixed frame. The kinematics must be fresh (`sim.refresh()`)."""
     if item.element == "body":
         return body_pose(sim, item.id)
@@ -47,7 +47,7 @@ def object_pose(sim: Simulation, item: SceneObject) -> Pose:
     return compose(body_pose(sim, item.body), _local_pose(sim, item))
 
 
-def moving_pose(sim: Simulation, item: SceneObject) -> Pose:
+def moving_pose(sim: LiveScene, item: SceneObject) -> Pose:
     """World pose of the frame children are attached to: for a joint its moving frame, else the object's own."""
     if item.element == "joint":
         return joint_frames(sim, item.id)[1]
@@ -57,13 +57,13 @@ def moving_pose(sim: Simulation, item: SceneObject) -> Pose:
     return object_pose(sim, item)
 
 
-def element_pose(sim: Simulation, item: SceneObject) -> Pose:
+def element_pose(sim: LiveScene, item: SceneObject) -> Pose:
     """World pose of the MuJoCo element itself: differs for cameras, which look along -z there."""
     pose = object_pose(sim, item)
     return (pose[0], multiply(pose[1], _TURN_BACK_Y)) if item.element == "camera" else pose
 
 
-def place(sim: Simulation, item: SceneObject, pose: Pose, *, with_joints: bool = False) -> None:
+def place(sim: LiveScene, item: SceneObject, pose: Pose, *, with_joints: bool = False) -> None:
     """Give an object a world pose, with everything below it; moving bodies below lose their velocity.
 
     A link leaves its joint where it is, as in V-REP, unless `with_joints`; what a joint carries, its body and later
@@ -75,7 +75,7 @@ def place(sim: Simulation, item: SceneObject, pose: Pose, *, with_joints: bool =
     carry_followers(sim, item, lambda: _place_element(sim, item, before, pose, with_joints))
 
 
-def carry_followers(sim: Simulation, item: SceneObject, move: Callable[[], None]) -> None:
+def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None]) -> None:
     """Do what moves an object or its joint's value, and move by the same amount what the model does not carry along."""
     sim.refresh()
     before = moving_pose(sim, item)
@@ -91,18 +91,18 @@ def carry_followers(sim: Simulation, item: SceneObject, move: Callable[[], None]
         place_without_followers(sim, follower, compose(delta, follower_pose))
 
 
-def place_without_followers(sim: Simulation, item: SceneObject, pose: Pose) -> None:
+def place_without_followers(sim: LiveScene, item: SceneObject, pose: Pose) -> None:
     """The same for an object that hangs on a placed one: it moves with its joints."""
     _place_element(sim, item, object_pose(sim, item), pose, with_joints=True)
     sim.changed()
 
 
-def carrier_body(sim: Simulation, item: SceneObject) -> int:
+def carrier_body(sim: LiveScene, item: SceneObject) -> int:
     """The body that an object's world pose is fixed to: for a joint the parent of its body."""
     return int(sim.model.body_parentid[item.body]) if item.element == "joint" else item.body
 
 
-def is_linking_sensor(sim: Simulation, item: SceneObject) -> bool:
+def is_linking_sensor(sim: LiveScene, item: SceneObject) -> bool:
     """True for a force sensor that stands between a body and its parent (not a leaf)."""
     return item.kind == ObjectKind.FORCE_SENSOR and any(
         sim.scene.objects[child].body == item.body and sim.scene.objects[child].element == "body"
@@ -123,7 +123,7 @@ def free_joint(model: mujoco.MjModel, body: int) -> int:
     return joint if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else -1
 
 
-def _followers(sim: Simulation, item: SceneObject) -> list[int]:
+def _followers(sim: LiveScene, item: SceneObject) -> list[int]:
     """The uppermost objects below that the model does not carry along."""
     carries = item.element in ("body", "joint") or is_linking_sensor(sim, item)
     found: list[int] = []
@@ -139,7 +139,7 @@ def _followers(sim: Simulation, item: SceneObject) -> list[int]:
     return found
 
 
-def _place_element(sim: Simulation, item: SceneObject, before: Pose, pose: Pose, with_joints: bool) -> None:
+def _place_element(sim: LiveScene, item: SceneObject, before: Pose, pose: Pose, with_joints: bool) -> None:
     if item.element == "tendon":
         raise CommandError(
             f"'{item.name}' is driven through a tendon and lies where the tendon's sites are; move those"
@@ -156,7 +156,7 @@ def _place_element(sim: Simulation, item: SceneObject, before: Pose, pose: Pose,
         _set_local_pose(sim, item, compose(inverse(body_pose(sim, item.body)), pose))
 
 
-def _place_body(sim: Simulation, body: int, pose: Pose) -> None:
+def _place_body(sim: LiveScene, body: int, pose: Pose) -> None:
     model, data = sim.model, sim.data
     _stop_motion(sim, body)
     joint = free_joint(model, body)
@@ -175,12 +175,12 @@ def _place_body(sim: Simulation, body: int, pose: Pose) -> None:
         sim.model_edited()
 
 
-def _place_link(sim: Simulation, body: int, staying: int, delta: Pose) -> None:
+def _place_link(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
     _stop_motion(sim, body)
     shift_beyond(sim, body, staying, delta)
 
 
-def _stop_motion(sim: Simulation, body: int) -> None:
+def _stop_motion(sim: LiveScene, body: int) -> None:
     """Zero velocity for all degrees of freedom of a body and the bodies below it."""
     model, data = sim.model, sim.data
     for dof in range(model.nv):
@@ -188,7 +188,7 @@ def _stop_motion(sim: Simulation, body: int) -> None:
             data.qvel[dof] = 0.0
 
 
-def _local_pose(sim: Simulation, item: SceneObject) -> Pose:
+def _local_pose(sim: LiveScene, item: SceneObject) -> Pose:
     """Pose of a site, camera, light or geom in its body's frame."""
     model, data = sim.model, sim.data
     if item.element in ("site", "geom"):
@@ -209,7 +209,7 @@ def _local_pose(sim: Simulation, item: SceneObject) -> Pose:
     return compose(inverse(body_pose(sim, item.body)), world)
 
 
-def _set_local_pose(sim: Simulation, item: SceneObject, local: Pose) -> None:
+def _set_local_pose(sim: LiveScene, item: SceneObject, local: Pose) -> None:
     model, index = sim.model, item.id
     position, quat = local[0], normalised(local[1])
     if item.element == "site":
@@ -228,7 +228,7 @@ def _set_local_pose(sim: Simulation, item: SceneObject, local: Pose) -> None:
     sim.model_edited()
 
 
-def _tendon_pose(sim: Simulation, tendon: int) -> Pose:
+def _tendon_pose(sim: LiveScene, tendon: int) -> Pose:
     """The frame of the tendon's first site; of a tendon over joints, the fixed frame of its first joint."""
     model = sim.model
     for wrap in range(

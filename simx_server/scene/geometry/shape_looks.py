@@ -15,7 +15,7 @@ from simx_server.scene.geometry.poses import matrix
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 AMBIENT_DIFFUSE, TRANSPARENCY = 0, 4
 """`sim_colorcomponent_*` that geoms have; a highlight and a glow belong to materials, which shapes share."""
@@ -36,19 +36,21 @@ _PURE: dict[int, int] = {
 """Type of geom to `sim_pure_primitive_*`; 0 is none."""
 
 
-def geoms_of(sim: Simulation, handle: int) -> list[int]:
+def geoms_of(world: World, handle: int) -> list[int]:
     """Ids of a shape's geoms. Raises UnknownHandle, WrongKind."""
+    sim = world.simulation
     sim.scene.get_kind(handle, ObjectKind.SHAPE)
-    return sim.instants.now().geoms_of([handle]).tolist()
+    return world.instants.now().geoms_of([handle]).tolist()
 
 
-def triangles(sim: Simulation, handle: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points (n, 3) in the shape's frame, metres, and faces (m, 3) of their indices. Curved primitives are faceted.
 
     Raises UnknownHandle, WrongKind, CommandError: an infinite plane.
     """
+    sim = world.simulation
     sim.scene.get_kind(handle, ObjectKind.SHAPE)
-    instant = sim.instants.now()
+    instant = world.instants.now()
     position, quat = frames.get_pose(sim, handle)
     axes = np.array(matrix(quat))
     found = []
@@ -63,12 +65,13 @@ def triangles(sim: Simulation, handle: int) -> tuple[NDArray[np.float64], NDArra
     return points, index.reshape(-1, 3).astype(np.int64)
 
 
-def pure_type(sim: Simulation, handle: int) -> tuple[int, list[float]]:
+def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
     """`sim_pure_primitive_*` of a shape of one primitive, and its sizes (m); 0 and zeros for others.
 
     Raises UnknownHandle, WrongKind.
     """
-    geoms = geoms_of(sim, handle)
+    sim = world.simulation
+    geoms = geoms_of(world, handle)
     if len(geoms) != 1:
         return 0, [0.0] * 3
     kind, size = int(sim.model.geom_type[geoms[0]]), sim.model.geom_size[geoms[0]].tolist()
@@ -86,31 +89,33 @@ def pure_type(sim: Simulation, handle: int) -> tuple[int, list[float]]:
     return number, [2 * half for half in size[:3]] if number else [0.0] * 3
 
 
-def is_convex(sim: Simulation, handle: int) -> bool:
+def is_convex(world: World, handle: int) -> bool:
     """Whether all that a shape is made of is convex. Raises UnknownHandle, WrongKind."""
-    surroundings = sim.instants.now().surroundings
-    return all(surroundings.triangles.is_solid(geom) for geom in geoms_of(sim, handle))
+    surroundings = world.instants.now().surroundings
+    return all(surroundings.triangles.is_solid(geom) for geom in geoms_of(world, handle))
 
 
-def color(sim: Simulation, handle: int, component: int) -> list[float]:
+def color(world: World, handle: int, component: int) -> list[float]:
     """RGB 0..1 of a shape's first geom; for TRANSPARENCY three times 0 (opaque) to 1.
 
     Raises UnknownHandle, WrongKind, CommandError: another component.
     """
+    sim = world.simulation
     _check(component)
-    geom, model = geoms_of(sim, handle)[0], sim.model
+    geom, model = geoms_of(world, handle)[0], sim.model
     rgba, material = model.geom_rgba[geom], int(model.geom_matid[geom])
     if material >= 0 and np.allclose(rgba, _UNSET):
         rgba = model.mat_rgba[material]
     return [1.0 - float(rgba[3])] * 3 if component == TRANSPARENCY else rgba[:3].tolist()
 
 
-def set_color(sim: Simulation, handle: int, component: int, values: Sequence[float]) -> None:
+def set_color(world: World, handle: int, component: int, values: Sequence[float]) -> None:
     """Of all geoms of a shape; a material keeps its texture, tinted. Raises as `color`."""
+    sim = world.simulation
     _check(component)
     if len(values) < (1 if component == TRANSPARENCY else 3):
         raise CommandError("a colour is {red, green, blue}, each 0 to 1")
-    for geom in geoms_of(sim, handle):
+    for geom in geoms_of(world, handle):
         rgba, material = sim.model.geom_rgba[geom], int(sim.model.geom_matid[geom])
         if material >= 0 and np.allclose(rgba, _UNSET):
             rgba[:] = sim.model.mat_rgba[material]

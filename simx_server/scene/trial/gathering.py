@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
-from simx_client.protocol.files import MAX_FILE, MESH_SUFFIXES, UI_SUFFIXES
+from simx_client.protocol.files import MESH_SUFFIXES, UI_SUFFIXES
 from simx_server.errors import CommandError
-from simx_server.files.regular_files import no_regular_file, read_regular
+from simx_server.files.regular_files import is_file, no_regular_file, read_of_client, read_regular
 from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
@@ -34,7 +34,7 @@ def gather(file: Path, sources: Sources) -> Contents:
         CommandError: a circle of files, one that is no regular file, or one that is too large.
     """
     gathering = _Gathering(sources)
-    data = gathering.read(file)
+    data = read_of_client(file)
     if file.suffix.lower() in _ALONE:
         gathering.assets[str(file)] = data
         return Contents(gathering.texts, gathering.assets)
@@ -68,18 +68,11 @@ def files_named(file: Path, sources: Sources) -> Iterator[Path]:
             folders.update(dict.fromkeys(folder / each for each in folders_of(root)))
         names.update(dict.fromkeys(name for _, name in named(root)))
         for place in [folder / name for folder in folders for name in names]:
-            if place not in seen and sources.allows(place) and _is_file(place):
+            if place not in seen and sources.allows(place) and is_file(place):
                 seen.add(place)
                 yield place
                 if place.suffix.lower() not in _ALONE:
                     waiting.append(place)
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def named(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
@@ -105,14 +98,6 @@ class _Gathering:
         self.assets: dict[str, bytes] = {}
         self._folders: dict[str, None] = {}
         """Of meshes and textures, as any of the texts gives them: an included file's count for all."""
-
-    def read(self, path: Path) -> bytes:
-        try:
-            if path.stat().st_size > MAX_FILE:
-                raise CommandError(f"'{path.name}' is larger than {MAX_FILE} bytes")
-            return read_regular(path)
-        except OSError as error:
-            raise CommandError(f"cannot read '{path.name}': {error.strerror}") from None
 
     def text(self, path: Path, folder: Path, above: tuple[Path, ...]) -> None:
         """A file of XML with all that it names. `folder`: that of the scene; `above`: the files that include it."""
@@ -158,7 +143,7 @@ class _Gathering:
         resolved = str(path.resolve())
         data = kept.get(resolved)
         if data is None:
-            data = kept[resolved] = self.read(path)
+            data = kept[resolved] = read_of_client(path)
         kept[str(path)] = data
         return data
 

@@ -23,7 +23,7 @@ from simx_server.scene.trial.kinds import SCENE
 from simx_server.scene.trial.pool import Pool
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.live import LiveScene
 
 logger = logging.getLogger(__name__)
 
@@ -44,7 +44,7 @@ _PASSED = {
 class Trials:
     """The trials of one simulation. Physics thread only; what is done `beside` it touches nothing of the simulation."""
 
-    def __init__(self, sim: Simulation, *, tries_all: bool = False) -> None:
+    def __init__(self, sim: LiveScene, *, tries_all: bool = False) -> None:
         """Make none yet; a helper is started with the first.
 
         Args:
@@ -62,7 +62,7 @@ class Trials:
 
     def finish(self, steps: Steps[_Result]) -> _Result:
         """Take all steps of a call before returning, as scripts need it; others are served meanwhile."""
-        return all_steps(steps, self._sim.serve_others, self._check)
+        return all_steps(steps, self._sim.interruptions.serve_others, self._check)
 
     def _check(self) -> None:
         if self._sim.is_ending:
@@ -70,7 +70,7 @@ class Trials:
 
     def concern(self, file: Path, sources: Sources) -> bool:
         """Return whether a file is to be tried: a client sent it or one that it is made of."""
-        return self.tries_all or self._sim.client_files.are_named_by(file, sources)
+        return self.tries_all or self._sim.files.client_files.are_named_by(file, sources)
 
     def tried(
         self, kind: str, file: Path, name: str, sources: Sources, *, is_short: bool = False
@@ -115,7 +115,8 @@ class Trials:
     def load(self, read: Callable[[], _Result]) -> Steps[_Result]:
         """Do what was tried, in the server. Raises what `read` raises."""
         result = yield from beside(read)
-        self._sim.script_point()  # what others did meanwhile lies before what comes now, also in a recording
+        # What others did meanwhile lies before what comes now, also in a recording.
+        self._sim.interruptions.script_point()
         return result
 
     def _asked(self, request: dict[str, Any], limits: Limits, name: str) -> Steps[dict[str, Any]]:
@@ -130,7 +131,7 @@ class Trials:
             raise CommandError(
                 f"'{name}' could not be tried before it is loaded: the process for that has ended; load it again"
             ) from None
-        self._sim.script_point()
+        self._sim.interruptions.script_point()
         return reply
 
     def _ended(self, exit_code: int, seconds: float, name: str, limits: Limits) -> CommandError:
@@ -194,6 +195,6 @@ def _refusal(limits: Limits, limit: str, name: str) -> CommandError:
     return limits.reached(limit, f"'{name}' takes more; make it smaller")
 
 
-def _held(sim: Simulation) -> int:
+def _held(sim: LiveScene) -> int:
     """Bytes of the scene that a model is added to."""
     return int(sim.model.nbuffer) + int(sim.data.nbuffer) + int(sim.data.narena)

@@ -13,7 +13,7 @@ from simx_client.protocol import constants
 from ..interpreter import Constant, Function, ScriptError
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
     from ..script import Script
 
@@ -31,8 +31,9 @@ class ApiPart:
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {}
     """Constants of the topic by their names in the namespace."""
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        self._sim = sim
+    def __init__(self, world: World, script: Script) -> None:
+        self._world = world
+        self._sim = world.simulation
         self._script = script
 
     @property

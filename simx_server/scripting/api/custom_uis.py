@@ -13,31 +13,31 @@ class CustomUIFunctions(ApiPart):
     def getUIHandle(self, name: str) -> int:
         """A copy's script means its own copy, if there is one."""
         own = self._adjusted(name)
-        known = {ui.name for ui in self._sim.user_interface.custom_uis}
-        return custom_uis.get_ui_handle(self._sim, own if own in known else name)
+        known = {ui.name for ui in self._world.user_interface.custom_uis}
+        return custom_uis.get_ui_handle(self._world, own if own in known else name)
 
     def getUISlider(self, ui: int, button: int) -> int:
-        return custom_uis.get_ui_slider(self._sim, ui, button)
+        return custom_uis.get_ui_slider(self._world, ui, button)
 
     def setUISlider(self, ui: int, button: int, position: int) -> None:
-        custom_uis.set_ui_slider(self._sim, ui, button, position)
+        custom_uis.set_ui_slider(self._world, ui, button, position)
 
     def getUIEventButton(self, ui: int) -> tuple[int, list[int]]:
         """The button that was operated, -1 for none; its property, and a slider's position or 1 down, 0 up."""
-        return custom_uis.get_ui_event_button(self._sim, ui)
+        return custom_uis.get_ui_event_button(self._world, ui)
 
     def getUIButtonProperty(self, ui: int, button: int) -> int:
-        return custom_uis.get_ui_button_property(self._sim, ui, button)
+        return custom_uis.get_ui_button_property(self._world, ui, button)
 
     def setUIButtonProperty(self, ui: int, button: int, bits: int) -> None:
-        custom_uis.set_ui_button_property(self._sim, ui, button, bits)
+        custom_uis.set_ui_button_property(self._world, ui, button, bits)
 
     def getUIButtonLabel(self, ui: int, button: int) -> str:
-        return self._sim.user_interface.custom_uis.get(ui).element(button).label
+        return self._world.user_interface.custom_uis.get(ui).element(button).label
 
     def setUIButtonLabel(self, ui: int, button: int, up: str, down: str | None = None) -> None:
         """Set the texts of the released and of the pressed button; nil: the same text for both."""
-        custom_uis.set_ui_button_label(self._sim, ui, button, up, up if down is None else down)
+        custom_uis.set_ui_button_label(self._world, ui, button, up, up if down is None else down)
 
     def removeUI(self, ui: int) -> None:
-        custom_uis.remove_ui(self._sim, ui)
+        custom_uis.remove_ui(self._world, ui)

@@ -54,29 +54,12 @@ class EngineFunctions(ApiPart):
 
     # Names of V-REP 3.
 
-    def getEngineFloatParameter(self, number: int, handle: int = -1) -> float:
-        """Partly: of the other engines there are friction and step size."""
-        return self.getEngineFloatParam(number, handle)
-
-    def setEngineFloatParameter(self, number: int, handle: int, value: float) -> int:
-        """Partly: of the other engines there is friction."""
-        return self.setEngineFloatParam(number, handle, value)
-
-    def getEngineInt32Parameter(self, number: int, handle: int = -1) -> int:
-        """Partly: those of the other engines are not there."""
-        return self.getEngineInt32Param(number, handle)
-
-    def setEngineInt32Parameter(self, number: int, handle: int, value: int) -> int:
-        """Partly: those of the other engines are not there."""
-        return self.setEngineInt32Param(number, handle, value)
-
-    def getEngineBoolParameter(self, number: int, _handle: int = -1) -> NoReturn:
-        """Not here: MuJoCo has none of these switches."""
-        raise _no_switch(number)
-
-    def setEngineBoolParameter(self, number: int, _handle: int, _value: bool) -> NoReturn:
-        """Not here: MuJoCo has none of these switches."""
-        raise _no_switch(number)
+    getEngineFloatParameter = getEngineFloatParam
+    setEngineFloatParameter = setEngineFloatParam
+    getEngineInt32Parameter = getEngineInt32Param
+    setEngineInt32Parameter = setEngineInt32Param
+    getEngineBoolParameter = getEngineBoolParam
+    setEngineBoolParameter = setEngineBoolParam
 
     def _set(self, entry: physics_engine_parameters.EngineParameter, handle: int, value: float) -> None:
         if entry.set is None:

@@ -129,19 +129,19 @@ class GraphFunctions(ApiPart):
     def handleGraph(self, graph: int, time: float) -> int:
         """Record now what was set, as of this time; sim.handle_all and its like for all."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)
-        for handle in self._sim.graphs.handles() if every else [self._self(graph)]:
-            self._sim.graphs.record(handle, time)
+        for handle in self._world.graphs.handles() if every else [self._self(graph)]:
+            self._world.graphs.record(handle, time)
         return 1
 
     def resetGraph(self, graph: int) -> int:
         """Forget what was recorded; sim.handle_all and its like for all."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)
-        for handle in self._sim.graphs.handles() if every else [self._self(graph)]:
-            self._sim.graphs.reset(handle)
+        for handle in self._world.graphs.handles() if every else [self._self(graph)]:
+            self._world.graphs.reset(handle)
         return 1
 
     def _graph(self, handle: int) -> Graph:
-        return self._sim.graphs.get(self._self(handle))
+        return self._world.graphs.get(self._self(handle))
 
 
 def _color(given: list[float] | None, default: Color) -> Color:

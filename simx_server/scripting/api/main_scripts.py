@@ -47,7 +47,7 @@ class MainScriptFunctions(ApiPart):
                 f"{call_type} is no phase; those are sim.syscb_init, actuation, sensing, cleanup and so on"
             )
         function = _CALLED.get(call_type)
-        return 0 if function is None else self._sim.scripts.handle_children(function)
+        return 0 if function is None else self._world.scripts.handle_children(function)
 
     def launchThreadedChildScripts(self) -> int:
         """Return 0: threads start with the simulation."""

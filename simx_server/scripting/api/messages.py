@@ -53,7 +53,7 @@ class MessageFunctions(ApiPart):
     def addStatusbarMessage(self, text: str | None = None) -> None:
         """Nothing for nil, with which V-REP cleared the bar."""
         if text is not None:
-            self._sim.status_bar.add(text)
+            self._world.status_bar.add(text)
 
     def addLog(self, verbosity: int | None = None, text: str | None = None) -> None:
         """Up to sim.verbosity_scriptinfos into the status bar, what is more detailed only into the server's log when it
@@ -69,7 +69,7 @@ class MessageFunctions(ApiPart):
             else f"[{item.name if item else 'script'}:{kind}] {text}"
         )
         if level & _LEVEL <= _SHOWN:
-            self._sim.status_bar.add(shown)
+            self._world.status_bar.add(shown)
         else:
             logger.debug("%s", shown)
 
@@ -86,24 +86,24 @@ class MessageFunctions(ApiPart):
         """The console's handle. Mode bits: 1 goes with the run, 2 lines are wrapped, 4 a person may close it,
         8 hidden in pauses, 16 stays with another scene; position and size in pixels, colours RGB 0..1."""
         return consoles.open_console(
-            self._sim, title, max_lines, mode, position, size, text_color, background_color
+            self._world, title, max_lines, mode, position, size, text_color, background_color
         )
 
     def auxiliaryConsoleClose(self, console: int) -> int:
         """Return 1, or 0 for an unknown console."""
-        known = any(each.handle == console for each in self._sim.user_interface.consoles)
-        consoles.close_console(self._sim, console)
+        known = any(each.handle == console for each in self._world.user_interface.consoles)
+        consoles.close_console(self._world, console)
         return int(known)
 
     def auxiliaryConsolePrint(self, console: int, text: str | None = None) -> int:
         """Nil clears it. 1, or 0 when the console was closed."""
-        consoles.print_to_console(self._sim, console, text)
-        return int(self._sim.user_interface.consoles.get(console) is not None)
+        consoles.print_to_console(self._world, console, text)
+        return int(self._world.user_interface.consoles.get(console) is not None)
 
     def auxiliaryConsoleShow(self, console: int, shown: bool) -> int:
         """1, or 0 when the console was closed."""
-        consoles.show_console(self._sim, console, shown)
-        return int(self._sim.user_interface.consoles.get(console) is not None)
+        consoles.show_console(self._world, console, shown)
+        return int(self._world.user_interface.consoles.get(console) is not None)
 
     def displayDialog(
         self,
@@ -124,18 +124,18 @@ class MessageFunctions(ApiPart):
                 "a modal dialog would stop the server for everybody; leave it out, and ask sim.getDialogResult later"
             )
         return dialogs.display_dialog(
-            self._sim, title, text, style, initial or "", title_colors, dialog_colors
+            self._world, title, text, style, initial or "", title_colors, dialog_colors
         )
 
     def getDialogResult(self, dialog: int) -> int:
         """sim.dlgret_still_open until somebody answers."""
-        return dialogs.get_dialog_result(self._sim, dialog)
+        return dialogs.get_dialog_result(self._world, dialog)
 
     def getDialogInput(self, dialog: int) -> str:
-        return dialogs.get_dialog_input(self._sim, dialog)
+        return dialogs.get_dialog_input(self._world, dialog)
 
     def endDialog(self, dialog: int) -> int:
-        dialogs.end_dialog(self._sim, dialog)
+        dialogs.end_dialog(self._world, dialog)
         return 1
 
     def msgBox(self, _kind: int, buttons: int, title: str, text: str) -> int:
@@ -148,5 +148,5 @@ class MessageFunctions(ApiPart):
                 "a box that waits for a choice would stop the server for everybody; show it with sim.displayDialog, "
                 f"style sim.dlgstyle_yes_no ({c.sim_dlgstyle_yes_no}), and ask sim.getDialogResult in later passes"
             )
-        self._sim.status_bar.add(f"{title}: {text}" if title else text)
+        self._world.status_bar.add(f"{title}: {text}" if title else text)
         return _RETURN_OK

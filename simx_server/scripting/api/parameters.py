@@ -33,98 +33,67 @@ class ParameterFunctions(ApiPart):
     )
 
     def getBoolParam(self, number: int) -> bool:
-        return parameters.get_boolean_parameter(self._sim, number)
+        return parameters.get_boolean_parameter(self._world, number)
 
     def setBoolParam(self, number: int, value: bool) -> int:
-        parameters.set_boolean_parameter(self._sim, number, value)
+        parameters.set_boolean_parameter(self._world, number, value)
         return 1
 
     def getInt32Param(self, number: int) -> int:
-        return parameters.get_integer_parameter(self._sim, number)
+        return parameters.get_integer_parameter(self._world, number)
 
     def setInt32Param(self, number: int, value: int) -> int:
-        parameters.set_integer_parameter(self._sim, number, value)
+        parameters.set_integer_parameter(self._world, number, value)
         return 1
 
     def getFloatParam(self, number: int) -> float:
-        return parameters.get_floating_parameter(self._sim, number)
+        return parameters.get_floating_parameter(self._world, number)
 
     def setFloatParam(self, number: int, value: float) -> int:
-        parameters.set_floating_parameter(self._sim, number, value)
+        parameters.set_floating_parameter(self._world, number, value)
         return 1
 
     def getStringParam(self, number: int) -> str:
-        return parameters.get_string_parameter(self._sim, number)
+        return parameters.get_string_parameter(self._world, number)
 
     def setStringParam(self, number: int, value: str) -> int:
-        self._sim.parameters.strings.set(number, value)
+        self._world.parameters.strings.set(number, value)
         return 1
 
     def getArrayParam(self, number: int) -> list[float]:
-        return parameters.get_array_parameter(self._sim, number)
+        return parameters.get_array_parameter(self._world, number)
 
     def setArrayParam(self, number: int, values: list[float]) -> int:
         """Three numbers."""
         if len(values) != 3:
             raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
-        parameters.set_array_parameter(self._sim, number, values)
+        parameters.set_array_parameter(self._world, number, values)
         return 1
 
     def getNamedStringParam(self, name: str) -> bytes | None:
         """Return the value that a script of this server stored under a name; nil for an unknown name."""
-        return self._sim.custom_data.read(APPLICATION, f"{_NAMED}{name}")
+        return self._world.custom_data.read(APPLICATION, f"{_NAMED}{name}")
 
     def setNamedStringParam(self, name: str, value: bytes) -> int:
         """Kept until the server ends; '' removes it."""
-        self._sim.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
+        self._world.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
         return 1
 
     # Names of V-REP 3.
 
-    def getBoolParameter(self, number: int) -> bool:
-        return self.getBoolParam(number)
-
-    def setBoolParameter(self, number: int, value: bool) -> int:
-        return self.setBoolParam(number, value)
-
-    def getBooleanParameter(self, number: int) -> bool:
-        return self.getBoolParam(number)
-
-    def setBooleanParameter(self, number: int, value: bool) -> int:
-        return self.setBoolParam(number, value)
-
-    def getInt32Parameter(self, number: int) -> int:
-        return self.getInt32Param(number)
-
-    def setInt32Parameter(self, number: int, value: int) -> int:
-        return self.setInt32Param(number, value)
-
-    def getIntegerParameter(self, number: int) -> int:
-        return self.getInt32Param(number)
-
-    def setIntegerParameter(self, number: int, value: int) -> int:
-        return self.setInt32Param(number, value)
-
-    def getFloatParameter(self, number: int) -> float:
-        return self.getFloatParam(number)
-
-    def setFloatParameter(self, number: int, value: float) -> int:
-        return self.setFloatParam(number, value)
-
-    def getFloatingParameter(self, number: int) -> float:
-        return self.getFloatParam(number)
-
-    def setFloatingParameter(self, number: int, value: float) -> int:
-        return self.setFloatParam(number, value)
-
-    def getStringParameter(self, number: int) -> str:
-        return self.getStringParam(number)
-
-    def setStringParameter(self, number: int, value: str) -> int:
-        return self.setStringParam(number, value)
-
-    def getArrayParameter(self, number: int) -> list[float]:
-        return self.getArrayParam(number)
-
-    def setArrayParameter(self, number: int, values: list[float]) -> int:
-        return self.setArrayParam(number, values)
+    getBoolParameter = getBoolParam
+    setBoolParameter = setBoolParam
+    getBooleanParameter = getBoolParam
+    setBooleanParameter = setBoolParam
+    getInt32Parameter = getInt32Param
+    setInt32Parameter = setInt32Param
+    getIntegerParameter = getInt32Param
+    setIntegerParameter = setInt32Param
+    getFloatParameter = getFloatParam
+    setFloatParameter = setFloatParam
+    getFloatingParameter = getFloatParam
+    setFloatingParameter = setFloatParam
+    getStringParameter = getStringParam
+    setStringParameter = setStringParam
+    getArrayParameter = getArrayParam
+    setArrayParameter = setArrayParam

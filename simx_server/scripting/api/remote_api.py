@@ -16,7 +16,7 @@ class RemoteApiNamespace(ApiPart):
         self, port: int, _max_packet_size: int = 1300, _debug: bool = False, _pre_enable_trigger: bool = False
     ) -> int:
         """Partly: no other port is opened; 1."""
-        self._sim.status_bar.add(
+        self._world.status_bar.add(
             f"the remote API is offered at the ports the server was started with; a script asked for port {port}: "
             f"start the server with --port {port} if clients are to connect there"
         )
@@ -38,7 +38,7 @@ class RemoteApiFunctions(ApiPart):
         self, port: int, _max_packet_size: int = 1300, _debug: bool = False, _pre_enable_trigger: bool = False
     ) -> int:
         """Partly: no other port is opened; 1."""
-        return RemoteApiNamespace(self._sim, self._script).start(port)
+        return RemoteApiNamespace(self._world, self._script).start(port)
 
     def extRemoteApiStop(self, _port: int) -> int:
         """Partly: clients stay connected; 1."""

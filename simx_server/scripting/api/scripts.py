@@ -54,7 +54,7 @@ class ScriptFunctions(ApiPart):
         name, described = split_target(function, "")
         target = self._target(script, described)
         if isinstance(target, Script):
-            return tuple(self._sim.scripts.run(target, name, *values))
+            return tuple(self._world.scripts.run(target, name, *values))
         ints, floats, texts, buffer = [*values, *([], [], [], b"")[len(values) :]][:4]
         return target.call(name, *check_results(name, [ints, floats, texts, buffer]))
 
@@ -71,7 +71,7 @@ class ScriptFunctions(ApiPart):
             raise CommandError(
                 "only variables of Lua scripts can be set; give the script a function that does it"
             )
-        assign: Callable[..., Any] = self._sim.scripts.run(target, "load", f"{name} = ...")[0]
+        assign: Callable[..., Any] = self._world.scripts.run(target, "load", f"{name} = ...")[0]
         assign(value)
         return 1
 
@@ -86,7 +86,7 @@ class ScriptFunctions(ApiPart):
         target = self._target(script, described)
         if not isinstance(target, Script) or target.language != LUA:
             raise CommandError("only Lua scripts run a text; give the script a function that does it")
-        loaded = self._sim.scripts.run(target, "load", piece)
+        loaded = self._world.scripts.run(target, "load", piece)
         if loaded[0] is None:
             return -1, loaded[1]
         try:
@@ -163,7 +163,7 @@ class ScriptFunctions(ApiPart):
             raise CommandError(f"attribute {attribute} of a script cannot be changed; only 4 (enabled) can")
         if found.interpreter is None:
             raise CommandError(
-                f"the {self._sim.scripts.describe(found)} does not live, so it cannot be switched on or off; do it "
+                f"the {self._world.scripts.describe(found)} does not live, so it cannot be switched on or off; do it "
                 "while the simulation runs, or give its model sim.modelproperty_scripts_inactive"
             )
         found.enabled = bool(value)
@@ -173,7 +173,7 @@ class ScriptFunctions(ApiPart):
         self, script: int, name: str, as_text: bool = False
     ) -> bool | float | str | None:
         """True, false or a number where the text is one, else the text; nil for none, and for `nil`."""
-        text = self._sim.script_parameters.get(self._get(script).owner, name)
+        text = self._world.script_parameters.get(self._get(script).owner, name)
         if text is None or as_text:
             return text
         plain = {"true": True, "false": False, "nil": None}
@@ -194,9 +194,9 @@ class ScriptFunctions(ApiPart):
         Differs: a parameter that is not there is made. A number is kept as its text.
         """
         every = script == c.sim_handle_all
-        owners = [one.owner for one in self._sim.scripts.all() if one.owner != -1]
+        owners = [one.owner for one in self._world.scripts.all() if one.owner != -1]
         text = _text(value)
-        parameters = self._sim.script_parameters
+        parameters = self._world.script_parameters
         return sum(parameters.set(o, name, text) for o in (owners if every else [self._get(script).owner]))
 
     def getScriptExecutionCount(self) -> int:
@@ -210,23 +210,23 @@ class ScriptFunctions(ApiPart):
     def _get(self, script: int) -> Script:
         if script == HANDLE_SELF:
             return self._script
-        found = self._sim.scripts.get(script)
+        found = self._world.scripts.get(script)
         if found is None:
             listed = ", ".join(
-                f"{one.handle} {self._sim.scripts.describe(one)}" for one in self._sim.scripts.all()
+                f"{one.handle} {self._world.scripts.describe(one)}" for one in self._world.scripts.all()
             )
             raise ScriptError(f"no script with handle {script}; scripts of this scene: {listed or 'none'}")
         return found
 
     def _of(self, owner: int, kind: ScriptKind) -> int:
-        found = self._sim.scripts.of(owner, kind)
+        found = self._world.scripts.of(owner, kind)
         return _NONE if found is None else found.handle
 
     def _target(self, script: int, described: str) -> Script | AddOn:
         if script == HANDLE_SELF:
             return self._script
         name = self._adjusted(described) if described else described
-        return find_target(self._sim.scripts, self._sim.scene, script, name)
+        return find_target(self._world.scripts, self._sim.scene, script, name)
 
 
 def _text(value: Any) -> str:

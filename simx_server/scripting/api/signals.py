@@ -14,48 +14,43 @@ class SignalFunctions(ApiPart):
 
     def setIntegerSignal(self, name: str, value: int) -> int:
         if name:
-            self._sim.signals.set_integer(name, value, self._signal_owner)
+            self._world.signals.set_integer(name, value, self._signal_owner)
         return 1
 
     def getIntegerSignal(self, name: str) -> int | None:
-        return self._sim.signals.get_integer(name)
+        return self._world.signals.get_integer(name)
 
     def clearIntegerSignal(self, name: str | None = None) -> int:
         """Nil or '' clears all of this type; the same for all types."""
-        self._sim.signals.clear_integer(name or "")
+        self._world.signals.clear_integer(name or "")
         return 1
 
-    def setInt32Signal(self, name: str, value: int) -> int:
-        return self.setIntegerSignal(name, value)
-
-    def getInt32Signal(self, name: str) -> int | None:
-        return self.getIntegerSignal(name)
-
-    def clearInt32Signal(self, name: str | None = None) -> int:
-        return self.clearIntegerSignal(name)
+    setInt32Signal = setIntegerSignal
+    getInt32Signal = getIntegerSignal
+    clearInt32Signal = clearIntegerSignal
 
     def setFloatSignal(self, name: str, value: float) -> int:
         if name:
-            self._sim.signals.set_float(name, value, self._signal_owner)
+            self._world.signals.set_float(name, value, self._signal_owner)
         return 1
 
     def getFloatSignal(self, name: str) -> float | None:
-        return self._sim.signals.get_float(name)
+        return self._world.signals.get_float(name)
 
     def clearFloatSignal(self, name: str | None = None) -> int:
-        self._sim.signals.clear_float(name or "")
+        self._world.signals.clear_float(name or "")
         return 1
 
     def setStringSignal(self, name: str, value: bytes) -> int:
         if name:
-            self._sim.signals.set_string(name, value, self._signal_owner)
+            self._world.signals.set_string(name, value, self._signal_owner)
         return 1
 
     def getStringSignal(self, name: str) -> bytes | None:
-        return self._sim.signals.get_string(name)
+        return self._world.signals.get_string(name)
 
     def clearStringSignal(self, name: str | None = None) -> int:
-        self._sim.signals.clear_string(name or "")
+        self._world.signals.clear_string(name or "")
         return 1
 
     # One kind of float here: doubles share the name space of the floats, at full precision.
@@ -72,21 +67,16 @@ class SignalFunctions(ApiPart):
         """Partly: a float signal of this name is the same signal."""
         return self.clearFloatSignal(name)
 
-    def setBufferSignal(self, name: str, value: bytes) -> int:
-        return self.setStringSignal(name, value)
-
-    def getBufferSignal(self, name: str) -> bytes | None:
-        return self.getStringSignal(name)
-
-    def clearBufferSignal(self, name: str | None = None) -> int:
-        return self.clearStringSignal(name)
+    setBufferSignal = setStringSignal
+    getBufferSignal = getStringSignal
+    clearBufferSignal = clearStringSignal
 
     def getSignalName(self, index: int, kind: int) -> str | None:
         """The name of the signal at this index, from 0; nil after the last. Kind: 0 integer, 1 float, 2 string.
 
         In later versions 2 was double and 3 string: both are taken for strings, as doubles are floats here.
         """
-        signals = self._sim.signals
+        signals = self._world.signals
         tables = {0: signals.integers, 1: signals.floats, 2: signals.strings, 3: signals.strings}
         if kind not in tables:
             raise CommandError(f"a kind of signal is 0 (integer), 1 (float) or 2 (string), not {kind}")

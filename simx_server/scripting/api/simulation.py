@@ -76,7 +76,7 @@ class SimulationFunctions(ApiPart):
 
         Partly: files are MJCF or URDF, and for a `.ttt` file the one that stands for it.
         """
-        files.load_scene_of_server(self._sim, file)
+        files.load_scene_of_server(self._world, file)
         return 1
 
     def closeScene(self) -> int:
@@ -100,11 +100,11 @@ class SimulationFunctions(ApiPart):
 
     def quitSimulator(self) -> None:
         """Ends the server, only while stopped."""
-        self._sim.parameters.booleans.set(c.sim_boolparam_exit_request, True)
+        self._world.parameters.booleans.set(c.sim_boolparam_exit_request, True)
 
     def getRealTimeSimulation(self) -> int:
         """1 when simulated time follows the clock on the wall, else 0."""
-        return int(self._sim.parameters.booleans.get(c.sim_boolparam_realtime_simulation))
+        return int(self._world.parameters.booleans.get(c.sim_boolparam_realtime_simulation))
 
     def getSystemTime(self) -> float:
         """Seconds of the clock on the wall, from some moment on."""

@@ -17,7 +17,7 @@ class SimxFunctions(ApiPart):
 
     def isCodeAllowed(self) -> bool:
         """Whether the server was started with --allow-code: then code that clients send may be run."""
-        return self._sim.scripts.allows_code
+        return self._world.scripts.allows_code
 
     def getArm(self, robot: int) -> tuple[int, list[int]]:
         """The tip of a robot and the joints from it up to the robot, those nearest to the robot first.
@@ -28,7 +28,7 @@ class SimxFunctions(ApiPart):
         scene, handle = self._sim.scene, self._self(robot)
         item = scene.get(handle)
         below = scene.descendants(handle)
-        tips = [element.tip for element in self._sim.ik_groups.elements() if element.tip in below]
+        tips = [element.tip for element in self._world.ik_groups.elements() if element.tip in below]
         for ending in _TIP_ENDINGS:
             tips += [
                 each

@@ -52,7 +52,7 @@ class ThreadFunctions(ApiPart):
     def waitForSignal(self, name: str) -> Waiting:
         """Wait until a signal of this name is set, of whatever type; gives its value."""
         while True:
-            signals = self._sim.signals
+            signals = self._world.signals
             for value in (signals.get_integer(name), signals.get_float(name), signals.get_string(name)):
                 if value is not None:
                     return (value,)

@@ -11,27 +11,27 @@ class TubeFunctions(ApiPart):
 
     def tubeOpen(self, header: int, name: str, size: int, _unused: bool = False) -> int:
         """A handle. `size`: packets kept until they are read, then the oldest is dropped."""
-        return self._sim.tubes.open(header, name, size)
+        return self._world.tubes.open(header, name, size)
 
     def tubeClose(self, tube: int) -> int:
-        self._sim.tubes.close(tube)
+        self._world.tubes.close(tube)
         return 1
 
     def tubeWrite(self, tube: int, data: bytes) -> int:
         """Write a packet; packets written before the other end opens are kept."""
-        self._sim.tubes.write(tube, data)
+        self._world.tubes.write(tube, data)
         return 1
 
     def tubeRead(self, tube: int, blocking: bool = False) -> bytes | Waiting | None:
         """The oldest packet that has arrived, nil when there is none; blocking waits for one, in a thread."""
-        return self._wait_for_packet(tube) if blocking else self._sim.tubes.read(tube)
+        return self._wait_for_packet(tube) if blocking else self._world.tubes.read(tube)
 
     def tubeStatus(self, tube: int) -> tuple[int, int, int]:
         """1 when connected, else 0; packets to be read here; packets written that the other side has not read."""
-        connected, arrived, written = self._sim.tubes.status(tube)
+        connected, arrived, written = self._world.tubes.status(tube)
         return int(connected), arrived, written
 
     def _wait_for_packet(self, tube: int) -> Waiting:
-        while (data := self._sim.tubes.read(tube)) is None:
+        while (data := self._world.tubes.read(tube)) is None:
             yield
         return (data,)

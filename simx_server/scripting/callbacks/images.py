@@ -27,5 +27,5 @@ def wait_for(sim: Simulation, future: Future[_T]) -> _T:
     while time.monotonic() < end:
         if futures.wait([future], _GLANCE).done:
             return future.result()
-        sim.serve_others()
+        sim.interruptions.serve_others()
     raise CommandError(f"the picture was not ready within {PATIENCE:.0f} s; try it again later")

@@ -38,7 +38,10 @@ class PhysicsCallBacks:
         self._known: dict[tuple[int, int], bool] = {}
         """By pair of shapes what was answered in this pass."""
         self._is_asked = False
-        sim.on_pass_begin.append(self._known.clear)
+
+    def forget_answers(self) -> None:
+        """Another simulation step begins: scripts are asked again."""
+        self._known.clear()
 
     def watch(self, scripts: list[Script]) -> None:
         """Scripts have begun or ended."""

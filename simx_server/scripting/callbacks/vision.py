@@ -20,7 +20,10 @@ from simx_server.sensors.vision.vision_settings import Verdict
 from .images import wait_for
 
 if TYPE_CHECKING:
+    from simx_server.parts.status_bar import StatusBar
     from simx_server.scripting.script import Script
+    from simx_server.sensors.proximity.proximity import ProximitySensors
+    from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.world.simulation import Simulation
 
 VISION = "sysCall_vision"
@@ -33,8 +36,18 @@ Notify = Callable[..., list[Any] | None]
 class VisionCallBacks:
     """The sensors with such scripts."""
 
-    def __init__(self, sim: Simulation, notify: Notify) -> None:
+    def __init__(
+        self,
+        sim: Simulation,
+        notify: Notify,
+        status_bar: StatusBar,
+        vision: VisionSensors,
+        proximity: ProximitySensors,
+    ) -> None:
         self._sim = sim
+        self._status_bar = status_bar
+        self._vision = vision
+        self._proximity = proximity
         self._notify = notify
         self._judged: frozenset[int] = frozenset()
         self._told: frozenset[int] = frozenset()
@@ -45,7 +58,7 @@ class VisionCallBacks:
         """Scripts have begun or ended."""
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
-        self._sim.vision.on_picture = self._judge
+        self._vision.on_picture = self._judge
 
     def sense(self) -> None:
         """The sensing of a pass: all pictures are asked for before the first script waits for one."""
@@ -54,7 +67,7 @@ class VisionCallBacks:
         if not concerned:
             return
         sensors = [one for one in sim.scene.of_kind(ObjectKind.VISION_SENSOR) if one in concerned]
-        for handle in [handle for handle in sensors if sim.vision.sense(handle)]:
+        for handle in [handle for handle in sensors if self._vision.sense(handle)]:
             self._judge(handle)
         for handle in sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
             if handle in self._told:
@@ -66,7 +79,7 @@ class VisionCallBacks:
             return
         self._asked.add(handle)
         try:
-            self._sim.vision.judge(handle, self._verdict(handle))
+            self._vision.judge(handle, self._verdict(handle))
             if handle in self._told:
                 self._tell_of_vision(handle)
         finally:
@@ -85,7 +98,7 @@ class VisionCallBacks:
         )
 
     def _known(self, handle: int) -> dict[str, Any]:
-        settings = self._sim.vision.settings(handle)
+        settings = self._vision.settings(handle)
         return {
             "handle": handle,
             "resolution": [settings.width, settings.height],
@@ -98,20 +111,20 @@ class VisionCallBacks:
     def _tell_of_vision(self, handle: int) -> None:
         sim = self._sim
         try:
-            detects, packets = wait_for(sim, sim.vision.read(handle))
+            detects, packets = wait_for(sim, self._vision.read(handle))
         except CommandError as problem:
-            sim.status_bar.add(f"{TRIGGER} of '{sim.scene.get(handle).name}' is not called: {problem}")
+            self._status_bar.add(f"{TRIGGER} of '{sim.scene.get(handle).name}' is not called: {problem}")
             return
         if not detects:
             return
         packed = [struct.pack(f"<{len(packet)}f", *packet) for packet in packets]
         answer = _table(self._notify(handle, TRIGGER, {"handle": handle, "packedPackets": packed}))
         if answer.get("trigger") is False:
-            sim.vision.judge(handle, Verdict(False, tuple(packets[1:])))
+            self._vision.judge(handle, Verdict(False, tuple(packets[1:])))
 
     def _tell_of_proximity(self, handle: int) -> None:
         try:
-            found = self._sim.proximity.read(handle)
+            found = self._proximity.read(handle)
         except CommandError:
             return  # it is handled explicitly and was not handled yet
         if found is not None:

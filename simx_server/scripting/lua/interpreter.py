@@ -14,6 +14,7 @@ import re
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any, TypeVar
 
 from simx_client.protocol.cli.installing import package_line
@@ -32,13 +33,8 @@ from simx_server.scripting.interpreter import (
     refusal,
 )
 
-from .debug import DEBUG
-from .library import LIBRARY
-from .sandbox import GUARD
 from .sources import too_much
-from .text import TEXT
 from .turns import with_turns
-from .watch import WATCH
 
 logger = logging.getLogger(__name__)
 
@@ -56,8 +52,8 @@ def load_lupa() -> Any:
         ) from problem
 
 
-_PARTS = {"watch": WATCH, "text": TEXT, "debug": DEBUG, "library": LIBRARY}
-"""Of the sandbox, each a chunk of its own."""
+_CHUNKS = {file.stem: file.read_bytes() for file in Path(__file__).parent.glob("*.lua")}
+"""The files of Lua beside this one: ``sandbox`` is called first, and calls the others."""
 
 
 class LuaFunction:
@@ -122,7 +118,7 @@ class LuaInterpreter:
             for space, names in api.namespaces().items()
         }
         load = self._runtime.globals()[b"load"]
-        guard = load(GUARD, b"=sandbox", b"t")
+        guard = load(_CHUNKS["sandbox"], b"=sandbox", b"t")
         face = guard(
             self._sealed(self._late, True),
             self._invoke,
@@ -134,7 +130,7 @@ class LuaInterpreter:
             self._sealed(_refuse, b"failed inside the server; its log says why"),
             MAX_DEPTH,
             self._to_lua(known),
-            self._to_lua(_PARTS),
+            self._to_lua(_CHUNKS),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
         self._face = dict(face.items())
@@ -251,7 +247,7 @@ class LuaInterpreter:
         return True, source
 
     def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
-        """Run one function of the API: ``(status, ...)`` as `sandbox.py` says, never an exception.
+        """Run one function of the API: ``(status, ...)`` as `sandbox.lua` says, never an exception.
 
         Lua's ``pcall`` would hand an exception to the script as an object and lose it for the log.
         """

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 LONGEST = 1_000_000
-"""Bytes of a script or a module; what ``load`` takes is bounded in `lua_library.py`."""
+"""Bytes of a script or a module; what ``load`` takes is bounded in `library.lua`."""
 
 MOST_JUMPS = 10_000
 

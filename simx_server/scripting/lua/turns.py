@@ -3,7 +3,7 @@
 V-REP interrupted a script's thread by the clock, wherever it was. A hook of Lua can stop a coroutine but cannot make it
 yield, and a clock makes no two runs alike. So a script's text is compiled with a counter in each loop, before each
 ``goto`` and before each tail call: nothing else can run for ever without growing the stack. The counter is two
-upvalues of the chunk, no line moves, and error messages stay the same. What is done when it runs out: `sandbox.py`.
+upvalues of the chunk, no line moves, and error messages stay the same. What is done when it runs out: `sandbox.lua`.
 """
 
 from __future__ import annotations

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
-from simx_server.scene.collection import ALL
+from simx_server.scene.collection import ALL, Collections
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.registered import Registry
-from simx_server.sensors.instant import Instant
+from simx_server.sensors.instant import Instant, Instants
+from simx_server.world.part import Part
 
 from .measuring import distance, is_colliding
 
@@ -45,6 +46,8 @@ class Meter(Generic[_R]):
     def __init__(
         self,
         sim: Simulation,
+        collections: Collections,
+        instants: Instants,
         kind: str,
         first_handle: int,
         measure: Callable[[Instant, Collection[int], Collection[int]], _R],
@@ -58,6 +61,8 @@ class Meter(Generic[_R]):
         self.enabled = True
         """Boolean parameter 2 or 3; it belongs to the scene."""
         self._sim = sim
+        self._collections = collections
+        self._instants = instants
         self._kind = kind
         self._measure = measure
         self._nothing = nothing
@@ -70,18 +75,13 @@ class Meter(Generic[_R]):
         self._instant: Instant | None = None
         self._handled: frozenset[int] = frozenset()
         """What was registered at that instant."""
-        sim.on_sensing.append(self._sense)
-        sim.on_start.append(self._forget)
-        sim.on_stop.append(self._forget)
-        sim.on_load.append(self._change_scene)
-        sim.on_close.append(self._change_scene)
 
     def check(self, first: int, second: int) -> _R:
         """Measure two entities as they are now. The second may be all others (`sim_handle_all`).
 
         Raises UnknownHandle, CommandError for what cannot be measured.
         """
-        return self._between(self._sim.instants.now(), first, second, whatever_they_are=True)
+        return self._between(self._instants.now(), first, second, whatever_they_are=True)
 
     def find(self, name: str) -> int:
         """The handle of a registered one. Raises CommandError that lists them."""
@@ -109,7 +109,7 @@ class Meter(Generic[_R]):
         self._by_hand.pop(handle, None)
         if not self.enabled:
             return self._nothing
-        found = self._by_hand[handle] = self._of(self._sim.instants.now(), registered)
+        found = self._by_hand[handle] = self._of(self._instants.now(), registered)
         return found
 
     def reset(self, handle: int) -> None:
@@ -156,7 +156,7 @@ class Meter(Generic[_R]):
     def _members(self, entity: int, whatever_they_are: bool) -> list[int]:
         """The objects to measure. `whatever_they_are`: a single one also if it is not to be measured."""
         scene = self._sim.scene
-        handles = self._sim.collections.entity(entity)
+        handles = self._collections.entity(entity)
         if entity in scene.objects:
             scene.get_kind(entity, *self._measurable)
             if whatever_they_are:
@@ -169,7 +169,7 @@ class Meter(Generic[_R]):
             and not scene.overridden(handle) & self._left_out
         ]
 
-    def _sense(self) -> None:
+    def sense(self) -> None:
         """Results of the last pass end with it, also while handling is switched off."""
         registered = self._registry.all()
         self._results.clear()
@@ -177,37 +177,40 @@ class Meter(Generic[_R]):
             if handle not in registered or not registered[handle][1].explicit:
                 del self._by_hand[handle]
         self._handled = frozenset(registered)
-        self._instant = self._sim.instants.now() if self.enabled and registered else None
+        self._instant = self._instants.now() if self.enabled and registered else None
 
-    def _forget(self) -> None:
+    def forget(self) -> None:
         self._results.clear()
         self._by_hand.clear()
         self._instant = None
 
-    def _change_scene(self) -> None:
-        self._forget()
+    def change_scene(self) -> None:
+        self._registry.forget()
+        self.forget()
         self.enabled = True
 
     def _register(self, _name: str, note: Annotation) -> _Registered:
-        named = self._sim.collections.named
+        named = self._collections.named
         first, second = named(str(note["entity1"])), named(str(note.get("entity2", "all")))
         return _Registered(first, second, bool(note.get("explicit", False)))
 
     def _is_alive(self, registered: _Registered) -> bool:
         """It goes with what it measures, as in V-REP."""
-        scene, collections = self._sim.scene, self._sim.collections
+        scene, collections = self._sim.scene, self._collections
         return all(
             entity == ALL or entity in scene.objects or entity in collections
             for entity in (registered.first, registered.second)
         )
 
 
-class Meters:
+class Meters(Part):
     """Both kinds; attached after the collections, whose names they need."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, collections: Collections, instants: Instants) -> None:
         self.collisions: Meter[bool] = Meter(
             sim,
+            collections,
+            instants,
             "collision",
             FIRST_COLLISION,
             is_colliding,
@@ -218,6 +221,8 @@ class Meters:
         )
         self.distances: Meter[float | None] = Meter(
             sim,
+            collections,
+            instants,
             "distance",
             FIRST_DISTANCE,
             distance,
@@ -226,3 +231,22 @@ class Meters:
             c.sim_modelproperty_not_measurable,
             "measurable",
         )
+
+    def run_started(self) -> None:
+        self._forget()
+
+    def run_stopped(self) -> None:
+        self._forget()
+
+    def scene_changed(self) -> None:
+        self.collisions.change_scene()
+        self.distances.change_scene()
+
+    def sense(self) -> None:
+        """Note the instant that results of this simulation step are computed from."""
+        self.collisions.sense()
+        self.distances.sense()
+
+    def _forget(self) -> None:
+        self.collisions.forget()
+        self.distances.forget()

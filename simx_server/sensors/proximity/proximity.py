@@ -20,12 +20,15 @@ from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.sensors.instant import Instant
+from simx_server.world.part import Part
 
 from .detection import Detection, detect_all
 from .optics import Optics, optics
 from .volume import TYPES
 
 if TYPE_CHECKING:
+    from simx_server.scene.collection import Collections
+    from simx_server.sensors.instant import Instants
     from simx_server.world.simulation import Simulation
 
 __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
@@ -34,11 +37,13 @@ DEFAULT_RANGE = 10.0
 """Metres, for a rangefinder that says no range (annotation or the sensor's cutoff)."""
 
 
-class ProximitySensors:
+class ProximitySensors(Part):
     """What all proximity sensors of the scene detected last."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, collections: Collections, instants: Instants) -> None:
         self._sim = sim
+        self._collections = collections
+        self._instants = instants
         self.enabled = True
         """Boolean parameter 9: whether the sensing phase handles sensors; it belongs to the scene."""
         self._optics: dict[int, Optics] = {}
@@ -57,11 +62,15 @@ class ProximitySensors:
         self._explicit_before_run = self._explicit
         self._instant: Instant | None = None
         """That of the last pass in which sensors were handled."""
-        sim.on_sensing.append(self._sense)
-        sim.on_start.append(self._begin_run)
-        sim.on_stop.append(self._end_run)
-        sim.on_load.append(self._forget_all)
-        sim.on_close.append(self._forget_all)
+
+    def run_started(self) -> None:
+        self._begin_run()
+
+    def run_stopped(self) -> None:
+        self._end_run()
+
+    def scene_changed(self) -> None:
+        self._forget_all()
 
     def read(self, handle: int) -> Detection | None:
         """The result of the last handling; None when nothing is in the volume.
@@ -101,7 +110,7 @@ class ProximitySensors:
         if not self.enabled:
             self._results.pop(handle, None)
             return None
-        (found,) = self._detect(self._sim.instants.now(), [handle])
+        (found,) = self._detect(self._instants.now(), [handle])
         self._handled_by_hand[handle] = found
         return found
 
@@ -119,8 +128,8 @@ class ProximitySensors:
         or collection is detected even if it is not detectable. Raises UnknownHandle, WrongKind, CommandError.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        members = self._sim.collections.entity(entity)
-        instant = self._sim.instants.now()
+        members = self._collections.entity(entity)
+        instant = self._instants.now()
         wanted = instant.detectable if entity == ALL else np.isin(instant.surroundings.owners, members)
         looks_now = replace(self._look(item), **looks)  # type: ignore[arg-type]
         return self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0]
@@ -149,14 +158,14 @@ class ProximitySensors:
         """What to detect from the next handling on; -1 for everything. Raises CommandError."""
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         if entity != -1:
-            self._sim.collections.entity(entity)
+            self._collections.entity(entity)
         self._entities[handle] = ALL if entity == -1 else entity
 
-    def _sense(self) -> None:
+    def sense(self) -> None:
         """Results of the last pass end with it, also while handling is switched off."""
         if not self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
             return
-        self._instant = self._sim.instants.now() if self.enabled else None
+        self._instant = self._instants.now() if self.enabled else None
         self._results.clear()
         if self._asked:
             self._asked_before, self._asked = self._asked, {}
@@ -202,7 +211,7 @@ class ProximitySensors:
         for row, item in enumerate(items):
             entity = self._entity(item)
             if entity != ALL:
-                wanted[row] &= np.isin(instant.surroundings.owners, self._sim.collections.entity(entity))
+                wanted[row] &= np.isin(instant.surroundings.owners, self._collections.entity(entity))
         return self._look_at(instant, items, self._look(items[0]), wanted)
 
     def _look_at(
@@ -228,9 +237,9 @@ class ProximitySensors:
 
     def _entity(self, item: SceneObject) -> int:
         if item.handle not in self._entities:
-            self._entities[item.handle] = self._sim.collections.named(str(_note(item).get("entity", "all")))
+            self._entities[item.handle] = self._collections.named(str(_note(item).get("entity", "all")))
         entity = self._entities[item.handle]
-        gone = entity not in self._sim.scene.objects and entity not in self._sim.collections
+        gone = entity not in self._sim.scene.objects and entity not in self._collections
         # What a sensor was restricted to may be removed; then it detects everything, as in V-REP.
         return ALL if gone else entity
 

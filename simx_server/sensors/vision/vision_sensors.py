@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError, NotHandledYet
 from simx_server.scene.objects import ObjectKind
+from simx_server.world.part import Part
 
 from .image import NO_CODE, CameraView, Picture, depth_as_grey, fovy_from_perspective_angle, grey
 from .vision_settings import Verdict, VisionSettings, settings_from_model
 
 if TYPE_CHECKING:
+    from simx_server.sensors.vision.render_thread import RenderThread
     from simx_server.world.simulation import Simulation
 
 _A = TypeVar("_A")
@@ -32,11 +34,12 @@ _B = TypeVar("_B")
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
 
-class VisionSensors:
+class VisionSensors(Part):
     """All vision sensors of the scene. Physics thread only; the futures finish on the render thread."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: Simulation, rendering: RenderThread) -> None:
         self._sim = sim
+        self._rendering = rendering
         self.enabled = True
         """Boolean parameter 10: whether sensors are handled at all; off, pictures are the background."""
         self.background = BLACK
@@ -44,10 +47,15 @@ class VisionSensors:
         self.on_picture: Callable[[int], object] = _nobody
         """Called with a sensor's handle when it was handled or an image was set: scripts that process images."""
         self._settings: dict[int, VisionSettings] = {}
-        sim.on_load.append(self._change_scene)
-        sim.on_close.append(self._change_scene)
-        sim.on_start.append(self._forget_pictures)
-        sim.on_stop.append(self._forget_pictures)
+
+    def scene_changed(self) -> None:
+        self._change_scene()
+
+    def run_started(self) -> None:
+        self._forget_pictures()
+
+    def run_stopped(self) -> None:
+        self._forget_pictures()
 
     def settings(self, handle: int) -> VisionSettings:
         """The settings of a sensor, to read. Raises UnknownHandle, WrongKind."""
@@ -277,7 +285,7 @@ class VisionSensors:
         sim = self._sim
         sim.physics_calls.refuse("a picture cannot be taken", step_only=True)
         sim.refresh()
-        return sim.rendering.request(
+        return self._rendering.request(
             sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version, asker=asker
         )
 

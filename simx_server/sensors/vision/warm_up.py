@@ -11,29 +11,35 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
+from simx_server.world.part import Part
 
 if TYPE_CHECKING:
-    from simx_server.world.simulation import Simulation
+    from simx_server.scene.editing.twins import Twins
+    from simx_server.world.world import World
 
 
-def warm_up(sim: Simulation) -> Future[None] | None:
+def warm_up(world: World) -> Future[None] | None:
     """Draw each vision sensor of a scene once, on the render thread; None if there is none. Physics thread only."""
+    sim = world.simulation
     if not sim.scene.of_kind(ObjectKind.VISION_SENSOR):
         return None
     sim.refresh()
     try:
-        views = sim.vision.views()
+        views = world.vision.views()
     except CommandError:  # who asks for that picture is told
         views = []
-    return sim.rendering.prepare(sim.model, sim.data, views, version=sim.version)
+    return world.rendering.prepare(sim.model, sim.data, views, version=sim.version)
 
 
-def keep_warm(sim: Simulation) -> None:
-    """From now on: warm up for every other scene, and when there is a first vision sensor."""
+class WarmUp(Part):
+    """Warms up for every scene that is loaded, and when a scene gets its first vision sensor."""
 
-    def on_model_changed() -> None:
-        if not sim.rendering.is_begun:
-            warm_up(sim)
+    def __init__(self, world: World) -> None:
+        self._world = world
 
-    sim.on_load.append(lambda: warm_up(sim))
-    sim.on_model_changed.append(on_model_changed)
+    def scene_loaded(self) -> None:
+        warm_up(self._world)
+
+    def model_changed(self, twins: Twins | None) -> None:
+        if not self._world.rendering.is_begun:
+            warm_up(self._world)

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_client import Client
-from simx_client.batch import Batch
-from simx_client.errors import RemoteError, TimedOut
 from simx_client.protocol import constants as c
 from simx_server.sensors.vision.image import fovy_from_perspective_angle
 
@@ -63,18 +61,12 @@ def ask_optics(client: Client, handle: int, *, is_orthographic: bool) -> Optics:
     extent = (
         c.sim_visionfloatparam_ortho_size if is_orthographic else c.sim_visionfloatparam_perspective_angle
     )
-    batch = Batch(client.id, timeout=client.timeout, check=False)
-    with batch as calls:
+    with client.batch() as calls:
         width = calls.simxGetObjectIntParameter(handle, c.sim_visionintparam_resolution_x)
         height = calls.simxGetObjectIntParameter(handle, c.sim_visionintparam_resolution_y)
         near = calls.simxGetObjectFloatParameter(handle, c.sim_visionfloatparam_near_clipping)
         far = calls.simxGetObjectFloatParameter(handle, c.sim_visionfloatparam_far_clipping)
         across = calls.simxGetObjectFloatParameter(handle, extent)
-    answers = (width, height, near, far, across)
-    if missing := [each.failure for each in answers if each.reply is None]:
-        raise TimedOut(missing)
-    if refused := [each.failure for each in answers if each.code]:
-        raise RemoteError(refused)
     return Optics(width.value, height.value, near.value, far.value, across.value, is_orthographic)
 
 

@@ -14,9 +14,8 @@ from typing import Any, TypeVar, cast
 import msgpack
 
 from simx_client import Client
-from simx_client.batch import Batch, Calls
-from simx_client.errors import CallsFailed, ConnectionFailed, NotConnected, RemoteError, SimxError, TimedOut
-from simx_client.protocol.constants import simx_return_remote_error_flag
+from simx_client.client import Calls
+from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, LOOK, SURVEY, Look, Survey
 
@@ -123,13 +122,9 @@ class Eye:
 
 
 def make(client: Client, note: Callable[[Calls], object]) -> None:
-    """Make legacy calls, all as one message. Raises RemoteError when one is refused; TimedOut."""
-    try:
-        with Batch(client.id, timeout=client.timeout) as calls:
-            note(calls)
-    except CallsFailed as failed:
-        is_refused = all(each.code == simx_return_remote_error_flag for each in failed.failures)
-        raise (RemoteError if is_refused else TimedOut)(failed.failures) from None
+    """Make legacy calls, all as one message. Raises as `Client.batch`."""
+    with client.batch() as calls:
+        note(calls)
 
 
 class Hands:

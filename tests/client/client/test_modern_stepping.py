@@ -7,7 +7,8 @@ import pytest
 from modern_world import messages_of
 
 import simx_client as v
-from simx_client import Client, errors
+from simx_client import Client, batch, errors
+from simx_client.client import Servers
 
 
 def test_the_simulation_tells_state_and_time(client: Client) -> None:
@@ -165,3 +166,36 @@ def test_an_exception_within_together_drops_what_was_not_sent(client: Client) ->
     with pytest.raises(ZeroDivisionError):
         program()
     assert shoulder.position == 0.0
+
+
+def test_a_batch_is_one_message_behind_what_is_held_back(client: Client) -> None:
+    shoulder = client.joint("shoulder")
+    sizes = messages_of(client)
+    with client.together():
+        client.signals.ints["before"] = 1
+        with client.batch() as calls:
+            before = calls.simxGetIntegerSignal("before")
+            calls.simxSetJointPosition(shoulder.handle, 0.25)
+            place = calls.simxGetJointPosition(shoulder.handle)
+        assert (before.value, place.value) == (1, pytest.approx(0.25))
+    assert sizes == [4]
+
+
+def test_a_refused_call_of_a_batch_is_raised_unless_it_is_looked_at(client: Client) -> None:
+    with pytest.raises(errors.RemoteError, match="simxGetJointPosition"), client.batch() as calls:
+        calls.simxGetJointPosition(999)
+    with client.batch(check=False) as calls:
+        position = calls.simxGetJointPosition(999)
+    assert position.code
+
+
+def test_an_exception_within_a_batch_drops_its_calls(client: Client) -> None:
+    with pytest.raises(ZeroDivisionError), client.batch() as calls:
+        calls.simxSetIntegerSignal("never", 1 // 0)
+    assert client.signals.ints.get("never", 0) == 0
+
+
+def test_many_clients_are_the_servers_of_batch() -> None:
+    with pytest.raises(errors.ConnectionFailed, match="no connection to server 0 at "):
+        Client.many([1], timeout=0.1)
+    assert batch.Servers is Servers

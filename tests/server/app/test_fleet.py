@@ -121,7 +121,7 @@ def test_a_line_of_json_tells_where_all_of_them_are_when_they_can_be_reached(sce
         assert started.servers[0]["scene"] == "pendulum"
 
 
-def test_each_is_a_simulation_of_its_own(scene: Path, log: Path) -> None:
+def test_each_is_a_world_of_its_own(scene: Path, log: Path) -> None:
     with fleet(log, scene, "--count", 2) as started:
         first, second = (
             v.simxStart("127.0.0.1", server["ports"][0], True, True, 5000, 5) for server in started.servers

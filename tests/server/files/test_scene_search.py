@@ -72,7 +72,7 @@ def test_scene_is_found_by_its_name_whatever_the_path(world: World, where: str, 
 
 
 def test_scene_that_a_script_names_is_found_too(world: World) -> None:
-    load_scene_of_server(world.sim, "C:\\Users\\me\\pendulum.ttt")
+    load_scene_of_server(world.parts, "C:\\Users\\me\\pendulum.ttt")
     world.sim.settle()
     assert world.handle("hinge")
 
@@ -139,7 +139,7 @@ def test_scene_of_the_start_may_be_loaded_again_with_what_it_names_elsewhere(tmp
     workspace = tmp_path / "workspace"
     workspace.mkdir()
     world = World(file=file, workspace=workspace)
-    world.sim.own_scene = file
+    world.sim.files.own_scene = file
     world.call("simxLoadScene", "my_arm.ttt", 0)
     assert world.handle("elbow_joint")
     (workspace / "copy.urdf").write_text(file.read_text())
@@ -154,9 +154,9 @@ def test_scene_of_the_start_that_a_client_has_changed_is_trusted_no_more(tmp_pat
     file = workspace / "scene.xml"
     file.write_text(PENDULUM)
     world = World(file=file, workspace=workspace)
-    world.sim.own_scene = file
+    world.sim.files.own_scene = file
     spy = "<mujoco><asset><mesh name='m' file='../secret.obj'/></asset></mujoco>"
-    store_file(world.sim, "scene.xml", spy.encode())
+    store_file(world.parts, "scene.xml", spy.encode())
     with pytest.raises(CommandError, match="outside the folders"):
         world.call("simxLoadScene", "scene.xml", 0)
 
@@ -241,7 +241,7 @@ def recorded_contents(recording: Path) -> list[bytes]:
 
 
 def lend(world: World, name: str, text: str) -> None:
-    lend_file(world.sim, cast(ClientSession, world.client), name, name, text.encode())
+    lend_file(world.parts, cast(ClientSession, world.client), name, name, text.encode())
 
 
 def test_lent_file_keeps_its_name_in_log_errors_and_listings(

@@ -37,7 +37,7 @@ def test_kinds_of_signals_do_not_mix_and_empty_name_clears_one_kind(world: World
     world.call("simxSetIntegerSignal", "", 4)
     world.call("simxClearIntegerSignal", "")
     assert world.call("simxGetFloatSignal", "x") == 2.0
-    assert not world.sim.signals.integers
+    assert not world.parts.signals.integers
 
 
 def test_clients_signals_survive_start_and_stop(world: World) -> None:

@@ -77,11 +77,11 @@ def test_status_bar_keeps_the_newest_and_logs(world: World, caplog: pytest.LogCa
     with caplog.at_level(logging.INFO, "simx_server.parts.status_bar"):
         world.call("simxAddStatusbarMessage", "Hello \u4f60\nworld\x1b[0m")
     assert caplog.messages == ["Hello \u4f60 world [0m"]
-    assert world.sim.status_bar.messages[-1] == "Hello \u4f60\nworld\x1b[0m"
+    assert world.parts.status_bar.messages[-1] == "Hello \u4f60\nworld\x1b[0m"
     for number in range(KEPT + 5):
-        world.sim.status_bar.add(str(number))
-    assert len(world.sim.status_bar.messages) == KEPT
-    assert world.sim.status_bar.messages[-1] == str(KEPT + 4)
+        world.parts.status_bar.add(str(number))
+    assert len(world.parts.status_bar.messages) == KEPT
+    assert world.parts.status_bar.messages[-1] == str(KEPT + 4)
 
 
 def test_time_step_is_set_while_stopped_and_left_alone_while_running(world: World) -> None:
@@ -117,7 +117,7 @@ def test_window_switches_read_off_and_stay_off(world: World) -> None:
 
 def test_real_time_switch_changes_the_pace_while_stopped(world: World) -> None:
     pace = Pacer(1.0)
-    world.sim.parameters.pace = pace
+    world.parts.parameters.pace = pace
     assert world.call("simxGetBooleanParameter", 25) is True
     world.call("simxSetBooleanParameter", 25, False)
     assert math.isinf(pace.speed)
@@ -128,7 +128,7 @@ def test_real_time_switch_changes_the_pace_while_stopped(world: World) -> None:
 
 def test_waiting_for_trigger_is_what_the_engine_says(world: World) -> None:
     assert world.call("simxGetBooleanParameter", 45) is False
-    world.sim.parameters.is_waiting_for_trigger = lambda: True
+    world.parts.parameters.is_waiting_for_trigger = lambda: True
     assert world.call("simxGetBooleanParameter", 45) is True
 
 

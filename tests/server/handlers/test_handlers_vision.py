@@ -76,7 +76,7 @@ def test_equal_state_has_an_equal_version(world: World) -> None:
     world.run()
     image(world, "eye")
     image(world, "eye")
-    world.sim.advance()
+    world.parts.step()
     image(world, "eye")
     first, second, third = world.painter.versions
     assert first == second != third
@@ -110,9 +110,9 @@ def test_explicit_sensor_keeps_the_background_until_handled(world: World) -> Non
     with pytest.raises(CommandError, match="not been handled"):
         world.call("simxReadVisionSensor", asked)
     world.run()
-    world.sim.vision.handle(asked)
+    world.parts.vision.handle(asked)
     world.painter.paint()
-    world.sim.advance()
+    world.parts.step()
     assert image(world, "asked") == ([2, 2], bytes(range(12)))
 
 
@@ -125,7 +125,7 @@ def test_set_image_holds_until_the_next_pass(world: World) -> None:
     assert image(world, "eye", 1)[1] == bytes(range(201, 224, 3))
     world.call("simxSetVisionSensorImage", eye, bytes(range(8)), 1)
     assert image(world, "eye")[1] == bytes(value for value in range(8) for _ in range(3))
-    world.sim.advance()
+    world.parts.step()
     assert image(world, "eye")[1] == bytes(range(24))
     with pytest.raises(CommandError, match="has 24 bytes, not 5"):
         world.call("simxSetVisionSensorImage", eye, b"12345", 0)

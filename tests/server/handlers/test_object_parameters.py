@@ -104,15 +104,15 @@ def test_in_a_run_the_first_velocity_waits_for_the_next_placing(world: World) ->
     """How scripts throw: V-REP adds a shape that was placed to its physics anew."""
     world.run(1)
     write(world, "ball", 3002, 3.0)
-    world.sim.advance()
+    world.parts.step()
     assert read(world, "ball", 13)[0] < 0
     world.call("simxSetObjectPosition", world.handle("ball"), -1, [1.0, 1.0, 1.0])
-    world.sim.advance()
-    world.sim.advance()
+    world.parts.step()
+    world.parts.step()
     assert read(world, "ball", 13) == pytest.approx([3 - 9.81 * 0.075], rel=0.01)
     world.call("simxSetObjectPosition", world.handle("ball"), -1, [1.0, 1.0, 1.0])
-    world.sim.advance()
-    world.sim.advance()
+    world.parts.step()
+    world.parts.step()
     assert read(world, "ball", 13)[0] < 0
     with pytest.raises(CommandError, match="part of a mechanism or of the world"):
         write(world, "arm", 3000, 1.0)
@@ -161,7 +161,7 @@ def test_shape_that_meets_nothing_falls_through_the_floor_until_the_stop(world: 
     world.run(1)
     write_int(world, "ball", 3019, 0x00FF)
     for _ in range(14):
-        world.sim.advance()
+        world.parts.step()
     assert world.call("simxGetObjectPosition", world.handle("ball"), -1)[2] < -0.5
     assert world.call("simxGetObjectPosition", world.handle("box"), -1)[2] > 0.05
     world.call("simxStopSimulation")
@@ -238,7 +238,7 @@ def test_unknown_numbers_list_the_known_ones_of_the_kind(world: World) -> None:
     with pytest.raises(CommandError, match="use the Float command"):
         read_int(world, "ball", 3005)
     with pytest.raises(WrongKind):
-        world.sim.object_settings.mask(world.handle("eye"))
+        world.parts.object_settings.mask(world.handle("eye"))
 
 
 def test_shape_the_file_keeps_from_colliding_lands_when_it_is_made_respondable() -> None:

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 from handler_calls import World
+from observing import observe
 
 from simx_server.joints import crowding
 from simx_server.joints.crowding import FEW, is_crowded
@@ -77,18 +78,18 @@ def heap() -> World:
 
 def test_a_run_in_which_too_many_shapes_are_put_in_one_place_is_stopped_and_told() -> None:
     world, told = heap(), []
-    world.sim.on_script_stopped.append(told.append)
+    observe(world.sim, script_stopped=told.append)
     world.sim.start()
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.state is SimulationState.RUNNING
     for number in range(8):  # 28 pairs
         world.call("simxSetObjectPosition", world.handle(f"b{number}"), -1, [0.0, 0.0, 0.0])
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.state is SimulationState.STOPPED
     assert told[0].startswith(
         "too many shapes are in the same place at 0.050 s; the simulation is stopped; at most 20"
     )
     assert "--limit near_pairs=N" in told[0]
     world.sim.start()  # a stop has brought them back
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.state is SimulationState.RUNNING

@@ -6,12 +6,13 @@ import math
 from typing import Any
 
 import pytest
-from scenes_for_tests import run, simulation_of
+from scenes_for_tests import run, world_of
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 SCENE = """
 <mujoco>
@@ -30,9 +31,9 @@ FREE = "mode=force motor=off"
 B_FOLLOWS = "mode=dependent master=a multiplication=-2 offset=0.1"
 
 
-def scene(ref: float = 0, master: str = "", slave: str = "", **notes: str) -> Simulation:
+def scene(ref: float = 0, master: str = "", slave: str = "", **notes: str) -> World:
     texts = "".join(f'<text name="simx:joint:{name}" data="{note}"/>' for name, note in notes.items())
-    return simulation_of(SCENE.format(notes=texts, ref=ref, master=master, slave=slave))
+    return world_of(SCENE.format(notes=texts, ref=ref, master=master, slave=slave))
 
 
 def at(sim: Simulation, name: str) -> float:
@@ -44,58 +45,65 @@ def put(sim: Simulation, name: str, value: float) -> None:
 
 
 def test_dependent_joint_follows_at_once_and_cannot_be_set_itself() -> None:
-    sim = scene(a="mode=passive", b=B_FOLLOWS)
+    world = scene(a="mode=passive", b=B_FOLLOWS)
+    sim = world.simulation
     assert at(sim, "b") == pytest.approx(0.1)
     put(sim, "a", 0.5)
     assert at(sim, "b") == pytest.approx(-0.9)
     put(sim, "b", 0.3)
     assert at(sim, "b") == pytest.approx(-0.9)
-    run(sim, 2)
+    run(world, 2)
     put(sim, "a", -0.2)
     assert at(sim, "b") == pytest.approx(0.5)
-    sim.advance()
+    world.step()
     assert at(sim, "b") == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("ref", [0.0, 30.0])
 def test_coupled_joints_swing_together_and_the_load_is_felt_by_the_master(ref: float) -> None:
-    sim = scene(ref=ref, a=FREE, b=B_FOLLOWS)
-    run(sim, 1)
+    world = scene(ref=ref, a=FREE, b=B_FOLLOWS)
+    sim = world.simulation
+    run(world, 1)
     for _ in range(15):
-        sim.advance()
+        world.step()
         assert at(sim, "b") == pytest.approx(0.1 - 2 * at(sim, "a"), abs=1e-12)
-    alone = scene(a=FREE, b="mode=passive")
-    run(alone, 16)
+    alone_world = scene(a=FREE, b="mode=passive")
+    alone = alone_world.simulation
+    run(alone_world, 16)
     # Alone the master falls; the coupled weight of the other arm, felt twice, lifts it.
     assert at(alone, "a") > 0.1
     assert at(sim, "a") < -0.1
 
 
 def test_motor_of_the_master_moves_both() -> None:
-    sim = scene(a="motor=on control=position target_position=0.4", b="mode=dependent master=a offset=1")
-    run(sim, 30)
+    world = scene(a="motor=on control=position target_position=0.4", b="mode=dependent master=a offset=1")
+    sim = world.simulation
+    run(world, 30)
     assert at(sim, "a") == pytest.approx(0.4, abs=0.02)
     assert at(sim, "b") == pytest.approx(1 + at(sim, "a"), abs=1e-12)
     assert sim.joints.force(sim.scene.resolve("b")) == 0
 
 
 def test_chain_of_masters_and_another_kind_of_joint() -> None:
-    sim = scene(a="mode=passive", b=B_FOLLOWS, c="mode=dependent master=b multiplication=0.5 offset=-1")
+    world = scene(a="mode=passive", b=B_FOLLOWS, c="mode=dependent master=b multiplication=0.5 offset=-1")
+    sim = world.simulation
     put(sim, "a", 0.3)
     assert at(sim, "b") == pytest.approx(-0.5)
     assert at(sim, "c") == pytest.approx(-1.25)
-    run(sim, 2)
+    run(world, 2)
     assert at(sim, "c") == pytest.approx(-1.25)
 
 
 def test_dependent_joint_stops_at_its_own_limits() -> None:
-    sim = scene(slave='range="-20 20" limited="true"', a="mode=passive", b="mode=dependent master=a")
+    world = scene(slave='range="-20 20" limited="true"', a="mode=passive", b="mode=dependent master=a")
+    sim = world.simulation
     put(sim, "a", 2.0)
     assert at(sim, "b") == pytest.approx(math.radians(20))
 
 
 def test_dependency_is_read_and_changed_by_number_and_comes_back_at_stop() -> None:
-    sim = scene(a="mode=passive", b=B_FOLLOWS, c="mode=passive")
+    world = scene(a="mode=passive", b=B_FOLLOWS, c="mode=passive")
+    sim = world.simulation
     a, b, c = (sim.scene.resolve(name) for name in "abc")
     assert [sim.joints.get_parameter(b, n) for n in (2031, 2032, 2033)] == [a, -2, 0.1]
     put(sim, "a", 0.2)
@@ -108,11 +116,11 @@ def test_dependency_is_read_and_changed_by_number_and_comes_back_at_stop() -> No
     sim.joints.set_parameter(b, 2031, c)
     assert at(sim, "b") == pytest.approx(2.1)
     for _ in range(3):
-        sim.advance()
+        world.step()
     assert at(sim, "b") == pytest.approx(2.1)
     sim.joints.set_parameter(b, 2031, -1)
     put(sim, "b", 0.05)
-    sim.advance()
+    world.step()
     assert at(sim, "b") == pytest.approx(0.05)
     sim.stop()
     assert at(sim, "b") == pytest.approx(-0.3)
@@ -121,7 +129,8 @@ def test_dependency_is_read_and_changed_by_number_and_comes_back_at_stop() -> No
 
 
 def test_circles_and_other_modes_are_refused() -> None:
-    sim = scene(a="mode=dependent", b=B_FOLLOWS, c="mode=passive")
+    world = scene(a="mode=dependent", b=B_FOLLOWS, c="mode=passive")
+    sim = world.simulation
     a, b, c = (sim.scene.resolve(name) for name in "abc")
     with pytest.raises(CommandError, match="cannot follow a joint that follows 'a' itself"):
         sim.joints.set_parameter(a, 2031, b)
@@ -145,15 +154,16 @@ def test_wrong_dependency_in_a_file_is_named(notes: dict[str, Any], text: str) -
 
 
 def test_dependency_survives_an_edit_and_the_loss_of_its_master() -> None:
-    sim = scene(a="mode=passive", b=B_FOLLOWS)
+    world = scene(a="mode=passive", b=B_FOLLOWS)
+    sim = world.simulation
     sim.start()
     put(sim, "a", 0.5)
     editing.create_dummy(sim, 0.1)
-    sim.advance()
+    world.step()
     assert at(sim, "b") == pytest.approx(-0.9)
     editing.remove_object(sim, sim.scene.resolve("a"))
     put(sim, "b", 0.25)
-    sim.advance()
+    world.step()
     assert at(sim, "b") == pytest.approx(0.25)
     sim.stop()
     put(sim, "a", 0.1)
@@ -161,11 +171,12 @@ def test_dependency_survives_an_edit_and_the_loss_of_its_master() -> None:
 
 
 def test_hybrid_dependent_joint_is_driven_by_its_motor_within_its_force() -> None:
-    sim = scene(a="mode=passive", b=B_FOLLOWS + " hybrid=on upper_velocity=10 max_force=30")
-    run(sim, 1)
+    world = scene(a="mode=passive", b=B_FOLLOWS + " hybrid=on upper_velocity=10 max_force=30")
+    sim = world.simulation
+    run(world, 1)
     put(sim, "a", 0.3)
     assert at(sim, "b") != pytest.approx(-0.5, abs=0.1)
     for _ in range(20):
-        sim.advance()
+        world.step()
     assert at(sim, "b") == pytest.approx(-0.5, abs=0.02)
     assert sim.joints.force(sim.scene.resolve("b")) != 0

@@ -6,7 +6,7 @@ import math
 
 import pytest
 from handler_calls import World
-from scenes_for_tests import run, simulation_of, slider
+from scenes_for_tests import run, slider, world_of
 from scripted_world import scripted
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
@@ -21,58 +21,62 @@ def rail(sim: Simulation) -> int:
 
 
 def test_motion_mode_moves_at_the_target_velocity_whatever_it_carries() -> None:
-    sim = slider(note="mode=motion target_velocity=0.4", joint='range="-1 0.1" limited="true"')
-    run(sim, 4)
+    world = slider(note="mode=motion target_velocity=0.4", joint='range="-1 0.1" limited="true"')
+    sim = world.simulation
+    run(world, 4)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.08)
     assert sim.joints.velocity(rail(sim)) == pytest.approx(0.4)
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0.1)
     sim.joints.set_target_velocity(rail(sim), -1)
     for _ in range(2):
-        sim.advance()
+        world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0.0, abs=1e-9)
     sim.joints.set_position(rail(sim), -0.5)
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.55)
     sim.joints.set_target_velocity(rail(sim), 0)
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.55)
 
 
 def test_motion_pushes_what_is_in_the_way() -> None:
-    sim = simulation_of("""<mujoco><option integrator="implicitfast"/><worldbody><geom type="plane" size="5 5 1"/>
+    world = world_of("""<mujoco><option integrator="implicitfast"/><worldbody><geom type="plane" size="5 5 1"/>
       <body pos="0 0 0.1" name="pusher"><joint name="rail" type="slide" axis="1 0 0"/>
         <geom type="box" size="0.05 0.05 0.05" mass="0.1"/></body>
       <body name="box" pos="0.11 0 0.1"><freejoint/><geom type="box" size="0.05 0.05 0.1" mass="5"/></body></worldbody>
       <custom><text name="simx:joint:rail" data="mode=motion target_velocity=0.5"/></custom></mujoco>""")
-    run(sim, 10)
+    sim = world.simulation
+    run(world, 10)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.25)
     assert frames.get_position(sim, sim.scene.resolve("box"))[0] > 0.34
 
 
 @pytest.mark.parametrize("mode", ["passive", "ik", "dependent"])
 def test_held_joint_takes_a_position_at_once_also_while_running(mode: str) -> None:
-    sim = slider(note=f"mode={mode}", joint='range="-0.2 0.2" limited="true"')
-    run(sim, 2)
+    world = slider(note=f"mode={mode}", joint='range="-0.2 0.2" limited="true"')
+    sim = world.simulation
+    run(world, 2)
     sim.joints.set_position(rail(sim), 1.0)
     assert sim.joints.position(rail(sim)) == 0.2
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == 0.2
     assert sim.joints.force(rail(sim)) == 0
 
 
 def test_hybrid_joint_is_driven_to_where_it_is_set() -> None:
-    sim = slider(note="mode=passive hybrid=on P=0.1 upper_velocity=1", gravity="0 0 0")
+    world = slider(note="mode=passive hybrid=on P=0.1 upper_velocity=1", gravity="0 0 0")
+    sim = world.simulation
     assert sim.joints.is_hybrid(rail(sim))
     sim.joints.set_position(rail(sim), 0.05)
     assert sim.joints.position(rail(sim)) == 0.05
-    run(sim, 1)
+    run(world, 1)
     sim.joints.set_position(rail(sim), 0.08)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.05, abs=1e-6)
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0.08 - 0.03 * math.exp(-1), abs=0.004)
     for _ in range(10):
-        sim.advance()
+        world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0.08, abs=1e-3)
 
 
@@ -86,7 +90,7 @@ def test_hybrid_joint_takes_a_target_position_from_clients_and_scripts() -> None
     assert world.call("simxGetJointPosition", rail) == pytest.approx(0.04, abs=1e-3)
     world.call("simxSetJointTargetPosition", rail, -0.02)
     for _ in range(20):
-        world.sim.advance()
+        world.parts.step()
     assert world.call("simxGetJointPosition", rail) == pytest.approx(-0.02, abs=1e-3)
 
 
@@ -94,25 +98,28 @@ def test_spherical_joint_is_free_in_force_mode_and_stays_in_any_other() -> None:
     pendulum = """<mujoco><option integrator="implicitfast"/><worldbody><body name="b">
       <joint name="socket" type="ball"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="1"/></body>
       </worldbody><custom>{}</custom></mujoco>"""
-    free = simulation_of(pendulum.format(""))
-    held = simulation_of(pendulum.format('<text name="simx:joint:socket" data="mode=passive"/>'))
+    free_world = world_of(pendulum.format(""))
+    free = free_world.simulation
+    held_world = world_of(pendulum.format('<text name="simx:joint:socket" data="mode=passive"/>'))
+    held = held_world.simulation
     turned = [0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0]
-    for sim in (free, held):
-        run(sim, 3)
+    for world in (free_world, held_world):
+        run(world, 3)
     assert free.joints.matrix(1) != pytest.approx([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], abs=1e-2)
     assert held.joints.matrix(1) == [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
     held.joints.set_spherical_matrix(1, turned)
-    held.advance()
+    held_world.step()
     assert held.joints.matrix(1) == pytest.approx(turned)
     held.joints.set_mode(1, JointMode.FORCE)
-    held.advance()
+    held_world.step()
     assert held.joints.matrix(1) != pytest.approx(turned, abs=1e-3)
 
 
 def test_joint_moves_all_below_it_in_the_tree_while_stopped() -> None:
-    sim = simulation_of("""<mujoco><worldbody>
+    world = world_of("""<mujoco><worldbody>
       <body name="arm"><joint name="turn" axis="0 0 1"/><geom size="0.1"/></body>
       <body name="cube" pos="1 0 0"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>""")
+    sim = world.simulation
     turn, cube = sim.scene.resolve("turn"), sim.scene.resolve("cube")
     editing.set_parent(sim, cube, sim.scene.resolve("arm"), keep_in_place=True)
     sim.joints.set_position(turn, math.pi / 2)
@@ -173,10 +180,11 @@ def test_group_data_says_type_mode_and_hybrid_operation(world: World) -> None:
 
 
 def test_rewound_joint_turns_freely_without_getting_anywhere() -> None:
-    sim = simulation_of("""<mujoco><option integrator="implicitfast" gravity="0 0 0"/><worldbody>
+    world = world_of("""<mujoco><option integrator="implicitfast" gravity="0 0 0"/><worldbody>
       <body name="roller"><joint name="free" axis="0 0 1"/><geom type="sphere" size="0.1"/></body></worldbody>
       <custom><text name="simx:joint:free" data="motor=off rewind=yes"/></custom></mujoco>""")
+    sim = world.simulation
     sim.data.qvel[0] = 3.0
-    run(sim, 5)
+    run(world, 5)
     assert sim.joints.position(sim.scene.resolve("free")) == 0.0
     assert sim.data.qvel[0] == pytest.approx(3.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes_for_tests import arm, run, simulation_of, slider
+from scenes_for_tests import arm, run, slider, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
@@ -20,18 +20,20 @@ def rail(sim: Simulation) -> int:
 
 def test_position_control_follows_vreps_exponential() -> None:
     """P = 0.1 over 5 ms is 20 / s: after one pass of 50 ms, exp(-1) of the error is left."""
-    sim = slider(actuator=VELOCITY, note="control=position P=0.1 upper_velocity=1", gravity="0 0 0")
+    world = slider(actuator=VELOCITY, note="control=position P=0.1 upper_velocity=1", gravity="0 0 0")
+    sim = world.simulation
     sim.joints.set_target_position(rail(sim), 0.01)
-    run(sim, 1)
+    run(world, 1)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.01 * (1 - math.exp(-1)), rel=0.05)
-    run(sim, 9)
+    run(world, 9)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.01, rel=1e-3)
 
 
 def test_position_control_keeps_to_the_upper_velocity() -> None:
-    sim = slider(actuator=VELOCITY, note="control=position upper_velocity=0.2", gravity="0 0 0")
+    world = slider(actuator=VELOCITY, note="control=position upper_velocity=0.2", gravity="0 0 0")
+    sim = world.simulation
     sim.joints.set_target_position(rail(sim), 5)
-    run(sim, 10)
+    run(world, 10)
     assert sim.joints.velocity(rail(sim)) == pytest.approx(0.2, rel=1e-3)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.1, rel=0.05)
 
@@ -39,24 +41,27 @@ def test_position_control_keeps_to_the_upper_velocity() -> None:
 def test_integral_part_removes_the_droop_and_derivative_part_damps() -> None:
     droops = []
     for i in (0, 0.5):
-        sim = slider(actuator=VELOCITY, note=f"control=position P=0.1 I={i} D=0.0001 upper_velocity=5")
-        run(sim, 60)
+        world = slider(actuator=VELOCITY, note=f"control=position P=0.1 I={i} D=0.0001 upper_velocity=5")
+        sim = world.simulation
+        run(world, 60)
         droops.append(sim.joints.position(rail(sim)))
     assert droops[0] == pytest.approx(-10 / (200 * 20), rel=0.05)  # weight over kv times 20 / s
     assert abs(droops[1]) < abs(droops[0]) / 20
 
 
 def test_velocity_control_moves_at_the_target_velocity() -> None:
-    sim = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    world = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    sim = world.simulation
     sim.joints.set_target_velocity(rail(sim), 0.3)
-    run(sim, 20)
+    run(world, 20)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.3, rel=0.01)
 
 
 def test_target_position_is_stored_but_does_not_move_a_velocity_controlled_joint() -> None:
-    sim = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    world = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    sim = world.simulation
     sim.joints.set_target_position(rail(sim), 1)
-    run(sim, 10)
+    run(world, 10)
     assert sim.joints.position(rail(sim)) == 0
     assert sim.joints.target_position(rail(sim)) == 1
 
@@ -64,90 +69,97 @@ def test_target_position_is_stored_but_does_not_move_a_velocity_controlled_joint
 def test_lock_holds_the_place_where_the_velocity_became_zero() -> None:
     positions = {}
     for lock in ("on", "off"):
-        sim = slider(actuator=VELOCITY, note=f"control=velocity lock={lock}")
+        world = slider(actuator=VELOCITY, note=f"control=velocity lock={lock}")
+        sim = world.simulation
         sim.joints.set_target_velocity(rail(sim), 0.5)
-        run(sim, 20)
+        run(world, 20)
         sim.joints.set_target_velocity(rail(sim), 0)
         stopped = sim.joints.position(rail(sim))
-        run(sim, 100)
+        run(world, 100)
         positions[lock] = sim.joints.position(rail(sim)) - stopped
     assert positions["on"] == pytest.approx(-10 / (200 * 20), rel=0.1)  # the controller's droop, no creep
     assert positions["off"] == pytest.approx(-10 / 200 * 5, rel=0.1)  # weight over kv, for five seconds
 
 
 def test_motor_off_lets_the_joint_fall_and_on_again_compensates_gravity_again() -> None:
-    sim = slider(actuator=VELOCITY, note="control=velocity motor=on", gravcomp=1)
+    world = slider(actuator=VELOCITY, note="control=velocity motor=on", gravcomp=1)
+    sim = world.simulation
     sim.start()
-    sim.advance()
+    world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0, abs=1e-9)
     sim.joints.set_parameter(rail(sim), 2000, 0)
     for _ in range(4):
-        sim.advance()
+        world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.5 * 10 * 0.2**2, rel=0.02)
     assert sim.joints.force(rail(sim)) == 0
     sim.joints.set_parameter(rail(sim), 2000, 1)
-    sim.advance()
+    world.step()
     assert sim.data.qvel[0] == pytest.approx(0, abs=1e-3)
 
 
 def test_huge_velocity_with_a_force_limit_is_a_force() -> None:
     """How scripts control torque: a velocity that is never reached, and the limit as the torque, new every pass."""
-    sim = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    world = slider(actuator=VELOCITY, note="control=velocity", gravity="0 0 0")
+    sim = world.simulation
     sim.start()
     expected = 0.0
     for force in (2.0, -5.0, 1.0):
         sim.joints.set_max_force(rail(sim), force)
         sim.joints.set_target_velocity(rail(sim), math.copysign(1e4, force))
-        sim.advance()
+        world.step()
         expected += force * 0.05
         assert sim.data.qvel[0] == pytest.approx(expected, rel=1e-6)
         assert sim.joints.force(rail(sim)) == pytest.approx(-force)
 
 
 def test_force_is_the_motors_mean_over_the_pass() -> None:
-    sim = slider(actuator=VELOCITY, note="control=position upper_velocity=5")
+    world = slider(actuator=VELOCITY, note="control=position upper_velocity=5")
+    sim = world.simulation
     assert sim.joints.force(rail(sim)) == 0
-    run(sim, 40)
+    run(world, 40)
     assert sim.joints.force(rail(sim)) == pytest.approx(-10, rel=1e-3)
     sim.stop()
     assert sim.joints.force(rail(sim)) == 0
 
 
 def test_passive_joint_stays_where_it_is_set_under_load() -> None:
-    sim = slider(actuator=VELOCITY, note="mode=passive")
-    run(sim, 5)
+    world = slider(actuator=VELOCITY, note="mode=passive")
+    sim = world.simulation
+    run(world, 5)
     assert sim.joints.position(rail(sim)) == 0
     sim.joints.set_position(rail(sim), 0.25)
-    run(sim, 5)
+    run(world, 5)
     assert sim.joints.position(rail(sim)) == 0.25
     with pytest.raises(CommandError, match="passive mode"):
         sim.joints.set_target_position(rail(sim), 1)
 
 
 def test_leaving_and_entering_force_mode_while_running() -> None:
-    sim = slider(note="mode=force motor=off")
-    run(sim, 4)
+    world = slider(note="mode=force motor=off")
+    sim = world.simulation
+    run(world, 4)
     fallen = sim.joints.position(rail(sim))
     assert fallen < -0.1
     sim.joints.set_mode(rail(sim), JointMode.PASSIVE)
-    run(sim, 4)
+    run(world, 4)
     assert sim.joints.position(rail(sim)) == pytest.approx(fallen, abs=1e-12)
     sim.joints.set_mode(rail(sim), JointMode.FORCE)
-    run(sim, 4)
+    run(world, 4)
     assert sim.joints.position(rail(sim)) < fallen - 0.1
 
 
 def test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it() -> None:
-    sim = slider()
-    run(sim, 2)
+    world = slider()
+    sim = world.simulation
+    run(world, 2)
     assert sim.joints.position(rail(sim)) < -0.01
     sim.stop()
     sim.joints.set_target_position(rail(sim), 0.2)
-    run(sim, 40)
+    run(world, 40)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.2, abs=0.01)
     sim.joints.set_target_velocity(rail(sim), 0.1)
     before = sim.joints.position(rail(sim))
-    run(sim, 20)
+    run(world, 20)
     # The servo's speed sags by weight / kv = weight * 3 timestep / mass.
     assert sim.joints.position(rail(sim)) - before == pytest.approx(0.1 - 10 * 3 * 0.002, abs=0.01)
 
@@ -163,44 +175,52 @@ def test_joint_without_actuator_and_annotation_is_free_until_a_target_drives_it(
     ],
 )
 def test_every_native_actuator_obeys_both_kinds_of_target(actuator: str) -> None:
-    sim = slider(actuator=actuator, gravity="0 0 0")
+    world = slider(actuator=actuator, gravity="0 0 0")
+    sim = world.simulation
     sim.joints.set_target_position(rail(sim), 0.1)
-    run(sim, 30)
+    run(world, 30)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.1, abs=0.002)
     sim.joints.set_target_velocity(rail(sim), -0.2)
-    run(sim, 20)
+    run(world, 20)
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.1, abs=0.02)
 
 
 def test_native_position_actuator_holds_its_place_from_the_start() -> None:
-    sim = slider(actuator='<position joint="rail" kp="5000" kv="300"/>', joint='ref="0.3"')
+    world = slider(actuator='<position joint="rail" kp="5000" kv="300"/>', joint='ref="0.3"')
+    sim = world.simulation
     assert sim.joints.target_position(rail(sim)) == pytest.approx(0.3)
-    run(sim, 20)
+    run(world, 20)
     assert sim.joints.position(rail(sim)) == pytest.approx(0.3 - 10 / 5000, rel=1e-3)
 
 
 def test_motors_limit_in_the_file_is_the_first_maximum_force() -> None:
-    sim = slider(actuator='<motor joint="rail" gear="50" ctrlrange="-1 1" ctrllimited="true"/>')
+    world = slider(actuator='<motor joint="rail" gear="50" ctrlrange="-1 1" ctrllimited="true"/>')
+    sim = world.simulation
     assert sim.joints.max_force(rail(sim)) == 50
-    assert slider(actuator='<velocity joint="rail" kv="1" forcerange="-7 7"/>').joints.max_force(1) == 7
+    assert (
+        slider(actuator='<velocity joint="rail" kv="1" forcerange="-7 7"/>').simulation.joints.max_force(1)
+        == 7
+    )
 
 
 def test_untouched_torque_motor_exerts_nothing() -> None:
-    sim = slider(actuator='<motor joint="rail"/>')
-    run(sim, 4)
+    world = slider(actuator='<motor joint="rail"/>')
+    sim = world.simulation
+    run(world, 4)
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.5 * 10 * 0.2**2, rel=0.02)
 
 
 def test_cyclic_joint_is_reported_within_half_a_turn_and_takes_the_short_way() -> None:
-    sim = slider(
+    world = slider(
         actuator=VELOCITY, note="control=position cyclic=yes upper_velocity=50", kind="hinge", gravity="0 0 0"
     )
+    sim = world.simulation
     sim.joints.set_position(rail(sim), 3.0)
     sim.joints.set_target_position(rail(sim), -3.0)
     sim.start()
-    sim.advance()
+    world.step()
     assert abs(sim.joints.position(rail(sim))) > 3.0
-    run(sim, 20)
+    run(world, 20)
     assert sim.joints.position(rail(sim)) == pytest.approx(-3.0, abs=1e-3)
     assert sim.data.qpos[0] > math.pi
     assert sim.joints.interval(rail(sim)) == (True, -math.pi, 2 * math.pi)
@@ -209,7 +229,8 @@ def test_cyclic_joint_is_reported_within_half_a_turn_and_takes_the_short_way() -
 
 
 def test_position_is_clamped_to_the_interval() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     elbow = sim.scene.resolve("elbow")
     assert sim.joints.interval(elbow) == (False, -2.0, 4.0)
     sim.joints.set_position(elbow, 7)
@@ -220,7 +241,8 @@ def test_position_is_clamped_to_the_interval() -> None:
 
 
 def test_parameters_are_read_and_written_by_number() -> None:
-    sim = slider(actuator=VELOCITY, note="control=velocity")
+    world = slider(actuator=VELOCITY, note="control=velocity")
+    sim = world.simulation
     for number, value in (
         (2001, 1),
         (2002, 0.2),
@@ -241,7 +263,7 @@ def test_parameters_are_read_and_written_by_number() -> None:
 
 
 def test_tendon_with_a_servo_is_a_prismatic_joint() -> None:
-    sim = simulation_of("""
+    world = world_of("""
     <mujoco><option gravity="0 0 0"/><worldbody>
       <body name="left" pos="-0.1 0 0"><joint name="l" type="slide" axis="1 0 0"/><geom size="0.02" mass="0.1"/>
         <site name="sl"/></body>
@@ -253,24 +275,26 @@ def test_tendon_with_a_servo_is_a_prismatic_joint() -> None:
       <actuator><velocity tendon="grip" kv="50" forcerange="-20 20"/></actuator>
       <custom><text name="simx:joint:grip" data="control=velocity lock=on upper_velocity=0.1 offset=-0.2 parent=left"/>
       </custom></mujoco>""")
+    sim = world.simulation
     grip = sim.scene.resolve("grip")
     assert sim.joints.joint_type(grip) == 11
     assert sim.scene.get(grip).parent == sim.scene.resolve("left")
     assert sim.joints.position(grip) == pytest.approx(0, abs=1e-12)
     sim.joints.set_target_velocity(grip, -5)  # limited to the upper velocity
-    run(sim, 10)
+    run(world, 10)
     assert sim.joints.position(grip) == pytest.approx(-0.05, rel=0.1)
     sim.joints.set_target_velocity(grip, 0)
     here = sim.joints.position(grip)
-    run(sim, 20)
+    run(world, 20)
     assert sim.joints.position(grip) == pytest.approx(here, abs=2e-3)
     with pytest.raises(CommandError, match="tendon"):
         sim.joints.set_position(grip, 0)
 
 
 def test_ball_joint_has_a_matrix_but_no_single_value() -> None:
-    sim = simulation_of("""<mujoco><worldbody><body name="b"><joint name="socket" type="ball"/><geom size="0.1"/></body>
+    world = world_of("""<mujoco><worldbody><body name="b"><joint name="socket" type="ball"/><geom size="0.1"/></body>
       </worldbody></mujoco>""")
+    sim = world.simulation
     socket = sim.scene.resolve("socket")
     assert sim.joints.joint_type(socket) == 12
     quarter = [0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0]
@@ -284,10 +308,12 @@ def test_ball_joint_has_a_matrix_but_no_single_value() -> None:
 
 
 def test_joint_matrix_turns_about_or_shifts_along_z() -> None:
-    sim = slider()
+    world = slider()
+    sim = world.simulation
     sim.joints.set_position(1, 0.25)
     assert sim.joints.matrix(1) == pytest.approx([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.25])
-    sim = slider(kind="hinge")
+    world = slider(kind="hinge")
+    sim = world.simulation
     sim.joints.set_position(1, 0.25)
     c, s = math.cos(0.25), math.sin(0.25)
     assert sim.joints.matrix(1) == pytest.approx([c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0])
@@ -296,7 +322,8 @@ def test_joint_matrix_turns_about_or_shifts_along_z() -> None:
 
 
 def test_wrong_handles_and_numbers_are_refused() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     with pytest.raises(UnknownHandle, match=r"no object with handle 999; handles of this scene are 1\.\."):
         sim.joints.position(999)
     with pytest.raises(WrongKind, match="'cube' is a shape, but this command needs a joint"):

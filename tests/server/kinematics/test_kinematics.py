@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes_for_tests import world_of
 from sim_api_calls import ScriptWorld
 
 from simx_server.errors import CommandError
@@ -18,8 +19,8 @@ from simx_server.scene.editing.copying import copy_objects
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.geometry.frames import get_pose, get_position, set_pose, set_position
 from simx_server.scene.geometry.poses import conjugate, multiply, rotation_vector
-from simx_server.world.building import attach_parts
 from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 ARM = """
 <mujoco model="arm">
@@ -59,13 +60,10 @@ LUA_JOINTS = "local js = {}; for i = 1, 6 do js[i] = sim.getObjectHandle('j' .. 
 TO_GROUP = "local g = sim.getIkGroupHandle('arm_ik')\n"
 
 
-def simulation(xml: str, folder: Path) -> Simulation:
+def world_with(xml: str, folder: Path) -> World:
     file = folder / "arm.xml"
     file.write_text(xml, encoding="utf-8")
-    sim = Simulation()
-    attach_parts(sim, folder)
-    sim.load(file)
-    return sim
+    return world_of(file, workspace=folder)
 
 
 def miss(sim: Simulation, tip: str = "tip", target: str = "target") -> tuple[float, float]:
@@ -81,8 +79,13 @@ def bend(sim: Simulation) -> None:
 
 
 @pytest.fixture
-def sim(tmp_path: Path) -> Simulation:
-    return simulation(ARM, tmp_path)
+def parts(tmp_path: Path) -> World:
+    return world_with(ARM, tmp_path)
+
+
+@pytest.fixture
+def sim(parts: World) -> Simulation:
+    return parts.simulation
 
 
 @pytest.fixture
@@ -91,42 +94,46 @@ def world(tmp_path: Path) -> ScriptWorld:
     return ScriptWorld(tmp_path, ARM.replace("constraints=position", "handling=explicit"), owner="base")
 
 
-def test_the_tip_follows_its_target_in_each_pass(sim: Simulation) -> None:
+def test_the_tip_follows_its_target_in_each_pass(parts: World) -> None:
+    sim = parts.simulation
     sim.start()
     target = sim.scene.resolve("target")
     for index in range(40):
         set_position(sim, target, -1, [0.3 + 0.1 * math.sin(index / 5), 0.1, 0.4])
-        sim.advance()
+        parts.step()
         assert miss(sim)[0] < 1e-3
 
 
-def test_the_stop_brings_the_joints_back(sim: Simulation) -> None:
+def test_the_stop_brings_the_joints_back(parts: World) -> None:
+    sim = parts.simulation
     before = sim.data.qpos.copy()
     sim.start()
-    sim.advance()
+    parts.step()
     assert not np.array_equal(sim.data.qpos, before)
     sim.stop()
     assert np.array_equal(sim.data.qpos, before)
 
 
-def test_equal_runs_give_equal_numbers(sim: Simulation) -> None:
+def test_equal_runs_give_equal_numbers(parts: World) -> None:
+    sim = parts.simulation
     ends: list[bytes] = []
     for _ in range(2):
         sim.start()
         for _ in range(5):
-            sim.advance()
+            parts.step()
         ends.append(sim.data.qpos.tobytes())
         sim.stop()
     assert ends[0] == ends[1]
 
 
-def test_a_target_out_of_reach_is_approached_and_fails(sim: Simulation) -> None:
+def test_a_target_out_of_reach_is_approached_and_fails(parts: World) -> None:
+    sim = parts.simulation
     sim.start()
     set_position(sim, sim.scene.resolve("target"), -1, [2.0, 0.0, 0.5])
     for _ in range(20):
-        sim.advance()
-    group = sim.ik_groups.find("arm_ik")
-    assert sim.ik_groups.get(group).result == Result.FAIL
+        parts.step()
+    group = parts.ik_groups.find("arm_ik")
+    assert parts.ik_groups.get(group).result == Result.FAIL
     shoulder = [0.0, 0.0, 0.2]
     reach = math.dist(get_position(sim, sim.scene.resolve("tip")), shoulder)
     assert reach == pytest.approx(0.78, abs=1e-3)
@@ -136,23 +143,25 @@ def test_a_target_out_of_reach_is_approached_and_fails(sim: Simulation) -> None:
 def test_joints_in_another_mode_stay_and_the_log_says_when_none_is_left(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    sim = simulation(ARM.replace("mode=ik", "mode=passive"), tmp_path)
+    world = world_with(ARM.replace("mode=ik", "mode=passive"), tmp_path)
+    sim = world.simulation
     sim.start()
     before = sim.data.qpos.copy()
     for _ in range(3):
-        sim.advance()
+        world.step()
     assert np.array_equal(sim.data.qpos, before)
     assert [record.getMessage() for record in caplog.records if "arm_ik" in record.getMessage()] != []
     assert len([record for record in caplog.records if "arm_ik" in record.getMessage()]) == 1
 
 
-def test_a_second_copy_of_the_model_has_its_own_group(sim: Simulation) -> None:
-    (copy,) = _copy(sim, "base")
-    assert sim.ik_groups.names() == ["arm_ik", "arm_ik#0"]
+def test_a_second_copy_of_the_model_has_its_own_group(parts: World) -> None:
+    sim = parts.simulation
+    (copy,) = _copy(parts, "base")
+    assert parts.ik_groups.names() == ["arm_ik", "arm_ik#0"]
     set_position(sim, copy, -1, [1.0, 0.0, 0.0])
     sim.start()
     for _ in range(3):
-        sim.advance()
+        parts.step()
     assert miss(sim, "tip#0", "target#0")[0] < 1e-3
     assert get_position(sim, sim.scene.resolve("tip#0"))[0] > 1.2
 
@@ -169,13 +178,11 @@ def test_a_second_copy_of_the_model_has_its_own_group(sim: Simulation) -> None:
 def test_a_bad_annotation_is_refused(tmp_path: Path, words: str, says: str) -> None:
     wrong = ARM.replace("tip=tip target=target base=base constraints=position", words)
     with pytest.raises(SceneError, match=says):
-        simulation(wrong, tmp_path)
+        world_with(wrong, tmp_path)
 
 
 def test_twenty_reachable_poses_of_the_tutorials_robot_are_found(tmp_path: Path) -> None:
-    sim = Simulation()
-    attach_parts(sim, tmp_path)
-    sim.load(find_scene("ur5_rg2_kinect"))
+    sim = world_of(find_scene("ur5_rg2_kinect"), workspace=tmp_path).simulation
 
     base, tip, target = (sim.scene.resolve(name) for name in ("UR5", "UR5_ikTip", "UR5_ikTarget"))
     handles = [sim.scene.resolve(f"UR5_joint{number}") for number in range(1, 7)]
@@ -430,5 +437,5 @@ def test_mistakes_with_environments_say_what_is_there(world: ScriptWorld) -> Non
         )
 
 
-def _copy(sim: Simulation, name: str) -> list[int]:
-    return copy_objects(sim, [sim.scene.resolve(name)])
+def _copy(world: World, name: str) -> list[int]:
+    return copy_objects(world, [world.simulation.scene.resolve(name)])

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes_for_tests import world_of
 from sim_api_calls import ScriptWorld
 
 from simx_server.files.library import find_scene
@@ -19,8 +20,6 @@ from simx_server.kinematics.paths import Failure, Planner, Space, interpolate
 from simx_server.kinematics.tasks import MARGIN
 from simx_server.kinematics.validity import of_joints
 from simx_server.scene.geometry.frames import get_position
-from simx_server.world.building import attach_parts
-from simx_server.world.simulation import Simulation
 
 SCENE = """
 <mujoco>
@@ -75,8 +74,8 @@ def states(path: list[float], count: int) -> list[list[float]]:
 def meets(world: ScriptWorld, names: tuple[str, str], values: list[float]) -> bool:
     for name, value in zip(names, values, strict=True):
         world.sim.joints.set_position(world.sim.scene.resolve(name), value)
-    return world.sim.meters.collisions.check(
-        world.sim.collections.named("robot"), world.sim.scene.resolve("post")
+    return world.parts.meters.collisions.check(
+        world.parts.collections.named("robot"), world.sim.scene.resolve("post")
     )
 
 
@@ -134,7 +133,7 @@ return simOMPL.compute(task, 0.3)
 
 
 def test_planning_longer_than_a_scripts_limit_does_not_end_the_script(world: ScriptWorld) -> None:
-    world.sim.scripts.time_limit = 0.2
+    world.parts.scripts.time_limit = 0.2
     world.sim.stop()
     world.sim.start()
     sealed = (
@@ -151,7 +150,7 @@ return found, #simOMPL.getPath(task)
 
 def test_others_are_served_while_a_plan_is_made(world: ScriptWorld) -> None:
     served: list[int] = []
-    world.sim.serve_others = lambda: served.append(1)
+    world.sim.interruptions.serve_others = lambda: served.append(1)
     world.lua(ARM_TASK + "simOMPL.solve(task, 10)")
     assert served
 
@@ -286,16 +285,15 @@ def test_the_tutorials_robot_reaches_around_a_post(tmp_path: Path) -> None:
     post = '<worldbody><body name="post" pos="0.37 -0.3 0.35"><geom type="box" size=".05 .05 .35"/></body></worldbody>'
     shutil.copytree(find_scene("ur5_rg2_kinect").parent / "parts", tmp_path / "parts")
     (tmp_path / "scene.xml").write_text(xml.replace("</mujoco>", post + "</mujoco>"), encoding="utf-8")
-    sim = Simulation()
-    attach_parts(sim, tmp_path)
-    sim.load(tmp_path / "scene.xml")
+    world = world_of(tmp_path / "scene.xml", workspace=tmp_path)
+    sim = world.simulation
     scene = sim.scene
     tip, base = scene.resolve("UR5_ikTip"), scene.resolve("UR5")
     joints, _ = make_arms(sim, [Element(tip, scene.resolve("UR5_ikTarget"), base)], lambda _: True)
     robot = [handle for handle in (base, *scene.descendants(base)) if scene.objects[handle].kind == 0]
-    is_free = of_joints(sim, joints, [(handle, -2) for handle in robot])
+    is_free = of_joints(world, joints, [(handle, -2) for handle in robot])
     space = Space(np.full(6, -math.pi), np.full(6, math.pi), np.ones(6), np.zeros(6, bool))
-    is_clear = of_joints(sim, joints, [(handle, -2) for handle in robot], MARGIN)
+    is_clear = of_joints(world, joints, [(handle, -2) for handle in robot], MARGIN)
     planner = Planner(space, is_free, np.random.default_rng(3), is_clear=is_clear)
     start, goal = np.radians([60, -70, 30, 0, -90, 0]), np.radians([-40, -70, 30, 0, -90, 0])
     between = [start + (goal - start) * share for share in np.linspace(0, 1, 100)]

@@ -17,6 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from films import BLUE, GREEN, RED, SCENE, frames, middle
 from processes import ROOT, running, server, spawn, wait_until
 from real_world import BLOCKING, RealWorld, start_stepped, step
 
@@ -34,29 +35,6 @@ from simx_server.outputs.filming.shot import first_picture
 from simx_server.outputs.packages import NewFile, OutputError
 
 av = pytest.importorskip("av", reason="needs the extra video")
-
-SCENE = """
-<mujoco>
-  <option gravity="0 0 0"/>
-  <statistic center="0 0 0.5" extent="1"/>
-  <visual>
-    <headlight ambient="0.6 0.6 0.6" diffuse="0.4 0.4 0.4" specular="0 0 0"/>
-    <global azimuth="90" elevation="0"/>
-  </visual>
-  <worldbody>
-    <geom name="red" type="sphere" size="0.2" pos="0 0 0.8" rgba="1 0 0 1"/>
-    <geom name="green" type="sphere" size="0.2" pos="0 0 0.2" rgba="0 1 0 1"/>
-    <body name="arm" pos="0 -0.5 0.5">
-      <joint name="hinge" axis="0 1 0"/>
-      <geom name="rod" type="capsule" fromto="0 0 0 0.4 0 0" size="0.05" rgba="0 0 1 1"/>
-    </body>
-    <camera name="eye" pos="0 -2 0.5" xyaxes="1 0 0 0 0 1" fovy="50" resolution="64 48"/>
-    <camera name="deep" pos="0 -2 0.5" xyaxes="1 0 0 0 0 1" fovy="50" resolution="33 25" output="depth"/>
-  </worldbody>
-  <actuator><velocity name="hinge" joint="hinge" kv="10"/></actuator>
-</mujoco>
-"""
-RED, GREEN, BLUE = range(3)
 
 
 @pytest.fixture
@@ -82,23 +60,9 @@ def snapshot(scene: Path, **flags: str) -> np.ndarray:
     return picture[..., ::-1]
 
 
-def middle(pixels: np.ndarray, colour: int) -> tuple[float, float]:
-    """Mean row and column of what has mostly this colour, each 0..1 from the top left."""
-    others = np.delete(pixels.astype(int), colour, axis=2).max(axis=2)
-    rows, columns = np.nonzero(pixels[..., colour] > others + 80)
-    assert len(rows), "nothing has this colour"
-    return rows.mean() / len(pixels), columns.mean() / len(pixels[0])
-
-
 def film_of(place: RealWorld, path: Path, camera: str | None = "eye", **chosen: Any) -> Film:
-    shot = Shot(place.simulation, camera, chosen.pop("size", None))
+    shot = Shot(place.parts, camera, chosen.pop("size", None))
     return Film(place.simulation, path, shot, **chosen)
-
-
-def frames(path: Path) -> list[np.ndarray]:
-    """Of a film, RGB."""
-    with av.open(str(path)) as container:
-        return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
 def advance(place: RealWorld, passes: int) -> None:
@@ -211,7 +175,7 @@ def test_what_is_no_camera_is_named_as_what_it_is(place: RealWorld) -> None:
     with pytest.raises(
         CommandError, match="'hinge' is a joint, but this command needs a camera or vision sensor"
     ):
-        Shot(place.simulation, "hinge")
+        Shot(place.parts, "hinge")
 
 
 @pytest.mark.parametrize(

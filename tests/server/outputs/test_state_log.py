@@ -6,7 +6,6 @@ import errno
 import logging
 import math
 import sys
-from collections import defaultdict
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 from processes import server, wait_until
 from real_world import BLOCKING, RealWorld, start_stepped, step
+from state_logs import read
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import FAILURE
@@ -38,7 +38,6 @@ pytest.importorskip("foxglove_schemas_protobuf", reason=NEEDED)
 reader = pytest.importorskip("mcap.reader", reason=NEEDED)
 exceptions = pytest.importorskip("mcap.exceptions", reason=NEEDED)
 
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # noqa: E402
 
 SCENE = """
 <mujoco>
@@ -62,29 +61,7 @@ SCENE = """
   <actuator><velocity name="hinge" joint="hinge" kv="10"/></actuator>
 </mujoco>
 """
-Logged = dict[str, list[tuple[int, Any]]]
 """By topic: times in nanoseconds and messages."""
-
-
-def read(path: Path) -> Logged:
-    """Of a log that may be cut off; each message by the schema that is in the file."""
-    classes: dict[int, Any] = {}
-    found: Logged = defaultdict(list)
-    with path.open("rb") as file:
-        try:
-            for schema, channel, message in reader.NonSeekingReader(file).iter_messages(log_time_order=False):
-                assert (channel.message_encoding, schema.encoding) == ("protobuf", "protobuf")
-                if schema.id not in classes:
-                    pool = descriptor_pool.DescriptorPool()
-                    for each in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
-                        pool.Add(each)
-                    classes[schema.id] = message_factory.GetMessageClass(
-                        pool.FindMessageTypeByName(schema.name)
-                    )
-                found[channel.topic].append((message.log_time, classes[schema.id].FromString(message.data)))
-        except exceptions.EndOfFile:
-            pass
-    return found
 
 
 @pytest.fixture
@@ -118,13 +95,13 @@ def test_log_has_the_pose_of_every_object_and_every_joint_after_each_pass(
     place: RealWorld, path: Path
 ) -> None:
     sim = place.simulation
-    log = StateLog(sim, path)
+    log = StateLog(place.parts, path)
     sim.start()
     sim.joints.set_target_velocity(sim.scene.resolve("hinge"), 1.0)
     sim.joints.set_position(sim.scene.resolve("slide"), 0.1)
     expected = []
     for _ in range(10):
-        sim.advance()
+        place.parts.step()
         expected.append({item.name: object_pose(sim, item) for item in sim.scene.objects.values()})
     hinge = sim.scene.resolve("hinge")
     moved = sim.joints.position(hinge), sim.joints.velocity(hinge)
@@ -155,7 +132,7 @@ def test_log_has_the_pose_of_every_object_and_every_joint_after_each_pass(
 
 
 def test_scene_in_the_log_has_every_shape_in_a_frame_that_is_there(place: RealWorld, path: Path) -> None:
-    StateLog(place.simulation, path).close()
+    StateLog(place.parts, path).close()
     logged = read(path)
     ((_, update),) = logged["/scene"]
     frames = {each.child_frame_id for each in logged["/tf"][0][1].transforms} | {"world"}
@@ -179,7 +156,7 @@ def test_scene_in_the_log_has_every_shape_in_a_frame_that_is_there(place: RealWo
 def test_signals_are_logged_when_they_change_and_messages_when_they_come(
     place: RealWorld, path: Path
 ) -> None:
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     client = place.client()
     start_stepped(client)
     for value in (0.5, 0.5, 1.5):
@@ -204,9 +181,9 @@ def test_signals_are_logged_when_they_change_and_messages_when_they_come(
 
 
 def test_signals_of_two_kinds_may_have_one_name(place: RealWorld, path: Path) -> None:
-    log = StateLog(place.simulation, path)
-    place.simulation.signals.set_integer("a/b \N{SNOWMAN}", 7)
-    place.simulation.signals.set_float("a/b \N{SNOWMAN}", math.inf)
+    log = StateLog(place.parts, path)
+    place.parts.signals.set_integer("a/b \N{SNOWMAN}", 7)
+    place.parts.signals.set_float("a/b \N{SNOWMAN}", math.inf)
     place.simulation.start()
     log.close()
     found = {message.DESCRIPTOR.name: message.value for _, message in read(path)["/signals/a/b \N{SNOWMAN}"]}
@@ -217,7 +194,7 @@ def test_text_that_is_no_utf_8_is_logged_and_stops_nothing(
     place: RealWorld, path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Programs of old send Latin-1."""
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     client = place.client()
     _, block = v.simxGetObjectHandle(client, "block", BLOCKING)
     rename(place.simulation, block, "Kl\udcf6tzchen")
@@ -236,11 +213,11 @@ def test_text_that_is_no_utf_8_is_logged_and_stops_nothing(
 
 def test_renamed_object_has_its_new_name_until_the_stop(place: RealWorld, path: Path) -> None:
     sim = place.simulation
-    log = StateLog(sim, path)
+    log = StateLog(place.parts, path)
     sim.start()
-    sim.advance()
+    place.parts.step()
     rename(sim, sim.scene.resolve("block"), "brick")
-    sim.advance()
+    place.parts.step()
     sim.stop()
     log.close()
     names = [{each.child_frame_id for each in message.transforms} for _, message in read(path)["/tf"]]
@@ -254,12 +231,12 @@ def test_fault_of_the_log_ends_it_and_not_the_run(
     def fail(self: Places, sim: object) -> None:
         raise ValueError("a fault")
 
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     place.simulation.start()
-    place.simulation.advance()
+    place.parts.step()
     monkeypatch.setattr(Places, "state", fail)
     for _ in range(3):
-        place.simulation.advance()
+        place.parts.step()
     log.close()
     assert place.simulation.pass_count == 4
     assert caplog.text.count("ends here; the server goes on") == 1
@@ -276,18 +253,18 @@ def test_places_are_looked_for_once_after_an_edit(
         return made[-1]
 
     monkeypatch.setattr(state_log, "Places", counted)
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     place.simulation.start()
-    place.simulation.advance()
+    place.parts.step()
     place.simulation.model_edited()
     for _ in range(5):
-        place.simulation.advance()
+        place.parts.step()
     log.close()
     assert len(made) == 2
 
 
 def test_what_is_edited_in_a_run_is_in_the_log_and_the_next_run_follows(place: RealWorld, path: Path) -> None:
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     client = place.client()
     start_stepped(client)
     step(client, 0.5)
@@ -313,7 +290,7 @@ def test_what_is_edited_in_a_run_is_in_the_log_and_the_next_run_follows(place: R
 
 def test_pictures_of_a_camera_are_in_the_log(place: RealWorld, path: Path) -> None:
     sim = place.simulation
-    log = StateLog(sim, path, Shot(sim, "follower"), fps=10)
+    log = StateLog(place.parts, path, Shot(place.parts, "follower"), fps=10)
     sim.start()
     assert wait_until(lambda: sim.pass_count >= 20, 60.0, lambda: place.engine.turn(0.01))
     log.close()
@@ -346,14 +323,14 @@ def test_pictures_that_fail_are_counted_and_told_once(path: Path, caplog: pytest
 
 def test_moving_a_static_shape_or_a_colour_is_seen(place: RealWorld, path: Path) -> None:
     sim = place.simulation
-    log = StateLog(sim, path)
+    log = StateLog(place.parts, path)
     sim.start()
     for count in range(30):
         sim.model.geom_rgba[1] = (0, 0, count / 30, 1)
         sim.model.site_pos[0] = (0.4, 0, count)
         sim.model_edited()
         sim.changed()
-        sim.advance()
+        place.parts.step()
     tip = sim.scene.resolve("tip")
     expected = get_pose(sim, tip)[0]
     log.close()
@@ -367,12 +344,12 @@ def test_slow_writing_leaves_passes_out_in_real_time_and_holds_them_at_full_spee
 ) -> None:
     monkeypatch.setattr(state_log, "MOST_WAITING", 0)
     hurried, free = RealWorld(scene, speed=1e9), RealWorld(scene)
-    log = StateLog(hurried.simulation, path)
+    log = StateLog(hurried.parts, path)
     hurried.simulation.start()
     assert wait_until(lambda: hurried.simulation.pass_count >= 20, 60.0, hurried.engine.turn)
     log.close()
     assert log.left_out == 20
-    log = StateLog(free.simulation, path.with_name("b.mcap"))
+    log = StateLog(free.parts, path.with_name("b.mcap"))
     free.simulation.start()
     for _ in range(5):
         free.engine.turn()
@@ -388,11 +365,11 @@ def test_full_disk_ends_the_log_and_not_the_server(
     def full(self: NewFile, data: bytes) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     monkeypatch.setattr(NewFile, "write", full)
     place.simulation.start()
     for _ in range(20):
-        place.simulation.advance()
+        place.parts.step()
     with caplog.at_level(logging.ERROR):
         log.close()
     assert (
@@ -405,7 +382,7 @@ def test_full_disk_ends_the_log_and_not_the_server(
 def test_file_that_is_there_is_not_written_over(place: RealWorld, path: Path) -> None:
     path.write_bytes(b"a log")
     with pytest.raises(OutputError, match="exists already and is not written over; give another --state-log"):
-        StateLog(place.simulation, path)
+        StateLog(place.parts, path)
 
 
 @pytest.mark.parametrize("missing", ["mcap.writer", "foxglove_schemas_protobuf.Log_pb2"])
@@ -429,9 +406,9 @@ def test_flags_that_cannot_be_used_say_what_is_valid() -> None:
 
 
 def test_what_is_logged_is_in_the_file_soon_also_when_it_is_little(place: RealWorld, path: Path) -> None:
-    log = StateLog(place.simulation, path)
+    log = StateLog(place.parts, path)
     place.simulation.start()
-    place.simulation.advance()
+    place.parts.step()
     assert wait_until(lambda: len(read(path)["/tf"]) == 3, 20.0)
     log.close()
 

@@ -12,7 +12,7 @@ import pytest
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.files.library import find_scene
 from simx_server.parts.command_server import COMMAND_SERVER, add_command_server
@@ -64,7 +64,7 @@ class CommandWorld(RealWorld):
     def __init__(self, folder: Path) -> None:
         (folder / "room.xml").write_text(ROOM, encoding="utf-8")
         super().__init__(folder / "room.xml", workspace=folder)
-        add_command_server(self.simulation)
+        add_command_server(self.parts)
         for number, value in enumerate(START, 1):
             self.simulation.joints.set_position(self.simulation.scene.resolve(f"j{number}"), value)
 
@@ -137,7 +137,7 @@ def test_code_of_a_client_is_run_only_when_that_was_allowed(world: CommandWorld)
     code, *_ = program.call("executeCode_function", strings=["return 'no'"])
     assert code == vrep.simx_return_remote_error_flag
     assert "--allow-code" in program.error()
-    world.simulation.scripts.allows_code = True
+    world.parts.scripts.allows_code = True
     code, _, _, strings, _ = program.call(
         "executeCode_function",
         strings=["local sum = 0 for i = 1, 4 do sum = sum + i end return 'sum ' .. sum"],
@@ -237,7 +237,7 @@ def test_a_mesh_and_shapes_appear_and_fall(world: CommandWorld, tmp_path: Path) 
 
 
 def test_the_model_is_loaded_once_and_by_its_name(world: CommandWorld) -> None:
-    add_command_server(world.simulation)
+    add_command_server(world.parts)
     names = [item.name for item in world.simulation.scene.objects.values()]
     assert names.count(COMMAND_SERVER) == 1
     client = world.client()
@@ -248,12 +248,12 @@ def test_the_model_is_loaded_once_and_by_its_name(world: CommandWorld) -> None:
 def test_the_flag_adds_it_to_every_scene() -> None:
     settings = Settings.gather({"scene": "pioneer_p3dx", "command_server": True}, {})
     with ExitStack() as stack:
-        simulation = build_simulation(settings, stack)
-        assert simulation.scene.by_name(COMMAND_SERVER) is not None
+        simulation = open_world(settings, stack)
+        assert simulation.simulation.scene.by_name(COMMAND_SERVER) is not None
         assert not simulation.scripts.allows_code
-        simulation.load(find_scene("quadricopter"))
-        assert simulation.scene.by_name(COMMAND_SERVER) is not None
-        simulation.start()
+        simulation.simulation.load(find_scene("quadricopter"))
+        assert simulation.simulation.scene.by_name(COMMAND_SERVER) is not None
+        simulation.simulation.start()
         results = simulation.scripts.call(COMMAND_SERVER, 1, "getObjectPose", [1], [], [], b"")
         assert len(results[1]) == 12
 
@@ -267,6 +267,6 @@ def assert_free(world: CommandWorld, path: list[float], post: int) -> None:
     for start in range(0, len(path), JOINTS):
         for joint, value in zip(joints, path[start : start + JOINTS], strict=True):
             sim.joints.set_position(joint, value)
-        assert not any(sim.meters.collisions.check(link, post) for link in links)
+        assert not any(world.parts.meters.collisions.check(link, post) for link in links)
     for joint, value in zip(joints, before, strict=True):
         sim.joints.set_position(joint, value)

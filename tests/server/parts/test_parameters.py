@@ -107,7 +107,7 @@ def test_without_dynamics_time_passes_and_nothing_falls(world: World) -> None:
     assert world.call("simxGetObjectPosition", ball, -1) == [0, 0, 5]
     assert world.sim.time == pytest.approx(0.15)
     world.call("simxSetBooleanParameter", 6, True)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxGetObjectPosition", ball, -1)[2] < 5
 
 
@@ -115,7 +115,7 @@ def test_exit_is_requested_only_while_stopped_and_cannot_be_read(world: World) -
     asked: list[bool] = []
     with pytest.raises(CommandError, match="no server"):
         world.call("simxSetBooleanParameter", 41, True)
-    world.sim.parameters.end = lambda: asked.append(True)
+    world.parts.parameters.end = lambda: asked.append(True)
     world.call("simxSetBooleanParameter", 41, False)
     world.run()
     with pytest.raises(CommandError, match="stop it first"):
@@ -167,7 +167,7 @@ def test_settings_of_v_reps_window_are_kept(world: World, tmp_path: Path) -> Non
 
 def test_arguments_of_the_application_can_be_set_by_scripts(tmp_path: Path) -> None:
     world = ScriptWorld(tmp_path)
-    world.sim.parameters.arguments = ("first",)
+    world.parts.parameters.arguments = ("first",)
     assert world.lua("return sim.setStringParameter(sim.stringparam_app_arg3, 'third')") == [1]
     arguments = [world.call("simxGetStringParameter", v.sim_stringparam_app_arg1 + n) for n in range(4)]
     assert arguments == ["first", "", "third", ""]
@@ -176,13 +176,13 @@ def test_arguments_of_the_application_can_be_set_by_scripts(tmp_path: Path) -> N
 def test_mouse_is_where_a_page_last_saw_it(world: World) -> None:
     numbers = (v.sim_intparam_mouse_x, v.sim_intparam_mouse_y, v.sim_intparam_mouse_buttons)
     assert [world.call("simxGetIntegerParameter", number) for number in numbers] == [0, 0, 0]
-    world.sim.user_interface.mouse = (120, 40, 1)  # pyright: ignore[reportAttributeAccessIssue]
+    world.parts.user_interface.mouse = (120, 40, 1)  # pyright: ignore[reportAttributeAccessIssue]
     assert [world.call("simxGetIntegerParameter", number) for number in numbers] == [120, 40, 1]
 
 
 def test_speed_modifier_doubles_the_pace_of_this_run(world: World) -> None:
     pace = Pacer(1.0)
-    world.sim.parameters.pace = pace
+    world.parts.parameters.pace = pace
     world.call("simxSetIntegerParameter", 36, 2)
     assert pace.speed == 1, "nothing happens while stopped"
     world.run()
@@ -195,7 +195,7 @@ def test_speed_modifier_doubles_the_pace_of_this_run(world: World) -> None:
 
 
 def test_speed_modifier_changes_nothing_without_a_pace(world: World) -> None:
-    world.sim.parameters.pace = Pacer(math.inf)
+    world.parts.parameters.pace = Pacer(math.inf)
     world.run()
     world.call("simxSetIntegerParameter", 36, 3)
     assert world.call("simxGetIntegerParameter", 36) == 0
@@ -211,10 +211,10 @@ def test_error_report_mode_says_where_errors_go(real: RealWorld) -> None:
     }
     for mode, (told, shown) in modes.items():
         assert v.simxSetIntegerParameter(client, v.sim_intparam_error_report_mode, mode, BLOCKING) == 0
-        before = real.simulation.status_bar.count
+        before = real.parts.status_bar.count
         assert v.simxGetJointPosition(client, 4711, BLOCKING)[0] == 8
         assert len(v.simxGetLastErrors(client, BLOCKING)[1]) == told
-        assert real.simulation.status_bar.count - before == shown
+        assert real.parts.status_bar.count - before == shown
     assert v.simxSetIntegerParameter(client, v.sim_intparam_error_report_mode, 4, BLOCKING) == 8
 
 
@@ -222,7 +222,7 @@ def test_error_report_mode_says_where_errors_go(real: RealWorld) -> None:
 
 
 def test_command_line_arguments_are_string_parameters(world: World) -> None:
-    world.sim.parameters.arguments = ("first", "zwei")
+    world.parts.parameters.arguments = ("first", "zwei")
     found = [world.call("simxGetStringParameter", number) for number in range(2, 11)]
     assert found == ["first", "zwei", *[""] * 7]
     with pytest.raises(CommandError, match="string parameter 11 cannot be read"):

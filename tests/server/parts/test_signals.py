@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from handler_calls import World
+from observing import observe
 from real_world import BLOCKING, RealWorld
 
 import simx_client as v
@@ -208,20 +209,20 @@ def test_query_clears_an_old_answer_and_says_why_it_failed(world: RealWorld, cid
 
 
 def test_query_after_a_query_gets_its_own_answer(world: RealWorld, cid: int) -> None:
-    store = world.simulation.signals
+    store = world.parts.signals
 
     def echo() -> None:
         asked = store.take_string("ask")
         if asked is not None:
             store.set_string("answer", asked[::-1])
 
-    world.simulation.on_pass_begin.append(echo)
+    echoing = observe(world.simulation, step_finished=echo)
     try:
         v.simxStartSimulation(cid, BLOCKING)
         for text in (b"ab", b"cd\0", b""):
             assert v.simxQuery(cid, "ask", text, "answer", 5000) == (0, bytearray(text[::-1]))
     finally:
-        world.simulation.on_pass_begin.remove(echo)
+        world.simulation.detach(echoing)
 
 
 def test_packing_takes_what_scripts_give_and_unpacking_what_signals_hold(cid: int) -> None:
@@ -260,7 +261,7 @@ def test_too_many_or_too_large_signals_are_refused() -> None:
     ("kind", "first", "second"), [("integer", 1, 2), ("float", 1.0, 2.0), ("string", b"1", b"2")]
 )
 def test_a_signal_dies_with_the_script_that_set_it_last(kind: str, first: object, second: object) -> None:
-    signals = World("<mujoco/>").sim.signals
+    signals = World("<mujoco/>").parts.signals
     put, get = getattr(signals, f"set_{kind}"), getattr(signals, f"get_{kind}")
     put("overwritten by a client", first, "script")
     put("overwritten by a client", second)

@@ -26,7 +26,7 @@ def open_console(world: World, title: str = "title", lines: int = 10, mode: int 
 
 
 def describe(world: World, handle: int) -> dict[str, Any]:
-    return next(each for each in world.sim.user_interface.consoles.describe() if each["handle"] == handle)
+    return next(each for each in world.parts.user_interface.consoles.describe() if each["handle"] == handle)
 
 
 def text_of(world: World, handle: int) -> list[str]:
@@ -80,17 +80,17 @@ def test_mode_bit_0_closes_at_the_end_of_the_simulation(world: World) -> None:
     world.run()
     assert describe(world, going)["visible"]
     world.call("simxStopSimulation")
-    assert [console.handle for console in world.sim.user_interface.consoles] == [staying]
+    assert [console.handle for console in world.parts.user_interface.consoles] == [staying]
 
 
 def test_mode_bit_2_lets_people_close_it_and_printing_goes_on_without_error(world: World) -> None:
     firm, closable = open_console(world), open_console(world, mode=4)
     with pytest.raises(CommandError, match="mode bit 2"):
-        world.sim.user_interface.consoles.close_by_user(firm)
-    world.sim.user_interface.consoles.close_by_user(closable)
+        world.parts.user_interface.consoles.close_by_user(firm)
+    world.parts.user_interface.consoles.close_by_user(closable)
     world.call("simxAuxiliaryConsolePrint", closable, "nobody reads this")
     world.call("simxAuxiliaryConsoleShow", closable, True)
-    assert [console.handle for console in world.sim.user_interface.consoles] == [firm]
+    assert [console.handle for console in world.parts.user_interface.consoles] == [firm]
 
 
 def test_mode_bit_3_hides_during_a_pause(world: World) -> None:

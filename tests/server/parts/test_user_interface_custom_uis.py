@@ -104,7 +104,7 @@ def test_program_reads_and_sets_what_a_ui_shows(world: World, ui: int) -> None:
     world.call("simxSetUIButtonProperty", ui, 3, v.sim_buttonproperty_isdown)
     assert world.call("simxGetUIButtonProperty", ui, 3) == v.sim_buttonproperty_isdown
     world.call("simxSetUIButtonLabel", ui, 3, "stop", "stopped")
-    (shown,) = world.sim.user_interface.custom_uis.describe()
+    (shown,) = world.parts.user_interface.custom_uis.describe()
     assert shown["title"] == "Belt"
     assert (shown["elements"][0]["label"], shown["elements"][0]["down_label"]) == ("stop", "stopped")
     assert shown["elements"][1]["place"] == [0, 1, 4, 1]
@@ -126,7 +126,7 @@ def test_what_is_not_there_or_of_another_kind_is_refused(world: World, ui: int) 
 
 
 def test_people_operate_it_and_each_event_is_read_once_in_order(world: World, ui: int) -> None:
-    people = world.sim.user_interface.custom_uis
+    people = world.parts.user_interface.custom_uis
     people.click(ui, 3)
     people.move_slider(ui, 4, 250)
     people.click(ui, 5)
@@ -152,7 +152,7 @@ def test_people_operate_it_and_each_event_is_read_once_in_order(world: World, ui
 
 
 def test_what_is_not_enabled_or_closed_cannot_be_used(world: World, ui: int) -> None:
-    people = world.sim.user_interface.custom_uis
+    people = world.parts.user_interface.custom_uis
     world.call("simxSetUIButtonProperty", ui, 3, 0)
     with pytest.raises(CommandError, match="not enabled"):
         people.click(ui, 3)

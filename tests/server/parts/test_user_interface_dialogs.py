@@ -44,12 +44,12 @@ def test_dialog_is_open_until_it_is_answered_and_then_keeps_its_result(
     dialog, ui = display(world, style)
     assert result(world, dialog) == c.sim_dlgret_still_open
     assert world.call("simxGetUIHandle", "title") == ui
-    world.sim.user_interface.dialogs.answer(dialog, answer)
+    world.parts.user_interface.dialogs.answer(dialog, answer)
     assert result(world, dialog) == answer
     with pytest.raises(CommandError, match="no custom UI"):
         world.call("simxGetUIHandle", "title")
     with pytest.raises(CommandError, match="answered already"):
-        world.sim.user_interface.dialogs.answer(dialog, answer)
+        world.parts.user_interface.dialogs.answer(dialog, answer)
     world.call("simxEndDialog", dialog)
     with pytest.raises(CommandError, match="no dialog with handle"):
         result(world, dialog)
@@ -58,29 +58,29 @@ def test_dialog_is_open_until_it_is_answered_and_then_keeps_its_result(
 def test_input_is_what_was_typed(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_input, "five")
     assert world.call("simxGetDialogInput", dialog) == "five"
-    world.sim.user_interface.custom_uis.type_text(ui, INPUT_ID, "six")
+    world.parts.user_interface.custom_uis.type_text(ui, INPUT_ID, "six")
     assert world.call("simxGetDialogInput", dialog) == "six"
-    world.sim.user_interface.dialogs.answer(dialog, c.sim_dlgret_ok, "seven")
+    world.parts.user_interface.dialogs.answer(dialog, c.sim_dlgret_ok, "seven")
     assert world.call("simxGetDialogInput", dialog) == "seven"
     other, _ = display(world, c.sim_dlgstyle_ok)
     assert world.call("simxGetDialogInput", other) == ""
     with pytest.raises(CommandError, match="no button 2"):
-        world.sim.user_interface.dialogs.answer(other, c.sim_dlgret_ok, "text")
+        world.parts.user_interface.dialogs.answer(other, c.sim_dlgret_ok, "text")
 
 
 def test_a_click_on_its_button_answers_a_dialog(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_yes_no)
-    world.sim.user_interface.custom_uis.click(ui, FIRST_BUTTON_ID)
+    world.parts.user_interface.custom_uis.click(ui, FIRST_BUTTON_ID)
     assert result(world, dialog) == c.sim_dlgret_yes
 
 
 def test_an_answer_without_a_button_is_refused(world: World) -> None:
     dialog, _ = display(world, c.sim_dlgstyle_ok)
     with pytest.raises(CommandError, match=r"cannot be answered with 4; valid: 1 \(OK\)"):
-        world.sim.user_interface.dialogs.answer(dialog, c.sim_dlgret_no)
+        world.parts.user_interface.dialogs.answer(dialog, c.sim_dlgret_no)
     message, _ = display(world, c.sim_dlgstyle_message)
     with pytest.raises(CommandError, match="it is a message"):
-        world.sim.user_interface.dialogs.answer(message, c.sim_dlgret_ok)
+        world.parts.user_interface.dialogs.answer(message, c.sim_dlgret_ok)
 
 
 def test_dialogs_need_a_simulation_and_end_with_it(world: World) -> None:
@@ -122,7 +122,7 @@ def test_a_dialog_whose_window_was_removed_can_still_be_ended(world: World) -> N
 def test_a_text_made_into_a_button_answers_nothing(world: World) -> None:
     dialog, ui = display(world, c.sim_dlgstyle_ok)
     world.call("simxSetUIButtonProperty", ui, 1, c.sim_buttonproperty_enabled)
-    world.sim.user_interface.custom_uis.click(ui, 1)
+    world.parts.user_interface.custom_uis.click(ui, 1)
     assert result(world, dialog) == c.sim_dlgret_still_open
 
 

@@ -69,7 +69,7 @@ def test_what_a_page_in_the_browser_asked_and_did_replays_to_the_same_states(
     busy: Path, recording: Path
 ) -> None:
     with recorded(busy, recording) as place:
-        place.simulation.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
+        place.parts.scripts.add_ons[ADD_ON] = Feed(place.engine, "recorded", ())
         client, page = place.client(), place.client()
         hinge = handle_of(client, "hinge")
 
@@ -167,7 +167,7 @@ def test_calls_that_came_while_a_script_ran_are_replayed_where_it_noticed_them(
             send_in_one(place, other_session, ("simxSetFloatSignal", "target", 0.001 * count))
             serve()
 
-        place.simulation.serve_others = send_and_serve
+        place.simulation.interruptions.serve_others = send_and_serve
         for _ in range(3):
             if within == "a pass":
                 v.simxSynchronousTrigger(client)

@@ -10,11 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from films import BLUE, SCENE, frames, middle
 from processes import wait_until
 from real_world import BLOCKING, handle_of, start_stepped, step
 from recordings import RecordedWorld, blocks, kinds, recorded, replay, rewrite
-from test_filming import BLUE, SCENE, frames, middle
-from test_state_log import Logged, read
+from state_logs import Logged, read
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE
@@ -73,7 +73,7 @@ def live(place: RecordedWorld, other: Path) -> None:
     sim, client = place.simulation, place.client()
 
     def start() -> None:
-        has_room = lambda: not any(is_full() for is_full in sim.pass_holders)  # noqa: E731
+        has_room = lambda: not sim.is_held  # noqa: E731
         assert wait_until(has_room, 20.0)
         start_stepped(client)
 
@@ -145,7 +145,7 @@ def test_snapshot_of_a_replay_is_of_that_second_or_of_the_end(
         client = place.client()
         start_stepped(client)
         v.simxSetJointTargetVelocity(client, handle_of(client, "hinge"), -math.pi / 2, BLOCKING)
-        shot = Shot(place.simulation, "eye", (160, 120))
+        shot = Shot(place.parts, "eye", (160, 120))
         seen = [first_picture(shot)]
         for _ in range(20):
             v.simxSynchronousTrigger(client)
@@ -233,7 +233,7 @@ def test_pictures_of_a_film_take_nothing_from_those_of_scripts(
         client = place.client()
         start_stepped(client)
         step(client, 1.0)
-        assert place.simulation.signals.floats["seen"] > 0.001
+        assert place.parts.signals.floats["seen"] > 0.001
     assert replay(recording, video=tmp_path / "a.mp4", size=SMALL) == DONE
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from observing import observe
 from real_world import RealWorld
 
 import simx_client as vrep
@@ -121,7 +122,7 @@ def test_one_of_several_clients_waits_for_no_longer_physics_step_than_for_an_edi
         begun.set()
         assert go_on.wait(PATIENCE)
 
-    world.simulation.on_pass_begin.append(long_step)
+    observe(world.simulation, step_finished=long_step)
     try:
         assert vrep.simxStartSimulation(starter, BLOCKING) == vrep.simx_return_ok
         assert begun.wait(PATIENCE)

@@ -513,7 +513,7 @@ def test_a_pass_that_fails_stops_the_simulation_and_not_the_server(world, monkey
     def fail():
         raise FloatingPointError("no number")
 
-    monkeypatch.setattr(world.simulation, "advance", fail)
+    monkeypatch.setattr(world.simulation, "step", fail)
     assert v.simxSynchronousTrigger(cid) == 0
     assert world.simulation.state is SimulationState.STOPPED
     assert v.simxGetPingTime(cid)[0] == 0

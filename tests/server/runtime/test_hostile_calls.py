@@ -44,7 +44,7 @@ def test_what_nobody_foresaw_is_noticed(victim: Victim, monkeypatch: pytest.Monk
     def fail(*_: object) -> None:
         raise RuntimeError("on purpose")
 
-    monkeypatch.setattr(victim.world.simulation.signals, "get_float", fail)
+    monkeypatch.setattr(victim.world.parts.signals, "get_float", fail)
     with pytest.raises(AssertionError, match="on purpose"):
         victim.endure([(0, 0, "simxGetFloatSignal", ["a"])])
     victim.begin()

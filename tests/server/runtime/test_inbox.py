@@ -80,7 +80,7 @@ def test_what_follows_a_trigger_does_not_stop_the_pass_it_waits_for(
         world.engine.serve_others()
         seen.append((world.simulation.state, len(world.engine._inbox)))
 
-    monkeypatch.setattr(world.simulation, "advance", runs_long)
+    monkeypatch.setattr(world.simulation, "step", runs_long)
     send(11, "simxSynchronousTrigger", follows)
     world.settle()
     is_stop = follows == "simxStopSimulation"

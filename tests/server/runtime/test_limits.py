@@ -34,7 +34,7 @@ def small(**limits: int) -> World:
 
 def send(world: World, command: str, *arguments: Any) -> None:
     """What carries a file."""
-    HANDLERS[command](world.sim, cast(Any, world.client), list(arguments))
+    HANDLERS[command](world.parts, cast(Any, world.client), list(arguments))
 
 
 def console(world: World) -> object:
@@ -47,7 +47,7 @@ def dialog(world: World) -> object:
 
 
 def draw(world: World) -> object:
-    return world.sim.drawings.create(0, 1.0, 0.0, -1, 1)
+    return world.parts.drawings.create(0, 1.0, 0.0, -1, 1)
 
 
 def copied(world: World) -> object:
@@ -59,11 +59,11 @@ def dummy(world: World) -> object:
 
 
 def collection(world: World) -> object:
-    return world.sim.collections.create(f"c{len(world.sim.collections._edited)}")
+    return world.parts.collections.create(f"c{len(world.parts.collections._edited)}")
 
 
 def tube(world: World) -> object:
-    return world.sim.tubes.open(0, "name", 1)
+    return world.parts.tubes.open(0, "name", 1)
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ def test_files_lent_without_loading_have_the_room_of_one() -> None:
 
 def test_custom_data_is_bounded() -> None:
     world = small(custom_data=10)
-    world.sim.custom_data.write(-12, "a", bytes(10))
+    world.parts.custom_data.write(-12, "a", bytes(10))
     with pytest.raises(LimitReached, match="limit 'custom_data'"):
-        world.sim.custom_data.write(-12, "b", b"1")
+        world.parts.custom_data.write(-12, "b", b"1")
 
 
 def test_a_name_of_a_signal_that_is_a_letter_is_refused() -> None:
@@ -213,7 +213,7 @@ def test_who_sends_faster_than_is_executed_loses_the_rest_and_is_told(world: Ope
     assert v.simxGetIntegerParameter(other, v.sim_intparam_program_version, BLOCKING)[0] == v.simx_return_ok
     while len(opened.engine._inbox):  # the other one did not have to wait for all of them
         opened.engine.turn()
-    assert list(opened.simulation.status_bar.messages).count("flood") == 20
+    assert list(opened.parts.status_bar.messages).count("flood") == 20
     code, errors = v.simxGetLastErrors(flooding, BLOCKING)
     assert code == v.simx_return_ok
     assert "80 messages were not executed" in errors[0]

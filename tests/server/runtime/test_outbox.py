@@ -112,7 +112,7 @@ def test_answers_leave_before_a_pass_that_is_due(world, monkeypatch):
     _send(world, "one", 1, _set(1))
     world.engine.turn(max_wait=1.0)
     heard_before: list[list[tuple[int, list[int]]]] = []
-    monkeypatch.setattr(world.simulation, "advance", lambda: heard_before.append(list(link.heard)))
+    monkeypatch.setattr(world.simulation, "step", lambda: heard_before.append(list(link.heard)))
     world.simulation.start()
     world.engine.turn(max_wait=1.0)
     assert heard_before == [[(1, [1])]]
@@ -369,7 +369,7 @@ def test_what_came_is_dealt_with_while_a_script_of_the_pass_runs(world, monkeypa
 
     world.simulation.joints = _Hooked(come)
     world.simulation.start()
-    monkeypatch.setattr(world.simulation, "advance", runs_long)
+    monkeypatch.setattr(world.simulation, "step", runs_long)
     _send(world, "one", 1, _set(1))
     world.settle()
     assert dealt_with == ["event", "script"]

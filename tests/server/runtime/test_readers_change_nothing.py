@@ -11,7 +11,7 @@ import pytest
 from real_world import BLOCKING, RealWorld
 
 import simx_client as v
-from simx_client.protocol.commands import ANSWERED, Command, Place
+from simx_client.protocol.commands import ANSWERED, Command, Effect, Place
 from simx_client.protocol.constants import sim_handle_all
 
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
@@ -38,15 +38,28 @@ def world() -> Iterator[tuple[RealWorld, int]]:
 def noticed(world: RealWorld) -> list[Any]:
     """What others could notice."""
     sim, data = world.simulation, world.simulation.data
-    shown = sim.user_interface.describe()
-    signals = [dict(sim.signals.integers), dict(sim.signals.floats), dict(sim.signals.strings)]
+    shown = world.parts.user_interface.describe()
+    signals = [
+        dict(world.parts.signals.integers),
+        dict(world.parts.signals.floats),
+        dict(world.parts.signals.strings),
+    ]
     arrays = [
         array.tobytes()
         for array in (data.qpos, data.qvel, data.ctrl, sim.model.body_pos, sim.model.geom_rgba)
     ]
     objects = [(handle, item.name) for handle, item in sim.scene.objects.items()]
-    files = sorted(sim.workspace.glob("simx-*"))
-    return [sim.state, sim.model_version, sim.selection, objects, signals, arrays, shown, files]
+    files = sorted(sim.files.workspace.glob("simx-*"))
+    return [
+        sim.state,
+        sim.model_version,
+        world.parts.selection.handles,
+        objects,
+        signals,
+        arrays,
+        shown,
+        files,
+    ]
 
 
 def arguments(command: Command, handles: list[int]) -> Iterator[tuple[Any, ...]]:
@@ -54,13 +67,11 @@ def arguments(command: Command, handles: list[int]) -> Iterator[tuple[Any, ...]]
     choices: list[list[Any]] = []
     for argument in command.arguments:
         if argument.kind.name == "int":
-            choices.append(
-                [*handles, -1] if "andle" in argument.name or "ntity" in argument.name else list(NUMBERS)
-            )
+            choices.append([*handles, -1] if argument.meaning.finder else list(NUMBERS))
         else:
-            choices.append(
-                {"text": ["robot", "i", "f", "s", "cube#0"], "bool": [False, True]}[argument.kind.name]
-            )
+            texts = ["robot", "i", "f", "s", "cube#0"]
+            known: dict[str, list[Any]] = {"text": texts, "bool": [False, True]}
+            choices.append(known.get(argument.kind.name, [argument.kind.default()]))
     return islice(product(*choices), MOST)
 
 
@@ -79,7 +90,7 @@ def test_command_that_only_reads_changes_nothing(world: tuple[RealWorld, int], c
 
 
 def test_those_that_take_away_what_they_read_are_no_readers() -> None:
-    taking = {command.name for command in ANSWERED.values() if command.takes_away}
+    taking = {command.name for command in ANSWERED.values() if command.effect is Effect.TAKES}
     assert taking
     assert not taking & {command.name for command in READERS}
     assert len(READERS) > 40

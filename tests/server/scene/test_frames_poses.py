@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scenes_for_tests import ARM, arm, run, simulation_of
+from scenes_for_tests import ARM, arm, run, world_of
 
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.scene.geometry import frames, poses
@@ -57,7 +57,8 @@ def test_gimbal_lock_gives_alpha_zero() -> None:
 
 
 def test_position_relative_to_world_parent_and_another_object() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     assert at(sim, "lower") == pytest.approx([0.9, 0, 0.2])
     assert at(sim, "lower", -11) == pytest.approx([0, 0, 0])
     assert at(sim, "base", -11) == pytest.approx([0.5, 0, 0.1])
@@ -67,7 +68,8 @@ def test_position_relative_to_world_parent_and_another_object() -> None:
 
 
 def test_joint_as_reference_is_its_moving_frame_and_with_the_flag_its_fixed_one() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     shoulder, lower = sim.scene.resolve("shoulder"), sim.scene.resolve("lower")
     sim.joints.set_position(shoulder, math.pi / 2)
     assert at(sim, "lower") == pytest.approx([0.5, 0.4, 0.2])
@@ -80,7 +82,8 @@ def test_joint_as_reference_is_its_moving_frame_and_with_the_flag_its_fixed_one(
 
 
 def test_joint_frame_has_the_axis_as_z_and_the_bodys_frame_where_they_agree() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     rows = np.array(frames.get_matrix(sim, sim.scene.resolve("elbow"))).reshape(3, 4)
     assert rows[:, 2] == pytest.approx([0, 1, 0])
     assert rows[:, 3] == pytest.approx([0.9, 0, 0.2])
@@ -88,12 +91,13 @@ def test_joint_frame_has_the_axis_as_z_and_the_bodys_frame_where_they_agree() ->
 
 def test_moving_frame_is_the_fixed_one_turned_by_the_joint_value() -> None:
     """Against MuJoCo's own kinematics: several joints of every kind on one body, with `ref`."""
-    sim = simulation_of("""<mujoco><compiler angle="radian"/><worldbody>
+    world = world_of("""<mujoco><compiler angle="radian"/><worldbody>
         <body name="p" pos="1 2 3" quat="0.8 0.6 0 0"><geom size="1"/>
         <body name="b" pos="0.1 0 0" quat="0.6 0 0.8 0">
           <joint name="slide" type="slide" axis="1 1 0" ref="0.2"/>
           <joint name="turn" axis="0 0.6 0.8" pos="0.3 0 0" ref="0.4"/>
           <joint name="last" axis="0 0 1" pos="0 0.5 0"/><geom size="1"/></body></body></worldbody></mujoco>""")
+    sim = world.simulation
     for name, value in (("slide", 0.7), ("turn", -1.1), ("last", 2.0)):
         sim.joints.set_position(sim.scene.resolve(name), value)
     sim.refresh()
@@ -116,7 +120,8 @@ def test_moving_frame_is_the_fixed_one_turned_by_the_joint_value() -> None:
 
 
 def test_camera_looks_along_plus_z_with_plus_x_to_the_left() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     rows = np.array(frames.get_matrix(sim, sim.scene.resolve("overview"))).reshape(3, 4)
     camera = sim.data.cam_xmat[sim.model.camera("overview").id].reshape(3, 3)
     assert rows[:, 2] == pytest.approx(-camera[:, 2])
@@ -146,7 +151,8 @@ def test_camera_looks_along_plus_z_with_plus_x_to_the_left() -> None:
     ],
 )
 def test_every_sort_of_object_goes_where_it_is_set(name: str) -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     handle = sim.scene.resolve(name)
     sim.joints.set_position(sim.scene.resolve("shoulder"), 0.4)
     sim.joints.set_position(sim.scene.resolve("elbow"), -0.7)
@@ -167,7 +173,8 @@ def test_every_sort_of_object_goes_where_it_is_set(name: str) -> None:
 
 
 def test_setting_relative_to_parent_and_by_euler_angles() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     tip = sim.scene.resolve("tip")
     sim.joints.set_position(sim.scene.resolve("shoulder"), math.pi / 2)
     frames.set_position(sim, tip, -11, [0, 0, 0.1])
@@ -178,11 +185,12 @@ def test_setting_relative_to_parent_and_by_euler_angles() -> None:
 
 
 def test_placing_a_moving_body_takes_its_velocity_and_leaves_other_bodies_alone() -> None:
-    sim = arm()
-    run(sim, 1)
+    world = arm()
+    sim = world.simulation
+    run(world, 1)
     frames.set_position(sim, sim.scene.resolve("cube"), -1, [0, 1, 2])
     for _ in range(4):
-        sim.advance()
+        world.step()
     falling = float(sim.data.qvel[sim.model.joint(sim.model.body("cube").jntadr[0]).dofadr[0] + 2])
     assert falling == pytest.approx(-9.81 * 0.2, rel=1e-3)
     frames.set_position(sim, sim.scene.resolve("wall"), -1, [0, -2, 0.5])
@@ -192,26 +200,29 @@ def test_placing_a_moving_body_takes_its_velocity_and_leaves_other_bodies_alone(
 
 
 def test_moved_static_body_collides_at_its_new_place() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     frames.set_position(sim, sim.scene.resolve("wall"), -1, [0, 1, 0.5])
     frames.set_orientation(sim, sim.scene.resolve("wall"), -1, [math.pi / 2, 0, 0])
     frames.set_position(sim, sim.scene.resolve("cube"), -1, [0, 1, 0.7])
-    run(sim, 40)
+    run(world, 40)
     assert at(sim, "cube")[2] == pytest.approx(0.6, abs=2e-3)
 
 
 def test_mocap_body_is_moved_through_the_state() -> None:
-    sim = simulation_of(
+    world = world_of(
         """<mujoco><worldbody><body name="ghost" mocap="true"><geom size="0.1"/></body></worldbody></mujoco>"""
     )
+    sim = world.simulation
     frames.set_position(sim, 1, -1, [1, 2, 3])
-    run(sim, 1)
+    run(world, 1)
     assert at(sim, "ghost") == [1, 2, 3]
 
 
 @pytest.mark.parametrize("value", [[1, 2], [1, 2, math.nan], [1, 2, 3, 4]])
 def test_wrong_numbers_are_refused_and_change_nothing(value: list[float]) -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     before = at(sim, "cube")
     with pytest.raises(CommandError, match="3 finite numbers"):
         frames.set_position(sim, sim.scene.resolve("cube"), -1, value)
@@ -221,26 +232,28 @@ def test_wrong_numbers_are_refused_and_change_nothing(value: list[float]) -> Non
 
 
 def test_measured_velocity_is_the_difference_of_the_last_two_passes() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     sim.start()
     tip = sim.scene.resolve("tip")
-    assert sim.measured_velocity(tip) == ([0, 0, 0], [0, 0, 0], [0, 0, 0])
+    assert world.velocities.measure(tip) == ([0, 0, 0], [0, 0, 0], [0, 0, 0])
     sim.joints.set_target_position(sim.scene.resolve("shoulder"), 10)
     for _ in range(6):
-        sim.advance()
-    linear, _euler, angular = sim.measured_velocity(tip)
+        world.step()
+    linear, _euler, angular = world.velocities.measure(tip)
     assert angular == pytest.approx([0, 0, 3], abs=0.02)
     assert math.hypot(*linear) == pytest.approx(0.7 * 3, rel=0.01)
     # Of a joint, the frame that does not move with its own value; its child does.
-    assert sim.measured_velocity(sim.scene.resolve("shoulder"))[2] == [0, 0, 0]
-    assert sim.measured_velocity(sim.scene.resolve("upper"))[2] == pytest.approx([0, 0, 3], abs=0.02)
-    assert sim.measured_velocity(sim.scene.resolve("wall"))[0] == [0, 0, 0]
+    assert world.velocities.measure(sim.scene.resolve("shoulder"))[2] == [0, 0, 0]
+    assert world.velocities.measure(sim.scene.resolve("upper"))[2] == pytest.approx([0, 0, 3], abs=0.02)
+    assert world.velocities.measure(sim.scene.resolve("wall"))[0] == [0, 0, 0]
     sim.stop()
-    assert sim.measured_velocity(tip)[0] == [0, 0, 0]
+    assert world.velocities.measure(tip)[0] == [0, 0, 0]
 
 
 def test_engine_agrees_on_where_things_are() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     sim.joints.set_position(sim.scene.resolve("elbow"), 0.5)
     sim.refresh()
     model = mujoco.MjModel.from_xml_string(ARM)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes_for_tests import run, simulation_of
+from scenes_for_tests import run, world_of
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import frames, poses
 from simx_server.scene.geometry.frames import JOINT_BASE_FLAG, PARENT, WORLD
 from simx_server.scene.geometry.poses import Pose
-from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 SCENE = """
 <mujoco>
@@ -74,17 +74,18 @@ quick = settings(max_examples=40, deadline=None)
 
 
 @lru_cache(maxsize=1)
-def scene() -> Simulation:
-    return simulation_of(SCENE)
+def scene() -> World:
+    return world_of(SCENE)
 
 
-def bent(values: tuple[float, float, float, poses.Quaternion]) -> Simulation:
+def bent(values: tuple[float, float, float, poses.Quaternion]) -> World:
     """The scene, its joints at these values."""
-    sim = scene()
+    world = scene()
+    sim = world.simulation
     for name, value in zip(("turn", "tilt", "push"), values[:3], strict=True):
         sim.joints.set_position(sim.scene.resolve(name), value)
     sim.joints.set_spherical_rotation(sim.scene.resolve("socket"), values[3])
-    return sim
+    return world
 
 
 LOST_NEAR_LOCK = 2.02 * math.sqrt(1 - frames._GIMBAL_LOCK**2)
@@ -102,7 +103,8 @@ def same_pose(a: Pose, b: Pose) -> bool:
 @quick
 @given(st.sampled_from(PLACED), st.sampled_from(("world", "parent", *ALL)), points, rotations, joint_values)
 def test_what_is_set_in_any_frame_is_got_in_it(name, reference, point, rotation, values) -> None:
-    sim = bent(values)
+    world = bent(values)
+    sim = world.simulation
     handle = sim.scene.resolve(name)
     relative = {"world": WORLD, "parent": PARENT}.get(reference)
     if relative is None:
@@ -130,7 +132,8 @@ def test_what_is_set_in_any_frame_is_got_in_it(name, reference, point, rotation,
 def test_the_flag_means_a_joints_fixed_frame_and_the_scalar_first(
     name, joint, point, rotation, values
 ) -> None:
-    sim = bent(values)
+    world = bent(values)
+    sim = world.simulation
     handle, reference = sim.scene.resolve(name), sim.scene.resolve(joint)
     frames.set_position(sim, handle + JOINT_BASE_FLAG, reference, point)
     frames.set_quaternion(sim, handle + JOINT_BASE_FLAG, reference, rotation)
@@ -146,7 +149,8 @@ def test_the_flag_means_a_joints_fixed_frame_and_the_scalar_first(
 @quick
 @given(joint_values)
 def test_poses_compose_through_the_parents_and_between_any_two(values) -> None:
-    sim = bent(values)
+    world = bent(values)
+    sim = world.simulation
     for handle, item in sim.scene.objects.items():
         world, local = frames.get_pose(sim, handle), frames.get_pose(sim, handle, PARENT)
         parent = sim.scene.objects.get(item.parent)
@@ -164,7 +168,8 @@ def test_poses_compose_through_the_parents_and_between_any_two(values) -> None:
 def test_a_joints_own_pose_ignores_its_value_and_its_matrix_is_the_way_to_the_moving_frame(
     before, after
 ) -> None:
-    sim = bent(before)
+    world = bent(before)
+    sim = world.simulation
     turn = sim.scene.resolve("turn")
     own = frames.get_pose(sim, turn)
     bent(after)
@@ -183,7 +188,8 @@ def test_a_joints_own_pose_ignores_its_value_and_its_matrix_is_the_way_to_the_mo
 def test_a_link_placed_against_its_joint_leaves_the_joint_and_takes_its_children(
     name, point, rotation, values
 ) -> None:
-    sim = bent(values)
+    world = bent(values)
+    sim = world.simulation
     item = sim.scene.get(sim.scene.resolve(name))
     above, below = item.parent, sim.scene.children(item.handle)
     joint = (
@@ -212,20 +218,22 @@ def test_a_link_placed_against_its_joint_weighs_what_it_does_there(kind: str) ->
       </mujoco>"""
     axis = "" if kind == "ball" else 'axis="0 0 1"'
     turned = "" if kind == "ball" else 'axis="0 1 0"'
-    placed = simulation_of(machine.format(place="", kind=kind, joint=axis))
-    wanted = simulation_of(
+    placed_world = world_of(machine.format(place="", kind=kind, joint=axis))
+    placed = placed_world.simulation
+    wanted_world = world_of(
         machine.format(place='pos="0.5 0 0" euler="90 0 0"', kind=kind, joint=f'pos="-0.5 0 0" {turned}')
     )
+    wanted = wanted_world.simulation
     link = placed.scene.resolve("link")
     frames.set_position(placed, link, WORLD, [0.5, 0, 0])
     frames.set_orientation(placed, link, WORLD, [math.pi / 2, 0, 0])
     placed.model.opt.gravity[:] = wanted.model.opt.gravity[:] = (1, 2, -9)
     assert same_pose(frames.get_pose(placed, link), frames.get_pose(wanted, link))
-    for sim in (placed, wanted):
-        run(sim, 1)
-        editing.create_dummy(sim, 0.1)
+    for world in (placed_world, wanted_world):
+        run(world, 1)
+        editing.create_dummy(world.simulation, 0.1)
         for _ in range(3):
-            sim.advance()
+            world.step()
     assert same_pose(frames.get_pose(placed, link), frames.get_pose(wanted, link))
     placed.stop()
     assert frames.get_position(placed, placed.scene.resolve("j")) == pytest.approx([0, 0, 0])
@@ -267,11 +275,12 @@ def test_gimbal_lock_keeps_the_rotation_and_gives_alpha_zero(side: int, alpha: f
     joint_values,
 )
 def test_a_new_parent_keeps_the_place_or_the_local_numbers(name, parent, keep, running, values) -> None:
-    sim = simulation_of(SCENE)
+    world = world_of(SCENE)
+    sim = world.simulation
     for joint, value in zip(("turn", "tilt", "push"), values[:3], strict=True):
         sim.joints.set_position(sim.scene.resolve(joint), value)
     if running:
-        run(sim, 1)
+        run(world, 1)
     handle = sim.scene.resolve(name)
     target = -1 if parent == "none" else sim.scene.resolve(parent)
     world, local = frames.get_pose(sim, handle), frames.get_pose(sim, handle, PARENT)
@@ -294,14 +303,15 @@ def test_a_new_parent_keeps_the_place_or_the_local_numbers(name, parent, keep, r
     "name", ["wall", "ghost", "free", "base", "spot", "tip", "eye", "view", "floor", "turn", "hand"]
 )
 def test_what_is_set_while_running_stays_set_until_the_stop(name: str) -> None:
-    sim = simulation_of(SCENE)
+    world = world_of(SCENE)
+    sim = world.simulation
     handle = sim.scene.resolve(name)
     before = frames.get_pose(sim, handle)
-    run(sim, 1)
+    run(world, 1)
     frames.set_position(sim, handle, WORLD, [0.7, -1.5, 2.0])
     frames.set_orientation(sim, handle, WORLD, [0.3, -0.4, 0.5])
     for _ in range(2):
-        sim.advance()
+        world.step()
     assert frames.get_position(sim, handle) == pytest.approx([0.7, -1.5, 2.0], abs=1e-6)
     assert frames.get_orientation(sim, handle) == pytest.approx([0.3, -0.4, 0.5], abs=1e-6)
     sim.stop()
@@ -311,9 +321,10 @@ def test_what_is_set_while_running_stays_set_until_the_stop(name: str) -> None:
 @pytest.mark.parametrize("name", ["wall", "spot", "eye", "view", "floor", "ghost", "free"])
 def test_what_is_placed_between_two_passes_has_moved(name: str) -> None:
     """A target that a program moves has a velocity, as in V-REP."""
-    sim = simulation_of(SCENE)
+    world = world_of(SCENE)
+    sim = world.simulation
     handle = sim.scene.resolve(name)
-    run(sim, 2)
+    run(world, 2)
     x, y, z = frames.get_position(sim, handle)
     alpha, beta, gamma = frames.get_orientation(sim, handle)
     frames.set_position(sim, handle, WORLD, [x + 0.05, y, z - 0.1])
@@ -325,10 +336,10 @@ def test_what_is_placed_between_two_passes_has_moved(name: str) -> None:
             poses.multiply(poses.about((0, 0, 1), 0.02), frames.quat_from_euler((alpha, beta, gamma)))
         ),
     )
-    sim.advance()
-    linear, euler_rates, angular = sim.measured_velocity(handle)
+    world.step()
+    linear, euler_rates, angular = world.velocities.measure(handle)
     assert linear == pytest.approx([1, 0, -2], abs=1e-6)
     assert angular == pytest.approx([0, 0, 0.4], abs=1e-6)
     assert euler_rates == pytest.approx([0, 0, 0.4], abs=1e-6)
-    sim.advance()
-    assert sim.measured_velocity(handle)[0] == pytest.approx([0, 0, 0], abs=1e-6)
+    world.step()
+    assert world.velocities.measure(handle)[0] == pytest.approx([0, 0, 0], abs=1e-6)

@@ -146,7 +146,7 @@ def test_a_load_that_is_under_way_when_the_loop_is_left_goes_on_with_the_next(
 def test_the_end_of_the_engine_gives_up_a_load(world, loader, file, go_on, tmp_path) -> None:
     before = sorted((tmp_path / "server").iterdir())
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
-    assert wait_until(lambda: world.engine.turn() or world.simulation.trials._pool._used, 20)
+    assert wait_until(lambda: world.engine.turn() or world.parts.trials._pool._used, 20)
     world.engine.close()
     assert sorted((tmp_path / "server").iterdir()) == before
 
@@ -159,7 +159,7 @@ def test_a_stream_loads_no_file_of_a_client(loader, file, tmp_path) -> None:
 
 
 def test_three_files_are_tried_at_a_time(world, loader, file, go_on) -> None:
-    pool = world.simulation.trials._pool
+    pool = world.parts.trials._pool
     clients = [world.client() for _ in range(4)]
     for each in clients:
         assert v.simxLoadModel(each, file, 1, ONESHOT)[0] in (0, 1)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import mujoco
 import pytest
-from scenes_for_tests import arm, simulation_of
+from scenes_for_tests import arm, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, UnknownName, WrongKind
 from simx_server.files.library import find_scene, list_scenes
@@ -21,7 +21,7 @@ def outline(scene: Scene, handle: int = -1) -> dict[str, dict]:
 
 
 def test_tree_of_the_arm_is_what_vrep_would_show() -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
     hand = {"mount": {}}
     lower = {"tip": {}, "eye": {}, "hand": hand}
     assert outline(scene) == {
@@ -40,7 +40,7 @@ def test_tree_of_the_arm_is_what_vrep_would_show() -> None:
 
 
 def test_leaves_come_first_also_after_the_tree_has_changed() -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
 
     def order() -> list[str]:
         places = scene.leaves_first()
@@ -53,23 +53,23 @@ def test_leaves_come_first_also_after_the_tree_has_changed() -> None:
 
 
 def test_handles_are_small_and_in_tree_order() -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
     assert list(scene.objects) == list(range(1, len(scene.objects) + 1))
     assert [scene.objects[h].name for h in scene.of_kind(ObjectKind.JOINT)] == ["shoulder", "elbow"]
 
 
 def test_force_sensor_stands_between_a_body_and_its_parent() -> None:
-    scene = simulation_of("""<mujoco><worldbody><body name="a"><geom size="1"/><body name="b">
+    scene = world_of("""<mujoco><worldbody><body name="a"><geom size="1"/><body name="b">
         <joint name="j"/><geom size="1"/><site name="f"/></body></body></worldbody>
-        <sensor><force site="f"/><torque site="f"/></sensor></mujoco>""").scene
+        <sensor><force site="f"/><torque site="f"/></sensor></mujoco>""").simulation.scene
     assert outline(scene) == {"a": {"j": {"f": {"b": {}}}}}
     item = scene.get(scene.resolve("f"))
     assert len(item.sensors) == 2
 
 
 def test_site_with_a_rangefinder_is_a_proximity_sensor() -> None:
-    scene = simulation_of("""<mujoco><worldbody><body name="a"><geom size="1"/><site name="ray"/></body></worldbody>
-        <sensor><rangefinder site="ray"/></sensor></mujoco>""").scene
+    scene = world_of("""<mujoco><worldbody><body name="a"><geom size="1"/><site name="ray"/></body></worldbody>
+        <sensor><rangefinder site="ray"/></sensor></mujoco>""").simulation.scene
     item = scene.get_kind(scene.resolve("ray"), ObjectKind.PROXIMITY_SENSOR)
     assert item.sensors == (0,)
     with pytest.raises(
@@ -79,14 +79,14 @@ def test_site_with_a_rangefinder_is_a_proximity_sensor() -> None:
 
 
 def test_unnamed_elements_get_names_and_empty_unnamed_bodies_are_passed_over() -> None:
-    scene = simulation_of("""<mujoco><worldbody><light pos="0 0 1"/><body><body name="b"><joint/><joint type="slide"/>
-        <geom size="1"/><body><geom size="1"/></body></body></body></worldbody></mujoco>""").scene
+    scene = world_of("""<mujoco><worldbody><light pos="0 0 1"/><body><body name="b"><joint/><joint type="slide"/>
+        <geom size="1"/><body><geom size="1"/></body></body></body></worldbody></mujoco>""").simulation.scene
     assert outline(scene) == {"light1": {}, "joint1": {"joint2": {"b": {"shape1": {}}}}}
 
 
 def test_same_name_for_a_body_and_a_camera_stays_unique() -> None:
-    scene = simulation_of("""<mujoco><worldbody><body name="eye"><geom size="1"/><camera name="eye"/></body></worldbody>
-        </mujoco>""").scene
+    scene = world_of("""<mujoco><worldbody><body name="eye"><geom size="1"/><camera name="eye"/></body></worldbody>
+        </mujoco>""").simulation.scene
     assert outline(scene) == {"eye": {"eye_camera": {}}}
 
 
@@ -120,14 +120,14 @@ def test_urdf_keeps_its_links_and_joints() -> None:
     ],
 )
 def test_names_and_paths_lead_to_the_object(text: str, name: str) -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
     assert scene.get(scene.resolve(text)).name == name
 
 
 def test_index_in_a_path_picks_among_equal_aliases() -> None:
-    scene = simulation_of("""<mujoco><worldbody><body name="cup"><geom size="1"/></body>
+    scene = world_of("""<mujoco><worldbody><body name="cup"><geom size="1"/></body>
         <body name="cup#0"><geom size="1"/>
-        </body><body name="cup#1"><geom size="1"/></body></worldbody></mujoco>""").scene
+        </body><body name="cup#1"><geom size="1"/></body></worldbody></mujoco>""").simulation.scene
     assert [scene.get(scene.resolve(f"/cup[{i}]")).name for i in range(3)] == ["cup", "cup#0", "cup#1"]
     assert scene.get(scene.resolve("cup#0")).name == "cup#0"
     assert path_of(scene, scene.resolve("cup#1")) == "/cup[2]"
@@ -136,10 +136,11 @@ def test_index_in_a_path_picks_among_equal_aliases() -> None:
 
 
 def test_listing_has_the_paths_and_looks_at_each_family_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    sim = simulation_of("""<mujoco><worldbody>
+    world = world_of("""<mujoco><worldbody>
         <body name="cup"><geom size="1"/><site name="rim"/><site name="rim#0"/></body>
         <body name="cup#0"><geom size="1"/><body name="spoon"><geom size="1"/></body></body>
         </worldbody></mujoco>""")
+    sim = world.simulation
     families: list[int] = []
     children = Scene.children
     monkeypatch.setattr(
@@ -155,7 +156,7 @@ def test_listing_has_the_paths_and_looks_at_each_family_once(monkeypatch: pytest
 
 
 def test_relative_paths_start_at_the_given_object() -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
     upper = scene.resolve("upper")
     assert scene.resolve("./tip", upper) == scene.resolve("tip")
     assert scene.resolve("..", upper) == scene.resolve("shoulder")
@@ -166,7 +167,7 @@ def test_relative_paths_start_at_the_given_object() -> None:
 
 
 def test_wrong_name_suggests_the_nearest() -> None:
-    scene = arm().scene
+    scene = arm().simulation.scene
     with pytest.raises(UnknownName, match=r"no object named 'Sholder'; did you mean 'shoulder'\?"):
         scene.resolve("Sholder")
     with pytest.raises(UnknownName, match="no name of this scene is close"):
@@ -178,7 +179,7 @@ def test_wrong_name_suggests_the_nearest() -> None:
 
 def test_wrong_handle_names_the_valid_ones() -> None:
     with pytest.raises(UnknownHandle, match=r"no object with handle 99; handles of this scene are 1\.\.14$"):
-        arm().scene.get(99)
+        arm().simulation.scene.get(99)
 
 
 def annotated(custom: str) -> None:
@@ -213,9 +214,10 @@ def test_bad_annotation_names_the_element_and_what_is_valid(custom: str, message
 
 
 def test_annotations_arrive_as_checked_values() -> None:
-    sim = simulation_of("""<mujoco><worldbody><camera name="c"/><camera name="v"/></worldbody><custom>
+    world = world_of("""<mujoco><worldbody><camera name="c"/><camera name="v"/></worldbody><custom>
         <text name="simx:vision:c" data="near=0.01 far=3.5 explicit=no"/><text name="simx:camera:v" data="view=yes"/>
         <text name="other" data="free text"/><numeric name="simx:time_step" data="0.02"/></custom></mujoco>""")
+    sim = world.simulation
     item = sim.scene.get(sim.scene.resolve("c"))
     assert item.annotations == {"vision": {"near": 0.01, "far": 3.5, "explicit": False}}
     assert sim.scene.get(sim.scene.resolve("v")).kind == ObjectKind.CAMERA

@@ -97,7 +97,7 @@ def test_the_operator_s_files_are_loaded_directly_unless_asked(world, client, se
     assert v.simxLoadScene(client, "arm.xml", 0, BLOCKING) == 0
     assert v.simxLoadModel(client, "models/youbot.xml", 0, BLOCKING)[0] == 0
     assert trials == []
-    world.simulation.trials.tries_all = True
+    world.parts.trials.tries_all = True
     assert v.simxLoadScene(client, "arm.xml", 0, BLOCKING) == 0
     assert trials == ["arm.xml"]
 
@@ -198,7 +198,7 @@ def test_a_long_trial_gives_way_to_the_server(monkeypatch: pytest.MonkeyPatch) -
 def test_the_next_file_is_tried_after_the_helper_has_died(world, client, send) -> None:
     send("s.xml", ARM.encode())
     assert v.simxLoadScene(client, "s.xml", 0, BLOCKING) == 0
-    (used,) = world.simulation.trials._pool._idle
+    (used,) = world.parts.trials._pool._idle
     used.kill()
     used._child.wait(10)
     used.is_usable = True

@@ -105,7 +105,7 @@ def test_a_circle_of_files_is_refused_by_the_names_of_them(world, client, put, f
 
 
 def test_a_circle_through_a_file_of_the_operators_is_refused(world, client, put) -> None:
-    own = world.simulation.workspace / "own.xml"
+    own = world.simulation.files.workspace / "own.xml"
     own.write_bytes(ATTACH % b"theirs.xml")
     put(theirs_dot_xml=ATTACH % b"own.xml")
     assert "'own.xml' names 'theirs.xml' names 'own.xml'" in refused(world, client, "own.xml")
@@ -287,7 +287,7 @@ def test_models_together_do_not_get_past_the_limit(world, client, put) -> None:
     ],
 )
 def test_a_pipe_is_refused_wherever_it_is_named(world, client, put, scene) -> None:
-    pipe = world.simulation.workspace / "pipe"
+    pipe = world.simulation.files.workspace / "pipe"
     if not pipe.exists():
         os.mkfifo(pipe)
     put(names_dot_xml=scene)
@@ -295,7 +295,7 @@ def test_a_pipe_is_refused_wherever_it_is_named(world, client, put, scene) -> No
 
 
 def test_a_pipe_is_neither_written_nor_erased_nor_loaded(world, client, put, tmp_path) -> None:
-    pipe = world.simulation.workspace / "pipe.xml"
+    pipe = world.simulation.files.workspace / "pipe.xml"
     os.mkfifo(pipe)
     (tmp_path / "sent").write_bytes(CUBE)
     assert v.simxTransferFile(client, str(tmp_path / "sent"), "pipe.xml", 5000, BLOCKING) == REMOTE_ERROR

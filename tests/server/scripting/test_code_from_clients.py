@@ -115,7 +115,7 @@ def test_script_in_a_clients_scene_does_not_run_and_the_client_is_told(open_worl
     assert v.simxCallScriptFunction(*call)[0] == REMOTE_ERROR
     assert "--allow-code" in errors(client)
     v.simxStopSimulation(client, BLOCKING)
-    world.simulation.scripts.allows_code = True
+    world.parts.scripts.allows_code = True
     assert has_run(client, "evil")
 
 
@@ -300,7 +300,7 @@ def test_code_in_a_call_is_none(open_world):
                 client, "base", 1, name, [1], [1.0], [evil, evil], evil.encode(), BLOCKING
             )
     assert v.simxGetIntegerSignal(client, "evil", BLOCKING)[0] != 0
-    assert not world.simulation.scripts.allows_code
+    assert not world.parts.scripts.allows_code
 
 
 # --- the list ---------------------------------------------------------------------------------------

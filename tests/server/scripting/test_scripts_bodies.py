@@ -75,10 +75,10 @@ def test_body_of_a_customization_script_has_its_own_phases() -> None:
         f"if (sim_call_type==sim_customizationscriptcall_{name}) then print('{name}') end" for name in names
     )
     world = scripted({"lua:customization:base": tests})
-    world.sim.idle()
+    world.parts.idle()
     world.run(1)
     world.sim.pause()
-    world.sim.idle()
+    world.parts.idle()
     world.sim.start()
     world.sim.stop()
     world.sim.close()

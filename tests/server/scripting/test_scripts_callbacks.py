@@ -43,20 +43,20 @@ def test_child_scripts_are_called_from_the_leaves_to_the_roots() -> None:
     order = ("leaf", "left", "right", "base", "plain")
     assert said(world) == [f"{name} {phase}" for phase in ("init", "actuation", "sensing") for name in order]
     world.sim.pause()
-    world.sim.idle()
+    world.parts.idle()
     world.sim.start()
     phases = ("suspend", "suspended", "resume")
     assert said(world) == [f"{name} {phase}" for phase in phases for name in order]
     world.sim.stop()
     assert said(world) == [f"{name} cleanup" for name in order]
-    world.sim.idle()
+    world.parts.idle()
     assert said(world) == []
 
 
 def test_customization_script_lives_from_load_to_close() -> None:
     world = scripted({"lua:customization:base": tell("custom"), "lua:base": tell("child")})
     assert said(world) == ["custom init"]
-    world.sim.idle()
+    world.parts.idle()
     assert said(world) == ["custom nonSimulation"]
     world.run(1)
     assert said(world) == [
@@ -68,7 +68,7 @@ def test_customization_script_lives_from_load_to_close() -> None:
         "custom sensing",
     ]
     world.sim.pause()
-    world.sim.idle()
+    world.parts.idle()
     world.sim.start()
     assert said(world) == [
         f"{name} {phase}" for phase in ("suspend", "suspended", "resume") for name in ("child", "custom")
@@ -77,7 +77,7 @@ def test_customization_script_lives_from_load_to_close() -> None:
     assert said(world) == ["child cleanup", "custom afterSimulation"]
     world.sim.close()
     assert said(world) == ["custom cleanup"]
-    assert world.sim.on_idle == []
+    assert not world.parts.scripts.want_idle
 
 
 def test_customization_script_keeps_its_values_and_its_changes_before_a_start_stay() -> None:
@@ -178,15 +178,15 @@ def test_script_of_what_is_added_and_removed_while_running() -> None:
     said(world)
     world.call("simxCopyPasteObjects", [world.handle("plain")])
     assert said(world) == ["one init", "custom init"]
-    world.sim.advance()
+    world.parts.step()
     assert (
         said(world)
         == ["one actuation"] * 2 + ["custom actuation"] * 2 + ["one sensing"] * 2 + ["custom sensing"] * 2
     )
-    handles = [script.handle for script in world.sim.scripts.all()]
+    handles = [script.handle for script in world.parts.scripts.all()]
     assert len(set(handles)) == 4
     world.sim.stop()
-    assert len(world.sim.scripts.all()) == 2
+    assert len(world.parts.scripts.all()) == 2
 
 
 def test_script_that_ends_its_own_object_or_the_run_is_no_harm() -> None:
@@ -267,7 +267,7 @@ def test_joint_callback_controls_the_motor_before_each_physics_step() -> None:
     world.run(0)
     world.call("simxSetJointTargetPosition", hinge, 1.0)
     for _ in range(10):
-        world.sim.advance()
+        world.parts.step()
     assert said(world) == [f"first, 1, {world.sim.substeps}, true"]
     assert call(world, "count", on="hinge")[0] == [10 * world.sim.substeps]
     # x' = 2 (1 - x): 1 - exp(-1) after half a second
@@ -308,7 +308,7 @@ def test_joint_callback_with_an_error_leaves_the_joint_to_its_own_controller() -
     world.run(0)
     world.call("simxSetJointTargetPosition", world.handle("hinge"), 0.5)
     for _ in range(30):
-        world.sim.advance()
+        world.parts.step()
     assert "is stopped" in said(world)[-1]
     assert world.call("simxGetJointPosition", world.handle("hinge")) == pytest.approx(0.5, abs=1e-3)
 
@@ -349,10 +349,10 @@ def test_a_script_that_is_switched_off_is_not_called_until_it_is_on_again() -> N
     world.run(1)
     assert said(world) == ["init", "thread", "1"]
     assert call(world, "switch", [0], [], [], b"")[0] == [1]
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == []
     call(world, "switch", [1], [], [], b"")
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["thread", "2"]
     call(world, "switch", [0], [], [], b"")
     world.sim.stop()

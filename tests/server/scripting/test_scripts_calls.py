@@ -63,7 +63,7 @@ def test_the_tutorials_gripper_script_runs_as_it_stands(tmp_path: Path) -> None:
     assert world.call("simxGetJointPosition", motor) == pytest.approx(0.5 * 0.05, abs=2e-3)
     assert call(world, "rg2Close") == ([], [pytest.approx(-0.05)], [], b"")
     for _ in range(10):
-        world.sim.advance()
+        world.parts.step()
     assert world.call("simxGetJointPosition", motor) == pytest.approx(0.0, abs=4e-3)
     assert call(world, "rg2Open") == ([], [pytest.approx(0.05)], [], b"")
     world.call("simxStopSimulation")
@@ -121,7 +121,7 @@ def test_bad_results_and_errors_are_explained(tmp_path: Path) -> None:
 
 def test_endless_function_is_stopped_and_the_next_call_works(tmp_path: Path) -> None:
     world = scene(tmp_path, ECHO)
-    world.sim.scripts.time_limit = 0.1
+    world.parts.scripts.time_limit = 0.1
     world.run()
     with pytest.raises(CommandError, match="took too long and was stopped"):
         call(world, "endless")
@@ -187,7 +187,7 @@ def test_script_lives_from_start_to_stop(tmp_path: Path) -> None:
         assert world.call("simxGetFloatSignal", "actuated") == pytest.approx(0.1)
         assert world.call("simxGetFloatSignal", "step") == 0.05
         world.call("simxStopSimulation")
-        assert world.sim.status_bar.messages[-1] == "cleaned up after, 3"
+        assert world.parts.status_bar.messages[-1] == "cleaned up after, 3"
         assert world.call("simxGetObjectPosition", world.handle("RG2"), -1) == [0, 0, 0]
         with pytest.raises(CommandError):
             world.call("simxGetStringSignal", "mine")
@@ -202,7 +202,7 @@ def test_error_stops_that_script_only_until_the_next_start(tmp_path: Path) -> No
         CommandError, match=r"was stopped by an error: first\.lua:1: sim\.noSuchFunction: is not provided"
     ):
         call(world, "echo")
-    assert "sim.noSuchFunction" in world.sim.status_bar.messages[-1]
+    assert "sim.noSuchFunction" in world.parts.status_bar.messages[-1]
     assert call(world, "echo", on="RG2#0") == ([], [], [], b"")
     world.call("simxStopSimulation")
     (tmp_path / "first.lua").write_text(ECHO, encoding="utf-8")
@@ -226,7 +226,7 @@ def test_script_of_a_removed_object_ends(tmp_path: Path) -> None:
     world = scene(tmp_path, ECHO, ECHO)
     world.run()
     world.call("simxRemoveObject", world.handle("RG2#0"))
-    world.sim.advance()
+    world.parts.step()
     with pytest.raises(CommandError):
         call(world, "echo", on="RG2#0")
     assert call(world, "echo") == ([], [], [], b"")
@@ -260,7 +260,7 @@ def test_sim_functions_give_what_clients_get(tmp_path: Path) -> None:
     assert ints == [-1, 0, 3, 3]
     assert floats == pytest.approx([2, 0, 0, 0, 1, 0.02])
     assert strings == ["plain"]
-    assert world.sim.status_bar.messages[-1] == "[RG2:info] logged"
+    assert world.parts.status_bar.messages[-1] == "[RG2:info] logged"
     for function, text in (
         ("bad", r"sim\.setJointTargetVelocity: argument 1 \(joint\) must be a number, got 'a'"),
         ("nothing", r"argument 1 \(joint\) must be a number, got nothing"),
@@ -293,7 +293,7 @@ def test_shipped_gripper_script_obeys_its_signal() -> None:
     motor = world.handle("RG2_openCloseJoint")
     world.run()
     world.call("simxSetIntegerSignal", "RG2_open", 0)
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.joints.target_velocity(motor) == pytest.approx(-0.05)
     assert call(world, "rg2Open") == ([], [pytest.approx(0.05)], [], b"")
 
@@ -304,7 +304,7 @@ def test_every_kind_of_script_is_a_target_by_type_or_handle() -> None:
         {"lua:base": answers % 1, "lua:customization:base": answers % 6, "lua:main": answers % 0}
     )
     world.run()
-    scripts = world.sim.scripts.all()
+    scripts = world.parts.scripts.all()
     assert all(script.handle > 1_000_000 for script in scripts)
     for script in scripts:
         by_handle = world.call("simxCallScriptFunction", "", script.handle, "where", [], [], [], b"")

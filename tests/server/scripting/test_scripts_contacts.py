@@ -158,8 +158,8 @@ def test_two_simulations_of_one_process_have_their_own_answers(worlds: list[Worl
     for world in (first, second):
         world.sim.start()
     for _ in range(12):
-        first.sim.advance()
-        second.sim.advance()
+        first.parts.step()
+        second.parts.step()
     assert height(first, "ghost") < -0.5 < 0.09 < height(first, "solid")
     assert height(second, "solid") < -0.5 < 0.09 < height(second, "ghost")
     first.sim.stop()

@@ -56,7 +56,7 @@ def test_a_loop_that_waits_for_a_remote_call_gives_way(wait: str) -> None:
     world.run(3)
     assert said(world) == []
     call(world, "give", [1], [], [], b"")
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["gone, 0.15"]
 
 
@@ -85,7 +85,7 @@ def test_threads_of_the_server_give_way_too(language: str, source: str) -> None:
     world = scripted({f"{language}:base": source + give})
     world.run(2)
     call(world, "give", [], [], [], b"")
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["gone, 0.1"]
     world.sim.stop()  # which ends the process of a script in Python
 
@@ -102,7 +102,7 @@ def test_the_number_of_turns_is_the_same_in_each_run_and_follows_the_timing() ->
         counts.append([])
         world.run(0)
         for _ in range(4):
-            world.sim.advance()
+            world.parts.step()
             counts[-1].append(call(world, "give", [0], [], [], b"")[0][0])
     assert counts[0] == counts[1]
     first, second, third, fourth = counts[0]

@@ -82,7 +82,7 @@ def begin(worlds: list[RealWorld], folder: Path, script: str, limit: float = 1.0
     (folder / "bad.lua").write_text(script, encoding="utf-8")
     world = ThreadedWorld(folder / "scene.xml")
     worlds.append(world)
-    world.simulation.scripts.time_limit = limit
+    world.parts.scripts.time_limit = limit
     return world
 
 
@@ -142,7 +142,7 @@ class Asking:
         self._link.greet(1.0)
         self._question = encode(Batch(0, 0, [Call(1, 0, 0, "simxGetJointPosition", [joint])]))
         self.answered = 0
-        world.simulation.serve_others = self._serve
+        world.simulation.interruptions.serve_others = self._serve
 
     def _serve(self) -> None:
         self._engine.submit(self._link.client, self._question)

@@ -83,10 +83,10 @@ def test_signals_drive_a_thread() -> None:
     world.run(2)
     assert said(world) == []
     world.call("simxSetIntegerSignal", "go", 7)
-    world.sim.advance()
-    world.sim.advance()
+    world.parts.step()
+    world.parts.step()
     world.call("simxSetStringSignal", "go", b"word")
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["7 0.10", "word 0.20"]
 
 
@@ -109,9 +109,9 @@ def test_calls_of_sim_give_way_by_themselves_unless_that_is_switched_off() -> No
     world.run(3)
     assert said(world) == []
     world.call("simxSetIntegerSignal", "quiet", 1)
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["0, false, 0.15"]
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.is_running
 
 
@@ -125,7 +125,7 @@ def test_calls_of_sim_give_way_by_themselves_unless_that_is_switched_off() -> No
 )
 def test_endless_thread_that_cannot_give_way_is_stopped_by_its_limit(body: str) -> None:
     world = scripted({"lua:base": f"function sysCall_thread() {body} end", "lua:plain": "x = 1"})
-    world.sim.scripts.time_limit = 0.1
+    world.parts.scripts.time_limit = 0.1
     world.run(2)
     assert "took too long" in said(world)[-1]
 
@@ -205,7 +205,7 @@ def test_error_in_a_thread_ends_its_script() -> None:
     )
     world.run(1)
     assert said(world) == []
-    world.sim.advance()
+    world.parts.step()
     assert "is stopped: base.lua:3: attempt to perform arithmetic on a nil value" in said(world)[-1]
 
 
@@ -227,7 +227,7 @@ def test_functions_of_a_waiting_script_can_be_called() -> None:
     with pytest.raises(Exception, match="works only in a thread"):
         call(world, "hold")
     call(world, "give", [5], [], [], b"")
-    world.sim.advance()
+    world.parts.step()
     assert said(world) == ["given, 5"]
 
 
@@ -241,10 +241,10 @@ def test_threads_of_customization_scripts_go_on_while_stopped() -> None:
             """
         }
     )
-    world.sim.idle()
+    world.parts.idle()
     world.run(1)
     world.sim.stop()
-    world.sim.idle()
+    world.parts.idle()
     assert said(world) == ["step 1", "step 2", "step 3"]
 
 

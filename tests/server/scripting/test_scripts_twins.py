@@ -54,14 +54,14 @@ def trace_of(folder: Path, script: Path, passes: int, visit: Visitor) -> list[An
     world.run(0)
     for number in range(passes):
         trace.append(visit(world, number))
-        world.sim.advance()
+        world.parts.step()
         trace.append(world.call("simxGetJointPosition", motor))
         trace.append(world.call("simxGetJointMaxForce", motor))
         trace.append(world.call("simxGetObjectPosition", plain, -1))
         trace.append(world.call("simxGetObjectOrientation", plain, -1))
     world.call("simxStopSimulation")
-    trace += [message.replace(script.name, "script") for message in world.sim.status_bar.messages]
-    assert not [message for message in world.sim.status_bar.messages if "is stopped:" in message]
+    trace += [message.replace(script.name, "script") for message in world.parts.status_bar.messages]
+    assert not [message for message in world.parts.status_bar.messages if "is stopped:" in message]
     return trace
 
 
@@ -77,11 +77,11 @@ def open_and_close(world: World, number: int) -> Any:
 
 
 def watch_ready(world: World, _number: int) -> Any:
-    return world.sim.signals.get_integer("ready")
+    return world.parts.signals.get_integer("ready")
 
 
 def command(world: World, number: int) -> Any:
-    signals = world.sim.signals
+    signals = world.parts.signals
     orders = {1: b"o", 3: b"p", 4: b"qm", 5: b"m?m", 7: b"cp", 9: b"q"}
     if number in orders:
         world.call("simxSetStringSignal", "commands", orders[number])
@@ -133,16 +133,16 @@ def python_world(folder: Path, source: str) -> World:
 
 def test_endless_script_ends_alone_and_begins_again_at_the_next_start(tmp_path: Path) -> None:
     world = python_world(tmp_path, "def sysCall_actuation():\n    while True:\n        pass\ndef f(*a): pass")
-    world.sim.scripts.time_limit = 0.1
+    world.parts.scripts.time_limit = 0.1
     for _ in range(2):
         world.run(3)
         assert re.search(
-            r"mine\.py(:[23])?: took too long and was stopped", world.sim.status_bar.messages[-1]
+            r"mine\.py(:[23])?: took too long and was stopped", world.parts.status_bar.messages[-1]
         )
         with pytest.raises(CommandError, match=r"was stopped by an error: .*took too long"):
             call(world, "f")
         world.call("simxStopSimulation")
-    assert world.sim.status_bar.count == 2
+    assert world.parts.status_bar.count == 2
 
 
 def test_script_killed_in_a_clients_call_is_told_in_the_next_pass(tmp_path: Path) -> None:
@@ -150,9 +150,9 @@ def test_script_killed_in_a_clients_call_is_told_in_the_next_pass(tmp_path: Path
     world.run(1)
     with pytest.raises(CommandError, match=r"mine\.py: its process ended by itself \(exit code 4\)"):
         call(world, "f")
-    assert world.sim.status_bar.count == 0
-    world.sim.advance()
-    assert "is stopped: mine.py: its process ended by itself" in world.sim.status_bar.messages[-1]
+    assert world.parts.status_bar.count == 0
+    world.parts.step()
+    assert "is stopped: mine.py: its process ended by itself" in world.parts.status_bar.messages[-1]
     world.call("simxStopSimulation")
 
 

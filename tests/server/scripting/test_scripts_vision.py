@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from handler_calls import PaintingThread, World
-from real_world import RealWorld, handle_of, start_stepped, step
+from handler_calls import PaintingThread, QuickPainter, World
+from real_world import RealWorld, handle_of, render_with, start_stepped, step
 from scripted_world import said, scripted
-from test_sim_api_vision import QuickPainter
 
 import simx_client as vrep
 
@@ -115,7 +114,7 @@ def eyes(painter: PaintingThread | None = None, **scripts: str) -> World:
     """Scripts by the names of their sensors."""
     world = scripted({f"lua:{name}": text for name, text in scripts.items()}, body=EYES, custom=EYE_NOTES)
     world.painter = painter or QuickPainter()
-    world.sim.rendering = world.painter  # type: ignore[assignment]
+    render_with(world, world.painter)
     return world
 
 
@@ -154,7 +153,7 @@ def test_packets_follow_the_statistics_until_the_next_pass_and_end_with_the_run(
         detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
         assert (detects, [len(packet) for packet in packets], packets[1]) == (n == 2, [15, 2, 0], [n, 7])
         assert said(world)[-1].startswith("1, " if n == 2 else "0, ")
-        world.sim.advance()
+        world.parts.step()
     world.sim.stop()
     with pytest.raises(Exception, match="has not been handled yet"):
         world.call("simxReadVisionSensor", world.handle("eye"))
@@ -170,7 +169,7 @@ def test_a_sensor_handled_explicitly_is_judged_when_it_is_handled() -> None:
     )
     world.run(1)
     assert said(world) == []
-    world.sim.advance()
+    world.parts.step()
     assert [line[:6] for line in said(world)] == ["judged", "1, {0."]
 
 
@@ -252,7 +251,7 @@ def sysCall_vision(inData):
         body=EYES,
         custom=EYE_NOTES,
     )
-    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    render_with(world, QuickPainter())
     world.run(1)
     detects, packets = world.call("simxReadVisionSensor", world.handle("eye"))
     assert (detects, packets[1]) == (True, [1.5])

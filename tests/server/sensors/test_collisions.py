@@ -114,7 +114,7 @@ def test_hollow_mesh_is_measured_as_the_surface_it_is(world: World) -> None:
     # MuJoCo moves a mesh's origin to its centre of mass, so the floor of the bowl is asked for.
     bottom = min(
         world.sim.data.geom_xmat[g].reshape(3, 3)[2] @ vertex + world.sim.data.geom_xpos[g][2]
-        for g in world.sim.instants.now().geoms_of([world.handle("bowl")])
+        for g in world.parts.instants.now().geoms_of([world.handle("bowl")])
         for vertex in world.sim.model.mesh_vert
     )
     assert gap(world, "pea", "bowl") == pytest.approx(0.5 - 0.2 - bottom, abs=1e-2)
@@ -137,7 +137,7 @@ def test_collections_have_handles_and_count_as_entities(world: World) -> None:
 
 def test_members_follow_the_tree(world: World) -> None:
     def members(name: str) -> set[str]:
-        handles = world.sim.collections.members(entity(world, name))
+        handles = world.parts.collections.members(entity(world, name))
         return {world.sim.scene.get(handle).name for handle in handles}
 
     assert members("movers") == {"ball", "mark", "pair", "rider"}
@@ -166,7 +166,7 @@ def test_registered_objects_leave_out_even_a_single_shape_that_is_not_to_be_meas
     assert world.call("simxReadCollision", touch) is True
     assert world.call("simxReadDistance", gap_handle) == 0.0
     world.call("simxSetModelProperty", world.handle("box"), 0x1 | 0x2)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxReadCollision", touch) is False
     assert world.call("simxReadDistance", gap_handle) > 1e36
 
@@ -230,7 +230,7 @@ def test_registered_objects_are_handled_in_each_pass(world: World) -> None:
     place(world, "box", 1.2, 0, 0)
     assert world.call("simxReadCollision", touch) is False
     assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxReadCollision", touch) is True
     assert world.call("simxReadDistance", distance) == 0.0
     world.call("simxStopSimulation")
@@ -245,10 +245,10 @@ def test_explicit_registered_objects_wait_for_their_script(world: World) -> None
     with pytest.raises(CommandError, match="has not been handled yet"):
         world.call("simxReadCollision", collision)
     assert world.call("simxReadDistance", distance) > 1e36
-    assert world.sim.meters.collisions.handle(collision) is False
-    assert world.sim.meters.distances.handle(distance) == pytest.approx(1.0)
+    assert world.parts.meters.collisions.handle(collision) is False
+    assert world.parts.meters.distances.handle(distance) == pytest.approx(1.0)
     place(world, "box", 1.2, 0, 0)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxReadCollision", collision) is False
     assert world.call("simxReadDistance", distance) == pytest.approx(1.0)
 
@@ -258,17 +258,17 @@ def test_with_handling_switched_off_the_last_results_go_with_the_next_pass(world
     asked = world.call("simxGetDistanceHandle", "asked")
     world.run()
     assert world.call("simxReadCollision", touch) is False
-    assert world.sim.meters.distances.handle(asked) == pytest.approx(1.0)
+    assert world.parts.meters.distances.handle(asked) == pytest.approx(1.0)
     for number in (2, 3):
         world.call("simxSetBooleanParameter", number, False)
     assert world.call("simxReadCollision", touch) is False
-    world.sim.advance()
+    world.parts.step()
     with pytest.raises(CommandError, match="has not been handled yet"):
         world.call("simxReadCollision", touch)
     assert world.call("simxReadDistance", asked) == pytest.approx(1.0)
-    assert world.sim.meters.distances.handle(asked) is None
+    assert world.parts.meters.distances.handle(asked) is None
     assert world.call("simxReadDistance", asked) > 1e36
-    assert world.sim.meters.collisions.handle(touch) is False
+    assert world.parts.meters.collisions.handle(touch) is False
 
 
 def test_registered_object_goes_with_what_it_measures(world: World) -> None:
@@ -280,7 +280,7 @@ def test_registered_object_goes_with_what_it_measures(world: World) -> None:
     with pytest.raises(CommandError, match=f"no distance object with handle {gap_handle}"):
         world.call("simxReadDistance", gap_handle)
     assert world.call("simxGetCollisionHandle", "touch"), "the collection has other members"
-    world.sim.advance()
+    world.parts.step()
     world.call("simxStopSimulation")
     assert world.call("simxGetDistanceHandle", "gap") == gap_handle
 

@@ -23,7 +23,7 @@ from simx_client.protocol.reports import Metrics
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
 from simx_server.sensors.vision.image import CameraView
-from simx_server.sensors.vision.warm_up import keep_warm, warm_up
+from simx_server.sensors.vision.warm_up import WarmUp, warm_up
 
 __all__ = ["opengl_name"]
 
@@ -81,21 +81,21 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
         (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
     world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
-    keep_warm(world.simulation)
+    world.simulation.attach(WarmUp(world.parts))
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()
 
 
 def test_a_server_without_cameras_makes_no_renderer(world: RealWorld) -> None:
-    assert warm_up(world.simulation) is None
-    world.simulation.load(world.simulation.workspace / "plain.xml")
-    assert not world.simulation.rendering.is_begun
+    assert warm_up(world.parts) is None
+    world.simulation.load(world.simulation.files.workspace / "plain.xml")
+    assert not world.parts.rendering.is_begun
 
 
 def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[list[int]] = []
-    rendering = world.simulation.rendering
+    rendering = world.parts.rendering
     prepare = rendering.prepare
 
     def noting(model: Any, data: Any, views: Sequence[CameraView], *, version: Any) -> Future[None]:
@@ -103,7 +103,7 @@ def test_another_scene_with_cameras_is_warmed_up(world: RealWorld, monkeypatch: 
         return prepare(model, data, views, version=version)
 
     monkeypatch.setattr(rendering, "prepare", noting)
-    world.simulation.load(world.simulation.workspace / "eyes.xml")
+    world.simulation.load(world.simulation.files.workspace / "eyes.xml")
     assert drawn == [[0, 1]]
 
 
@@ -112,11 +112,11 @@ def test_the_first_vision_sensor_that_a_client_makes_is_warmed_up_and_further_ed
 ) -> None:
     client = world.client()
     vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
-    assert not world.simulation.rendering.is_begun
-    eyes = str(world.simulation.workspace / "eyes.xml")
+    assert not world.parts.rendering.is_begun
+    eyes = str(world.simulation.files.workspace / "eyes.xml")
     assert vrep.simxLoadModel(client, eyes, 0, vrep.simx_opmode_blocking)[0] == vrep.simx_return_ok
-    assert world.simulation.rendering.is_begun
-    monkeypatch.setattr(world.simulation.rendering, "prepare", pytest.fail)
+    assert world.parts.rendering.is_begun
+    monkeypatch.setattr(world.parts.rendering, "prepare", pytest.fail)
     vrep.simxCreateDummy(client, 0.1, None, vrep.simx_opmode_blocking)
 
 

@@ -72,7 +72,7 @@ def test_broken_sensor_lets_go_and_stays_itself() -> None:
     assert tree(world.sim.scene) == before
     assert read(world) == (2, [0.0] * 3, [0.0] * 3)
     for _ in range(4):
-        world.sim.advance()
+        world.parts.step()
     assert height(world, "weight") == FALLEN
     assert height(world, "hook") == pytest.approx(height(world, "weight") - 0.1, abs=1e-3)
     assert height(world, "cell") == 1.0
@@ -86,7 +86,7 @@ def test_stop_mends_what_was_broken() -> None:
     world.run(2)
     for name in ("cell", "elbow", "mount"):
         break_sensor(world, name)
-    world.sim.advance()
+    world.parts.step()
     world.call("simxStopSimulation")
     assert tree(world.sim.scene) == before
     assert np.array_equal(world.sim.data.qpos, state)
@@ -104,10 +104,10 @@ def test_joint_in_front_of_a_broken_sensor_stays_behind() -> None:
     speed = world.call("simxGetObjectVelocity", world.handle("arm"))[1][1]
     break_sensor(world, "elbow")
     assert world.call("simxGetJointPosition", hinge) == pytest.approx(swing)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxGetObjectVelocity", world.handle("arm"))[1][1] >= speed
     for _ in range(3):
-        world.sim.advance()
+        world.parts.step()
     assert height(world, "arm") < 0.95
     assert height(world, "elbow") == pytest.approx(1.0, abs=1e-6)
 
@@ -117,11 +117,11 @@ def test_what_was_attached_to_a_sensor_falls_off() -> None:
     world.sim.start()
     ball = world.handle("ball")
     world.call("simxSetObjectParent", ball, world.handle("mount"), True)
-    world.sim.advance()
+    world.parts.step()
     assert height(world, "ball") == pytest.approx(1.0, abs=1e-4)
     break_sensor(world, "mount")
     for _ in range(4):
-        world.sim.advance()
+        world.parts.step()
     assert height(world, "ball") == FALLEN
     assert world.call("simxGetObjectParent", ball) == world.handle("mount")
 
@@ -139,7 +139,7 @@ def test_load_beyond_the_threshold_breaks_after_so_many_passes() -> None:
     world = world_with('<text name="simx:force:cell" data="max_force=20 violations=3"/>')
     world.run(2)
     assert read(world)[0] == 1
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[0] == 2
     stronger = world_with('<text name="simx:force:cell" data="max_force=21 max_torque=5 violations=1"/>')
     stronger.run(5)
@@ -150,12 +150,12 @@ def test_filter_needs_its_samples_and_takes_the_middle_one() -> None:
     world = world_with('<text name="simx:force:cell" data="samples=3 filter=median"/>')
     world.run(2)
     assert read(world) == (0, [0.0] * 3, [0.0] * 3)
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[:2] == (1, FORCE)
     world.call("simxSetArrayParameter", 0, [0.0, 0.0, -1.0])
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[:2] == (1, FORCE)
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[1] == [0, 0, pytest.approx(-2.1, abs=1e-3)]
 
 
@@ -163,7 +163,7 @@ def test_average_is_taken_over_the_samples() -> None:
     world = world_with('<text name="simx:force:cell" data="samples=2"/>')
     world.run(2)
     world.call("simxSetArrayParameter", 0, [0.0, 0.0, 0.0])
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[1][2] == pytest.approx(-2.1 * 9.81 / 2, rel=1e-2)
 
 
@@ -171,5 +171,5 @@ def test_without_dynamics_there_are_no_values() -> None:
     world = world_with()
     world.run(2)
     world.call("simxSetBooleanParameter", 6, False)
-    world.sim.advance()
+    world.parts.step()
     assert read(world) == (0, [0.0] * 3, [0.0] * 3)

@@ -160,5 +160,5 @@ def test_scripts_set_the_mode_by_its_name(tmp_path: Path) -> None:
     eye, number = "local eye = sim.getObjectHandle('eye')\n", "eye, sim.visionintparam_render_mode"
     world.lua(f"{eye} sim.setObjectInt32Param({number}, sim.rendermode_colorcoded)")
     assert world.lua(f"{eye} return sim.getObjectInt32Param({number})") == [2]
-    assert world.sim.vision.settings(world.handle("eye")).shows_handles
+    assert world.parts.vision.settings(world.handle("eye")).shows_handles
     world.fails(f"{eye} sim.setObjectInt32Param({number}, sim.rendermode_povray)", "not available")

@@ -61,7 +61,7 @@ def test_sensor_does_not_see_beyond_its_range() -> None:
     world = World(RANGE)
     world.run()
     world.call("simxSetObjectPosition", world.handle("obstacle"), -1, [2.2, 0.0, 0.5])
-    world.sim.advance()
+    world.parts.step()
     assert read(world, "ahead")[0] is False
 
 
@@ -71,7 +71,7 @@ def test_reading_belongs_to_the_last_pass_not_to_what_was_moved_since() -> None:
     before = read(world, "ahead")
     world.call("simxSetObjectPosition", world.handle("obstacle"), -1, [1.9, 0.0, 0.5])
     assert read(world, "ahead") == before
-    world.sim.advance()
+    world.parts.step()
     assert read(world, "ahead")[1] == pytest.approx([0, 0, 1.4], abs=1e-6)
 
 
@@ -83,7 +83,7 @@ def test_sensor_that_was_not_handled_is_an_error_also_after_a_stop() -> None:
         world.sim.start()
         with pytest.raises(CommandError, match="not been handled"):
             read(world, "ahead")
-        world.sim.advance()
+        world.parts.step()
         assert read(world, "ahead")[0] is True
         world.call("simxStopSimulation")
 
@@ -93,9 +93,9 @@ def test_explicit_sensor_waits_for_its_script() -> None:
     world.run()
     with pytest.raises(CommandError, match="explicitly"):
         read(world, "asked")
-    assert world.sim.proximity.handle(world.handle("asked")) is not None
+    assert world.parts.proximity.handle(world.handle("asked")) is not None
     assert read(world, "asked")[2] == world.handle("obstacle")
-    world.sim.advance()
+    world.parts.step()
     assert read(world, "asked")[0] is True
 
 
@@ -105,14 +105,14 @@ def test_with_handling_switched_off_the_last_result_goes_with_the_next_pass() ->
     before = read(world, "ahead")
     world.call("simxSetBooleanParameter", 9, False)
     assert read(world, "ahead") == before
-    world.sim.advance()
+    world.parts.step()
     with pytest.raises(CommandError, match="has not been handled yet"):
         read(world, "ahead")
-    assert world.sim.proximity.handle(world.handle("ahead")) is None
+    assert world.parts.proximity.handle(world.handle("ahead")) is None
     with pytest.raises(CommandError, match="has not been handled yet"):
         read(world, "ahead")
     world.call("simxSetBooleanParameter", 9, True)
-    world.sim.advance()
+    world.parts.step()
     assert read(world, "ahead") == before
 
 

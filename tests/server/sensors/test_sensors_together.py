@@ -81,10 +81,10 @@ def assert_same(one: Detection | None, other: Detection | None) -> None:
 @given(look=st.sampled_from(LOOKS), seed=st.integers(0, 2**32 - 1))
 def test_together_each_detects_what_it_detects_alone(look: str, seed: int) -> None:
     world = ring(look, seed)
-    sensors, eyes = world.sim.proximity, eyes_of(world)
+    sensors, eyes = world.parts.proximity, eyes_of(world)
     for eye in eyes:
         sensors.read(eye)
-    world.sim.advance()
+    world.parts.step()
     for eye in eyes:
         assert_same(sensors.read(eye), sensors.check(eye, ALL))
 
@@ -94,7 +94,7 @@ def test_together_each_detects_what_it_detects_alone(look: str, seed: int) -> No
 def test_what_is_dropped_beforehand_would_not_be_detected(look: str, seed: int) -> None:
     """The nearest of what is detected of each shape alone; curved ones are compared by their triangles (5 %)."""
     world = ring(look, seed)
-    sensors = world.sim.proximity
+    sensors = world.parts.proximity
     shapes = [world.handle(f"thing{number}") for number in range(10)] + [
         world.handle("floor"),
         world.handle("field"),
@@ -120,15 +120,15 @@ def test_only_sensors_that_were_read_before_are_computed(monkeypatch: pytest.Mon
     monkeypatch.setattr(proximity, "detect_all", counted)
     first, second, *_ = eyes = eyes_of(world)
     for eye in (first, second):
-        world.sim.proximity.read(eye)
+        world.parts.proximity.read(eye)
     assert counts == [1, 1]
-    world.sim.advance()
-    world.sim.advance()
+    world.parts.step()
+    world.parts.step()
     for eye in eyes:
-        world.sim.proximity.read(eye)
+        world.parts.proximity.read(eye)
     assert counts[2:] == [2, 1, 1, 1, 1]
     counts.clear()
-    world.sim.advance()
-    world.sim.proximity.reset(second)
-    world.sim.proximity.read(first)
+    world.parts.step()
+    world.parts.proximity.reset(second)
+    world.parts.proximity.read(first)
     assert counts == [COUNT - 1]

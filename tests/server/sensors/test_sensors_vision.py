@@ -69,7 +69,7 @@ def draw(world: World, name: str, pixels: bytes = DRAWN, options: int = 0) -> No
 
 def test_cameras_that_nobody_reads_are_not_rendered(world: World) -> None:
     for _ in range(10):
-        world.sim.advance()
+        world.parts.step()
     assert world.painter.views == []
 
 
@@ -103,7 +103,7 @@ def test_set_image_is_what_statistics_are_made_of_and_depth_stays(world: World) 
     assert found[11] == int(red.mean()) / 255
     assert (found[4], found[9], found[14]) == pytest.approx((0.0, 1.0, 0.5))
     assert depth(world, "eye") == before
-    world.sim.advance()
+    world.parts.step()
     assert packet(world, "eye")[1] == 0.0
 
 
@@ -111,7 +111,7 @@ def test_set_image_shows_on_a_depth_sensor_too(world: World) -> None:
     draw(world, "depth_eye")
     assert image(world, "depth_eye") == DRAWN
     assert packet(world, "depth_eye")[1] == 100 / 255
-    world.sim.advance()
+    world.parts.step()
     assert image(world, "depth_eye") != DRAWN
 
 
@@ -121,12 +121,12 @@ def test_external_input_stays_and_nothing_is_rendered(world: World) -> None:
         packet(world, "fed")
     draw(world, "fed")
     for _ in range(3):
-        world.sim.advance()
+        world.parts.step()
     assert image(world, "fed") == DRAWN
     assert image(world, "fed", 1) == bytes(range(101, 125, 3))
     assert packet(world, "fed")[1] == 100 / 255
     assert depth(world, "fed") == [1.0] * 8
-    world.sim.vision.handle(world.handle("fed"))
+    world.parts.vision.handle(world.handle("fed"))
     assert image(world, "fed") == DRAWN
     assert not world.painter.views
     world.call("simxStopSimulation")
@@ -137,11 +137,11 @@ def test_explicit_sensor_shows_what_came_last(world: World) -> None:
     with pytest.raises(CommandError, match="not been handled"):
         packet(world, "asked")
     draw(world, "asked")
-    world.sim.advance()
+    world.parts.step()
     assert image(world, "asked") == DRAWN
     assert packet(world, "asked")[1] == 100 / 255
     assert depth(world, "asked") == [1.0] * 8
-    world.sim.vision.handle(world.handle("asked"))
+    world.parts.vision.handle(world.handle("asked"))
     world.painter.paint()
     assert image(world, "asked") == bytes(range(24))
     draw(world, "asked")
@@ -197,7 +197,7 @@ def test_switched_off_handling_shows_the_background(world: World) -> None:
     assert depth(world, "eye") == [1.0] * 8
     with pytest.raises(CommandError, match="unless that is switched off"):
         packet(world, "eye")
-    world.sim.vision.handle(world.handle("asked"))
+    world.parts.vision.handle(world.handle("asked"))
     with pytest.raises(CommandError, match="not been handled"):
         packet(world, "asked")
 

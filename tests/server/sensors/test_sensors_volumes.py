@@ -179,7 +179,7 @@ def test_entity_restricts_what_is_detected() -> None:
     eye = world.handle("eye")
     assert world.call("simxGetObjectIntParameter", eye, 4002) == world.handle("far")
     world.call("simxSetObjectIntParameter", eye, 4002, -1)
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[2] == world.handle("thing")
     assert world.call("simxGetObjectIntParameter", eye, 4001) == 34
 
@@ -201,7 +201,7 @@ def test_undetectable_shape_and_model_are_looked_through() -> None:
     world.run()
     assert read(world)[2] == world.handle("wall")
     world.call("simxSetModelProperty", world.handle("wall"), 0x8)
-    world.sim.advance()
+    world.parts.step()
     assert not read(world)[0]
 
 
@@ -210,7 +210,7 @@ def test_first_reader_gets_the_last_pass_too() -> None:
     world = scene("range=2", '<geom type="box" size="0.1 0.1 0.1" pos="0.5 0 0"/>')
     world.call("simxSetObjectPosition", world.handle("thing"), -1, [0.5, 0.0, 0.0])
     assert read(world)[1] == pytest.approx([0, 0, 0.4])
-    world.sim.advance()
+    world.parts.step()
     assert read(world)[1] == pytest.approx([0, 0, 0.9])
 
 

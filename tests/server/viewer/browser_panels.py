@@ -43,7 +43,7 @@ class Stage:
         self.world, self.client, self.gui = world, client, browser.gui
         self.hands = cast(Hands, Direct(Client.of(client)))
         self._feed = Feed(world.engine, "test", [19997])
-        world.simulation.scripts.add_ons[ADD_ON] = self._feed
+        world.parts.scripts.add_ons[ADD_ON] = self._feed
         self._known = -1
         self.panel: Panel | None = None
 

@@ -42,7 +42,7 @@ class Told:
     """A world, what its feed says, and a mirror that follows."""
 
     def __init__(self, world: RealWorld) -> None:
-        self.world, self.sim, self.client = world, world.simulation, world.client()
+        self.world, self.parts, self.sim, self.client = world, world.parts, world.simulation, world.client()
         self.feed = Feed(world.engine, "realm", [19997])
         self.mirror = Mirror()
         self._known = (-1, -1)
@@ -82,7 +82,7 @@ def test_model_is_told_once_and_the_state_each_time(told: Told) -> None:
     assert told.is_mirrored()
     told.sim.start()
     for _ in range(5):
-        told.sim.advance()
+        told.parts.step()
     second, changes = told.look()
     assert second["binary"] is None
     assert second["arrays"] is None
@@ -159,8 +159,8 @@ def test_survey_has_signals_streams_drawings_and_messages(told: Told) -> None:
     v.simxAddStatusbarMessage(told.client, "x" * 5000, BLOCKING)
     v.simxGetObjectPosition(told.client, handle_of(told.client, "arm"), -1, v.simx_opmode_streaming)
     told.world.engine.turn()
-    line = told.sim.drawings.create(1, 2.0, 0.0, -1, 10, (1.0, 0.0, 0.0))
-    told.sim.drawings.draw(line, [0, 0, 0, 1, 1, 1])
+    line = told.parts.drawings.create(1, 2.0, 0.0, -1, 10, (1.0, 0.0, 0.0))
+    told.parts.drawings.draw(line, [0, 0, 0, 1, 1, 1])
     survey = told.ask(SURVEY, -1, -1)
     assert survey["signals"]["integers"] == {"count": 3}
     assert survey["signals"]["strings"]["blob"]["size"] == 5000
@@ -171,8 +171,8 @@ def test_survey_has_signals_streams_drawings_and_messages(told: Told) -> None:
 
 
 def test_of_thousands_of_signals_the_first_are_told(told: Told) -> None:
-    told.sim.signals.integers.update({f"n{number}": number for number in range(5000)})
-    told.sim.signals.floats["gain"] = 0.5
+    told.parts.signals.integers.update({f"n{number}": number for number in range(5000)})
+    told.parts.signals.floats["gain"] = 0.5
     signals = told.ask(SURVEY, -1, -1)["signals"]
     assert list(signals["integers"])[:2] == ["n0", "n1"]
     assert len(signals["integers"]) < 2000
@@ -183,7 +183,7 @@ def test_of_thousands_of_signals_the_first_are_told(told: Told) -> None:
 def test_a_large_model_travels_as_it_is(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     small = len(told.ask(LOOK, -1, -1)["binary"])
     monkeypatch.setattr(feed, "_MOST_COMPRESSED", 0)
-    told.feed._forget_model()
+    told.feed.model_changed(None)
     large, _ = told.look()
     assert large["binary"] is not None
     assert told.mirror.copy is not None
@@ -195,7 +195,7 @@ def test_of_many_drawing_items_the_last_are_told_where_they_are(
     told: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(feed, "_MOST_ITEMS", 3)
-    drawings = told.sim.drawings
+    drawings = told.parts.drawings
     carried = drawings.create(0, 2.0, 0.0, handle_of(told.client, "post"), 10)
     drawings.draw(carried, [0, 0, 0, 1, 0, 0])
     fixed = drawings.create(0, 2.0, 0.0, -1, 10)

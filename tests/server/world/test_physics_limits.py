@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from handler_calls import World
+from observing import observe
 
 from simx_server.errors import CommandError
 from simx_server.joints import watch
@@ -63,12 +64,12 @@ def test_what_diverges_is_noticed_within_the_simulation_step_and_told_once(
         world.call("simxSetObjectIntParameter", world.handle("hinge"), 2001, 1)
     world.sim.time_step = 10.0  # 5000 physics steps
     told: list[str] = []
-    world.sim.on_script_stopped.append(told.append)
+    observe(world.sim, script_stopped=told.append)
     made = count_steps(monkeypatch)
     world.sim.start()
     world.sim.data.qvel[0] = math.nan
     with caplog.at_level(logging.WARNING):
-        world.sim.advance()
+        world.parts.step()
     assert world.sim.state is SimulationState.STOPPED
     assert sum(made) <= watch.MOST_AT_ONCE
     assert [record.levelname for record in caplog.records] == ["WARNING", "ERROR"]
@@ -83,7 +84,7 @@ def test_divergence_is_noticed_in_each_run(caplog: pytest.LogCaptureFixture) -> 
     for _ in range(3):
         world.sim.start()
         world.sim.data.qpos[0] = math.inf
-        world.sim.advance()
+        world.parts.step()
         assert not world.sim.is_running
 
 
@@ -122,7 +123,7 @@ def test_an_error_of_mujocos_within_a_step_stops_the_run_with_its_text(
 
     with monkeypatch.context() as broken:
         broken.setattr(mujoco, "mj_step", fails)
-        world.sim.advance()
+        world.parts.step()
     assert not world.sim.is_running
     assert "MuJoCo cannot go on: mj_stackAlloc: out of memory at 0.100 s" in caplog.text
     assert "Traceback" not in caplog.text
@@ -199,7 +200,7 @@ def test_within_a_long_simulation_step_others_are_served(monkeypatch: pytest.Mon
     world = falling(timestep=1e-4)
     world.sim.time_step = 0.2
     served: list[float] = []
-    world.sim.serve_others = lambda: served.append(world.sim.data.time)
+    world.sim.interruptions.serve_others = lambda: served.append(world.sim.data.time)
     world.run(1)
     assert len(served) >= 2000 // watch.MOST_AT_ONCE - 1
     assert served == sorted(set(served))
@@ -209,7 +210,7 @@ def test_within_a_long_simulation_step_others_are_served(monkeypatch: pytest.Mon
 def test_a_usual_simulation_step_serves_nobody() -> None:
     world = falling()
     served: list[bool] = []
-    world.sim.serve_others = lambda: served.append(True)
+    world.sim.interruptions.serve_others = lambda: served.append(True)
     world.run(3)
     assert not served
 
@@ -264,8 +265,8 @@ def test_a_recording_knows_between_which_physics_steps_others_were_served(
     """The clock says whether; where it may be does not depend on it."""
     monkeypatch.setattr(watch, "SERVES_AFTER", 0.0)
     world, told = falling(), []
-    world.sim.physics_point = lambda: told.append(("point", round(world.sim.data.time, 3)))
-    world.sim.serve_others = lambda: told.append(("serve", round(world.sim.data.time, 3)))
+    world.sim.interruptions.physics_point = lambda: told.append(("point", round(world.sim.data.time, 3)))
+    world.sim.interruptions.serve_others = lambda: told.append(("serve", round(world.sim.data.time, 3)))
     world.run(1)
     assert told == [(what, time) for time in (0.016, 0.032, 0.048) for what in ("serve", "point")]
 
@@ -291,7 +292,7 @@ def test_a_run_is_stopped_after_a_physics_step_that_worked_for_too_long(
     monkeypatch: pytest.MonkeyPatch, has_controller: bool
 ) -> None:
     world, told = World(MOTOR) if has_controller else falling(), []
-    world.sim.on_script_stopped.append(told.append)
+    observe(world.sim, script_stopped=told.append)
     worked, clock = [0.0], [0.0]
     step = mujoco.mj_step
 
@@ -307,7 +308,7 @@ def test_a_run_is_stopped_after_a_physics_step_that_worked_for_too_long(
     world.run(1)
     assert world.sim.state is SimulationState.RUNNING
     work = 3.0
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.state is SimulationState.STOPPED
     assert told[0].startswith("a physics step took 3.0 s of processor time at ")
     assert "--limit step_seconds=N" in told[0]

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes_for_tests import ARM, arm, run, simulation_of
+from observing import observe
+from scenes_for_tests import ARM, arm, run, world_of
 
 from simx_server.errors import CommandError
 from simx_server.parts.signals import Signals
 from simx_server.scene.editing import editing
-from simx_server.scene.formats.loader import SceneError
+from simx_server.scene.formats.loader import SceneError, load_text
 from simx_server.scene.geometry import frames
 from simx_server.world.saved_state import editable_arrays, get_state
 from simx_server.world.simulation import Simulation, SimulationState
+from simx_server.world.world import World
 
 
 def everything(sim: Simulation) -> dict[str, bytes | str]:
@@ -29,28 +31,29 @@ def everything(sim: Simulation) -> dict[str, bytes | str]:
     return found
 
 
-def lively_run(sim: Simulation) -> list[object]:
+def lively_run(world: World) -> list[object]:
     """Commands of every sort between passes; returns what was read."""
+    sim = world.simulation
     resolve = sim.scene.resolve
     read: list[object] = []
     sim.start()
     sim.joints.set_target_position(resolve("shoulder"), 1.0)
-    sim.advance()
+    world.step()
     frames.set_position(sim, resolve("cube"), -1, [0.9, 0.1, 0.6])
     frames.set_orientation(sim, resolve("wall"), -1, [0.1, 0, 0.3])
     sim.joints.set_max_force(resolve("elbow"), 3)
     sim.joints.set_target_position(resolve("elbow"), -0.5)
     for _ in range(5):
-        sim.advance()
-        read += [sim.joints.force(resolve("elbow")), sim.measured_velocity(resolve("tip"))]
+        world.step()
+        read += [sim.joints.force(resolve("elbow")), world.velocities.measure(resolve("tip"))]
     sim.joints.set_parameter(resolve("elbow"), 2000, 0)
     sim.model.opt.gravity[2] = -3
     editing.set_parent(sim, resolve("wall"), resolve("lower"), True)
-    sim.advance()
+    world.step()
     editing.remove_object(sim, resolve("hand"))
     dummy = editing.create_dummy(sim, 0.1)
     for _ in range(3):
-        sim.advance()
+        world.step()
     # Handles of what a run adds are not given again, so the name stands for the dummy here.
     read += [
         sim.scene.get(dummy).name,
@@ -64,57 +67,63 @@ def lively_run(sim: Simulation) -> list[object]:
 
 
 def test_stop_restores_everything_bit_for_bit() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     frames.set_position(sim, sim.scene.resolve("cube"), -1, [0.1, 1, 0.2])
     before, scene, model, data = everything(sim), sim.scene, sim.model, sim.data
-    lively_run(sim)
+    lively_run(world)
     assert (sim.scene, sim.model, sim.data) == (scene, model, data)
     after = everything(sim)
     assert [name for name in before if before[name] != after[name]] == []
 
 
 def test_same_calls_give_the_same_numbers_in_every_run() -> None:
-    sim = arm()
-    first = lively_run(sim)
-    assert lively_run(sim) == first
+    world = arm()
+    first = lively_run(world)
+    assert lively_run(world) == first
     assert lively_run(arm()) == first
 
 
 def test_one_long_step_call_equals_many_short_ones() -> None:
     """A scene without position controllers is stepped in one call; asking for forces must not change its course."""
     scene = ARM.replace("control=position", "control=velocity")
-    plain, asked = simulation_of(scene), simulation_of(scene)
+    plain, asked = world_of(scene), world_of(scene)
     for sim in (plain, asked):
-        sim.joints.set_target_velocity(sim.scene.resolve("shoulder"), 0.7)
+        sim.simulation.joints.set_target_velocity(sim.simulation.scene.resolve("shoulder"), 0.7)
     run(plain, 1)
-    asked.start()
-    asked.joints.force(asked.scene.resolve("shoulder"))
-    asked.advance()
+    asked.simulation.start()
+    asked.simulation.joints.force(asked.simulation.scene.resolve("shoulder"))
+    asked.step()
     run(plain, 5)
     run(asked, 5)
-    assert np.array_equal(get_state(plain.model, plain.data), get_state(asked.model, asked.data))
+    assert np.array_equal(
+        get_state(plain.simulation.model, plain.simulation.data),
+        get_state(asked.simulation.model, asked.simulation.data),
+    )
 
 
 def test_time_counts_passes_and_is_zero_when_stopped() -> None:
-    sim = arm()
-    run(sim, 3)
+    world = arm()
+    sim = world.simulation
+    run(world, 3)
     assert sim.time == 3 * 0.05
     assert sim.pass_count == 3
     assert sim.data.time == pytest.approx(0.15)
     sim.pause()
-    sim.advance()
+    world.step()
     assert sim.time == 3 * 0.05
     sim.stop()
     assert sim.time == 0
 
 
 def test_physics_step_becomes_a_whole_fraction_of_the_pass() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     for step, substeps in ((0.01, 5), (0.025, 12), (0.001, 1)):
         sim.time_step = step
         assert sim.substeps == substeps
         assert sim.model.opt.timestep == pytest.approx(step / substeps)
-        run(sim, 2)
+        run(world, 2)
         assert sim.data.time == pytest.approx(sim.time)
         with pytest.raises(CommandError, match="stop it first"):
             sim.time_step = 0.05
@@ -123,48 +132,77 @@ def test_physics_step_becomes_a_whole_fraction_of_the_pass() -> None:
         sim.time_step = 0
 
 
-def test_life_of_a_run_is_told_to_listeners_in_order() -> None:
-    sim = arm()
+EVENTS = (
+    "run_starting", "run_started", "run_paused", "run_resumed", "run_ending", "run_stopping", "run_stopped",
+    "scene_closing", "scene_changed", "scene_loaded", "step_finished",
+)  # fmt: skip
+
+
+def told_by(sim: Simulation) -> list[str]:
+    """The names of all that happens from now on, in order."""
     told: list[str] = []
-    for name in (
-        "on_start",
-        "on_stop",
-        "on_pause",
-        "on_pass_begin",
-        "on_sensing",
-        "on_load",
-        "on_close",
-        "on_model_changed",
-    ):
-        getattr(sim, name).append(lambda name=name: told.append(name))
+    events = {name: lambda name=name: told.append(name) for name in EVENTS}
+    observe(sim, **events, model_changed=lambda twins: told.append("model_changed"))
+    return told
+
+
+def test_life_of_a_run_is_told_to_parts_in_order() -> None:
+    world = arm()
+    sim = world.simulation
+    told = told_by(sim)
     sim.start()
     sim.start()
-    sim.advance()
+    world.step()
     sim.pause()
     sim.pause()
     sim.start()
-    sim.advance()
+    world.step()
     sim.stop()
     sim.stop()
     sim.close()
-    assert told == ["on_start", "on_pass_begin", "on_sensing", "on_pause", "on_pass_begin", "on_sensing", "on_stop",
-                    "on_close", "on_model_changed"]  # fmt: skip
+    assert told == [
+        "run_starting", "run_started", "step_finished", "run_paused", "run_resumed", "step_finished",
+        "run_ending", "run_stopping", "run_stopped", "scene_closing", "scene_changed", "model_changed",
+    ]  # fmt: skip
+    told.clear()
+    sim.use(*load_text(ARM))
+    assert told == ["scene_closing", "scene_changed", "scene_loaded", "model_changed"]
 
 
-def test_listener_that_stops_the_run_keeps_the_pass_from_happening() -> None:
-    sim = arm()
-    sim.on_pass_begin.append(sim.stop)
-    run(sim, 1)
+def test_the_stages_of_a_step_are_made_in_order_and_none_after_a_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world = arm()
+    made: list[str] = []
+    names = [name for name, _ in World.STEP]
+    stages = tuple((name, lambda _, name=name: made.append(name)) for name in names)
+    monkeypatch.setattr(World, "STEP", stages)
+    run(world, 1)
+    assert made == names
+    middle = len(names) // 2
+    stopping = (names[middle], lambda world: world.simulation.stop())
+    monkeypatch.setattr(World, "STEP", (*stages[:middle], stopping, *stages[middle + 1 :]))
+    made.clear()
+    world.step()
+    assert made == names[:middle]
+
+
+def test_a_run_that_is_stopped_before_its_physics_makes_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = arm()
+    sim = world.simulation
+    monkeypatch.setattr(world.scripts, "actuate", sim.stop)
+    run(world, 1)
     assert sim.state is SimulationState.STOPPED
     assert sim.time == 0
 
 
 def test_every_change_is_a_new_version() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     versions = [sim.version]
     for act in (
         sim.start,
-        sim.advance,
+        world.step,
         lambda: frames.set_position(sim, 1, -1, [0, 0, 1]),
         lambda: sim.joints.set_position(sim.scene.resolve("elbow"), 0.1),
         sim.stop,
@@ -179,9 +217,11 @@ def test_every_change_is_a_new_version() -> None:
 def test_scene_is_loaded_and_closed_only_while_stopped(tmp_path: Path) -> None:
     file = tmp_path / "arm.xml"
     file.write_text(ARM)
-    sim = Simulation()
+    world = world_of("<mujoco/>")
+    sim = world.simulation
+    sim.close()
     assert not sim.scene.objects
-    run(sim, 2)
+    run(world, 2)
     with pytest.raises(CommandError, match="only while the simulation is stopped"):
         sim.load(file)
     with pytest.raises(CommandError, match="only while the simulation is stopped"):
@@ -197,14 +237,15 @@ def test_scene_is_loaded_and_closed_only_while_stopped(tmp_path: Path) -> None:
 
 
 def test_diverging_physics_stops_the_run_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
-    sim = arm()
-    run(sim, 2)
+    world = arm()
+    sim = world.simulation
+    run(world, 2)
     sim.data.qvel[:] = 1e12
-    sim.advance()
+    world.step()
     assert sim.state is SimulationState.STOPPED
     assert "the physics diverged at 0.100 s" in caplog.text
     assert np.all(np.isfinite(sim.data.qpos))
-    run(sim, 1)
+    run(world, 1)
     assert sim.time == sim.time_step
 
 
@@ -212,10 +253,11 @@ def test_engine_warnings_do_not_touch_the_working_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     sim.start()
     sim.data.qvel[:] = math.inf
-    sim.advance()
+    world.step()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -154,7 +154,7 @@ def test_where_mujoco_cannot_wake_nothing_sleeps(world: Open, tmp_path: Path) ->
           </tendon>
           <equality><tendon tendon1="one" tendon2="two"/></equality>
         </mujoco>""")
-    opened.simulation.more_folders.append(tmp_path)
+    opened.simulation.files.more_folders = [tmp_path]
     assert v.simxLoadModel(client, str(tmp_path / "tied.xml"), 0, BLOCKING)[0] == 0
     step(client, 1)
     assert asleep(opened) == 0

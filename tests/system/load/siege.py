@@ -21,6 +21,7 @@ from pathlib import Path
 from processes import running, spawn
 
 import simx_client as v
+from bench.resources import keep_apart
 
 HERE = Path(__file__).parent
 SCENE = HERE.parents[1] / "conformance" / "scene.xml"
@@ -86,19 +87,6 @@ class Bystander:
     def _version(self) -> tuple[int, int]:
         """What no client can change."""
         return v.simxGetIntegerParameter(self.client, v.sim_intparam_program_version, v.simx_opmode_blocking)
-
-
-def keep_apart() -> set[int]:
-    """Have this process and the server run on one core, and the attackers on the others, which are returned.
-
-    Six programs that never wait take what there is of the cores, whatever the server does.
-    """
-    if not hasattr(os, "sched_setaffinity"):
-        return set()
-    *others, own = sorted(os.sched_getaffinity(0))
-    if others:
-        os.sched_setaffinity(0, {own})
-    return set(others)
 
 
 class Siege:

@@ -75,11 +75,11 @@ class Client:
         ]
         return self.random.choice(choices)
 
-    def value(self, kind: str, name: str) -> Any:
+    def value(self, kind: str, *, is_handle: bool = False) -> Any:
         """A value of a kind of argument: most are sensible."""
         r = self.random
         if kind == "int":
-            if "andle" in name or "entity" in name or "parentObject" in name:
+            if is_handle:
                 return r.choice([*self.handles, -1, -2, -11, 0, 2**31 - 1, r.choice(self.handles) + 0x400000])
             return r.choice(
                 [0, 1, 2, 3, 5, 8, 10, 13, 109, 1000, 1002, 2000, 2012, 3003, 3005, -1, 2**31 - 1, 200]
@@ -88,15 +88,13 @@ class Client:
             return r.choice([0.0, 1.0, -1.0, 0.05, 3.2, 1e-9, 100.0, 1e30, -1e30])
         if kind in ("vector3", "vector4", "matrix12"):
             length = int(kind.removeprefix("vector").removeprefix("matrix"))
-            return [
-                self.value("float", name) if r.random() < 0.1 else r.uniform(-1, 1) for _ in range(length)
-            ]
+            return [self.value("float") if r.random() < 0.1 else r.uniform(-1, 1) for _ in range(length)]
         return {
             "bool": lambda: r.random() < 0.5,
             "text": self.text,
             "optional_text": lambda: r.choice([None, self.text()]),
             "bytes": lambda: r.randbytes(r.choice([0, 1, 100])),
-            "ints": lambda: [self.value("int", name) for _ in range(r.choice([0, 1, 3]))],
+            "ints": lambda: [self.value("int", is_handle=is_handle) for _ in range(r.choice([0, 1, 3]))],
             "floats": lambda: [r.uniform(-9, 9) for _ in range(r.choice([0, 1, 3]))],
             "texts": lambda: [self.text() for _ in range(r.choice([0, 1, 3]))],
             "pixels": lambda: bytes(r.choice([0, 48, 144])),
@@ -107,7 +105,10 @@ class Client:
         }[kind]()
 
     def arguments(self, command: Command) -> list[Any]:
-        values = [self.value(argument.kind.name, argument.name) for argument in command.arguments]
+        values = [
+            self.value(argument.kind.name, is_handle=bool(argument.meaning.finder))
+            for argument in command.arguments
+        ]
         if command.name == "simxSetBooleanParameter" and values[0] == EXIT_REQUEST:
             values[0] = 0
         if command.name in ("simxLoadScene", "simxLoadModel") and self.random.random() < 0.7:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simx_server.app.server import build_simulation
+from simx_server.app.server import open_world
 from simx_server.app.settings import Settings
 from simx_server.gateways.zenoh import ZenohGateway
 from simx_server.handlers import HANDLERS
@@ -111,11 +111,11 @@ class SoakServer:
 
     def __init__(self, stack: ExitStack, workspace: Path) -> None:
         self.workspace, self.scene = workspace, SCENE
-        self.simulation = build_simulation(Settings(scene=str(SCENE), workspace=workspace), stack)
-        self.simulation.trials.use(helper.start())  # as a server has one from its start
+        self.simulation = open_world(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.parts.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
         self.engine = Engine(self.simulation, HANDLERS, pacer)
-        self.simulation.parameters.pace = pacer
+        self.parts.parameters.pace = pacer
         self.batches = 0
         submit_as = self.engine.submit_as
 
@@ -145,8 +145,8 @@ class SoakServer:
     def rest(self) -> Counts:
         """Load the first scene, take back what scenes outlive, settle, and count."""
         simulation = self.simulation
-        simulation.stop()
-        simulation.load(SCENE)
+        simulation.simulation.stop()
+        simulation.simulation.load(SCENE)
         for clear in ("integer", "float", "string"):
             getattr(simulation.signals, f"clear_{clear}")("")
         consoles, dialogs = simulation.user_interface.consoles, simulation.user_interface.dialogs
@@ -176,7 +176,7 @@ class SoakServer:
             len(self.declared[-1]),
             len(sessions),
             sum(len(session.streams.by_id) for session in sessions),
-            len(simulation.scene.objects) + len(simulation.collections.names()),
+            len(simulation.simulation.scene.objects) + len(simulation.collections.names()),
             self.census[-1].total(),
             len(list(self.workspace.rglob("*"))),
         )

@@ -50,7 +50,7 @@ class ConfigurationFunctions(ApiPart):
             "pose": as_numbers(frames.get_pose(sim, handle, frames.PARENT)),
         }
         if self._has_one_value(handle):
-            entry["position"] = joints.get_joint_position(sim, handle)
+            entry["position"] = joints.get_joint_position(self._world, handle)
             entry["target"] = sim.joints.target_position(handle)
         return entry
 
@@ -60,11 +60,11 @@ class ConfigurationFunctions(ApiPart):
         item = sim.scene.get(handle)
         moved = any(abs(new - old) > _NEAR for new, old in zip(entry["pose"], present, strict=True))
         if moved and item.element != "tendon":
-            poses.set_object_pose(sim, handle, frames.PARENT, as_pose(entry["pose"]))
+            poses.set_object_pose(self._world, handle, frames.PARENT, as_pose(entry["pose"]))
         if "position" in entry and self._has_one_value(handle):
-            joints.set_joint_position(sim, handle, entry["position"])
+            joints.set_joint_position(self._world, handle, entry["position"])
             if sim.joints.mode(handle) == JointMode.FORCE:
-                joints.set_joint_target_position(sim, handle, entry["target"])
+                joints.set_joint_target_position(self._world, handle, entry["target"])
 
     def _has_one_value(self, handle: int) -> bool:
         is_joint = self._sim.scene.get(handle).kind == ObjectKind.JOINT

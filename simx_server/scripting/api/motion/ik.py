@@ -43,7 +43,7 @@ class IkFunctions(ApiPart):
 
     def getIkGroupHandle(self, name: str) -> int:
         """Of a group that the scene registers. An unknown name is an error."""
-        return self._sim.ik_groups.find(self._adjusted(name))
+        return self._world.ik_groups.find(self._adjusted(name))
 
     def handleIkGroup(self, group: int) -> int:
         """A sim.ikresult_* of one group; of sim.handle_all or sim.handle_all_except_explicit how many were handled.
@@ -51,14 +51,14 @@ class IkFunctions(ApiPart):
         The joints are put as near as they come to a target that is out of reach.
         """
         if group == c.sim_handle_all:
-            return self._sim.ik_groups.handle_all()
+            return self._world.ik_groups.handle_all()
         if group == c.sim_handle_all_except_explicit:
-            return self._sim.ik_groups.handle_automatic()
-        return int(self._sim.ik_groups.handle(group))
+            return self._world.ik_groups.handle_automatic()
+        return int(self._world.ik_groups.handle(group))
 
     def checkIkGroup(self, group: int, joints: list[int]) -> tuple[int, list[float]]:
         """As sim.handleIkGroup without moving anything: the result, and the values those joints would get."""
-        chosen, solution = self._sim.ik_groups.solve(self._sim.ik_groups.get(group))
+        chosen, solution = self._world.ik_groups.solve(self._world.ik_groups.get(group))
         values = dict(zip(chosen.handles, solution.values.tolist(), strict=True))
         return int(solution.result), [
             values[h] if h in values else self._sim.joints.position(h) for h in joints
@@ -68,7 +68,7 @@ class IkFunctions(ApiPart):
         self, group: int, method: int, iterations: int, damping: float, _more: Any = None
     ) -> int:
         """Method (a sim.ik_*_method), most iterations and damping; until the simulation stops."""
-        self._sim.ik_groups.get(group).how = Calculation.checked(method, damping, iterations)
+        self._world.ik_groups.get(group).how = Calculation.checked(method, damping, iterations)
         return 1
 
     def setIkElementProperties(
@@ -81,7 +81,7 @@ class IkFunctions(ApiPart):
         _more: Any = None,
     ) -> int:
         """Constraints (sum of sim.ik_*_constraint), precision {metres, radians}, weights {position, orientation}."""
-        chosen, handle = self._sim.ik_groups.get(group), self._self(tip)
+        chosen, handle = self._world.ik_groups.get(group), self._self(tip)
         for number, element in enumerate(chosen.elements):
             if element.tip == handle:
                 element = replace(element, constraints=as_constraints(constraints))
@@ -100,7 +100,7 @@ class IkFunctions(ApiPart):
         """
         handle = self._self(dummy)
         self._sim.scene.get(handle)
-        for element in self._sim.ik_groups.elements():
+        for element in self._world.ik_groups.elements():
             if handle in (element.tip, element.target):
                 return element.target if handle == element.tip else element.tip
         return -1
@@ -112,7 +112,7 @@ class IkFunctions(ApiPart):
         """
         tip, goal = self._self(dummy), self._self(target)
         self._sim.scene.get(goal)
-        if not self._sim.ik_groups.retarget(tip, goal):
+        if not self._world.ik_groups.retarget(tip, goal):
             name = self._sim.scene.get(tip).name
             raise CommandError(f"'{name}' is the tip of no inverse kinematics group (simx:ik:NAME)")
         return 1
@@ -122,7 +122,7 @@ class IkFunctions(ApiPart):
 
         Partly: of the constraints that the group has; the options are ignored.
         """
-        self._matrix(self._sim.ik_groups.get(group))
+        self._matrix(self._world.ik_groups.get(group))
         return 0
 
     def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
@@ -132,7 +132,7 @@ class IkFunctions(ApiPart):
         """
         if options not in (_JACOBIAN, _MANIPULABILITY):
             raise CommandError(f"{options} is not known; 0 is the Jacobian, 1 the manipulability matrix")
-        found = self._matrix(self._sim.ik_groups.get(group))
+        found = self._matrix(self._world.ik_groups.get(group))
         if options == _MANIPULABILITY:
             found = found @ found.T
         return found.ravel().tolist(), [found.shape[1], found.shape[0]]
@@ -155,19 +155,19 @@ class IkFunctions(ApiPart):
 
         Partly: threshold, metric and joint options are ignored; every start is tried to its end.
         """
-        chosen = self._sim.ik_groups.get(group)
-        usable, solver = self._sim.ik_groups.solver(chosen)
+        chosen = self._world.ik_groups.get(group)
+        usable, solver = self._world.ik_groups.solver(chosen)
         order = joint_order(usable.handles, joints)
-        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         found = find_configs(
             solver,
             usable,
             self._goals(chosen),
-            self._sim.ik_groups.random,
+            self._world.ik_groups.random,
             seconds=abs(milliseconds) / 1000,
             sampled=asked_range(low, ranges, order),
             accepts=validity,
-            serve_others=self._sim.serve_others,
+            serve_others=self._sim.interruptions.serve_others,
         )
         with self._at_no_cost():
             values = next(found, None)
@@ -185,10 +185,10 @@ class IkFunctions(ApiPart):
 
         nil when it leaves the reach, or something meets.
         """
-        chosen = self._sim.ik_groups.get(group)
-        usable, solver = self._sim.ik_groups.solver(chosen)
+        chosen = self._world.ik_groups.get(group)
+        usable, solver = self._world.ik_groups.solver(chosen)
         order = joint_order(usable.handles, joints)
-        validity = of_joints(self._sim, usable, as_pairs(collision_pairs)) if collision_pairs else None
+        validity = of_joints(self._world, usable, as_pairs(collision_pairs)) if collision_pairs else None
         tips = [object_pose(self._sim, self._sim.scene.get(each.tip)) for each in chosen.elements]
         start = self._sim.data.qpos[usable.addresses]
         with self._at_no_cost():
@@ -199,7 +199,7 @@ class IkFunctions(ApiPart):
         return [object_pose(self._sim, self._sim.scene.get(each.target)) for each in group.elements]
 
     def _matrix(self, group: Group) -> np.ndarray:
-        joints, solver = self._sim.ik_groups.solver(group)
+        joints, solver = self._world.ik_groups.solver(group)
         return solver.look(self._sim.data.qpos[joints.addresses], self._goals(group))[1]
 
 

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 
 from simx_server.handlers import joints
-from simx_server.kinematics.profile import Goal, Profile
 from simx_server.scene.geometry import frames
 from simx_server.scripting.api.values.matrices import as_numbers, vector
 from simx_server.scripting.interpreter import Waiting
 
-from .moving import ARRIVED, Motion, Moving, Way, limits_of, lists, nearest, numbers, start_state
-from .profiles import synchronisation
+from .moving import ARRIVED, Moving, Way, lists, nearest, numbers, profile_to
 
 _TURN = 2 * math.pi
 _WAY = 4
@@ -44,22 +42,17 @@ class MotionFunctions(Moving):
         `direction` of cyclic joints: 0 the shorter way, n > 0 upwards and n - 1 turns more, n < 0 downwards.
         """
         own, count = [self._self(each) for each in handles], len(handles)
-        now = [joints.get_joint_position(self._sim, each) for each in own]
+        now = [joints.get_joint_position(self._world, each) for each in own]
         ways = numbers(direction, count, "directions", [0.0] * count)
         wanted = [
             self._joint_goal(*each)
             for each in zip(own, now, numbers(goal, count, "a goal"), ways, strict=True)
         ]
-        motion = Motion(
-            Profile(
-                start_state(now, velocity, acceleration),
-                Goal(wanted, numbers(goal_velocity, count, "velocities at the goal", [0.0] * count)),
-                limits_of(max_velocity, max_acceleration, max_jerk, count, 0),
-                synchronisation(flags),
-            ),
+        most = max_velocity, max_acceleration, max_jerk
+        motion = yield from self._carry_out(
+            profile_to(wanted, goal_velocity, now, velocity, acceleration, most, flags),
             lambda state: self._put_joints(own, state.position),
         )
-        yield from self._carry_out(motion)
         return ARRIVED, *lists(motion.state), motion.unused
 
     def rmlMoveToPosition(
@@ -85,14 +78,11 @@ class MotionFunctions(Moving):
             start[1] if quaternion is None else frames.wxyz_from_xyzw(quaternion),
         )
         way = Way(start, goal)
-        profile = Profile(
-            start_state([0.0] * _WAY, velocity, acceleration),
-            Goal(way.lengths, numbers(goal_velocity, _WAY, "velocities at the goal", [0.0] * _WAY)),
-            limits_of(max_velocity, max_acceleration, max_jerk, _WAY, 0),
-            synchronisation(flags),
+        most = max_velocity, max_acceleration, max_jerk
+        motion = yield from self._carry_out(
+            profile_to(way.lengths, goal_velocity, [0.0] * _WAY, velocity, acceleration, most, flags),
+            lambda state: self._put_pose(own, reference, way.pose(state.position)),
         )
-        motion = Motion(profile, lambda state: self._put_pose(own, reference, way.pose(state.position)))
-        yield from self._carry_out(motion)
         reached = as_numbers(way.pose(motion.state.position))
         _, *rates = lists(motion.state)
         return ARRIVED, reached[:3], reached[3:], *rates, motion.unused

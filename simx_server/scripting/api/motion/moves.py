@@ -27,12 +27,12 @@ from simx_server.scripting.signature import (
     to_text,
 )
 
-from .moving import Motion, Moving, Way, limits_of, lists, nearest, numbers, start_state, stops
+from .moving import Motion, Moving, Way, lists, nearest, numbers, profile_to, start_state, stops
 from .profiles import synchronisation
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _MATRIX = 12
 _NUMBERS = to_list(to_float)
@@ -45,8 +45,8 @@ class MoveFunctions(Moving):
     """A table's fields: pos or joints, targetPos, vel, accel, targetVel, maxVel, maxAccel, maxJerk, minVel, minAccel,
     flags, cyclicJoints, timeStep, callback; of a pose pose or object, relObject, targetPose, metric."""
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._motions: dict[int, tuple[Motion, dict[str, Any]]] = {}
         self._next_motion = 1
 
@@ -74,22 +74,17 @@ class MoveFunctions(Moving):
         """
         if isinstance(flags, dict):
             motion, data = self._configuration(flags)
-            yield from self._carry_out(motion)
+            yield from self._step_to_the_end(motion)
             return (data,)
         now = position or []
-        count = len(now)
         function = self._function(_given(callback, "a call-back"))
-        profile = Profile(
-            start_state(now, velocity, acceleration),
-            Goal(
-                _turned(now, numbers(goal, count, "a goal"), cyclic),
-                numbers(goal_velocity, count, "velocities at the goal", [0.0] * count),
-            ),
-            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
-            synchronisation(flags),
+        wanted = _turned(now, numbers(goal, len(now), "a goal"), cyclic)
+        most = max_velocity, max_acceleration, max_jerk
+        motion = yield from self._carry_out(
+            profile_to(wanted, goal_velocity, now, velocity, acceleration, most, flags, flags),
+            lambda state: stops(function, *lists(state), auxiliary),
+            time_step,
         )
-        motion = Motion(profile, lambda state: stops(function, *lists(state), auxiliary), time_step)
-        yield from self._carry_out(motion)
         return *lists(motion.state), motion.unused
 
     def moveToPose(
@@ -113,19 +108,13 @@ class MoveFunctions(Moving):
         """
         if isinstance(flags, dict):
             motion, data = self._posed(flags)
-            yield from self._carry_out(motion)
+            yield from self._step_to_the_end(motion)
             return (data,)
         way = Way(_pose(position, "a pose"), _pose(goal, "a goal"), metric)
-        count = len(way.lengths)
         function = self._function(_given(callback, "a call-back"))
         is_matrix = len(position or []) == _MATRIX
-        rest = [0.0] * count
-        profile = Profile(
-            State(rest, rest, rest),
-            Goal(way.lengths, rest),
-            limits_of(max_velocity or [], max_acceleration or [], max_jerk or [], count, flags),
-            synchronisation(flags),
-        )
+        rest = [0.0] * len(way.lengths)
+        most = max_velocity, max_acceleration, max_jerk
 
         def written(state: State) -> list[float]:
             pose = way.pose(state.position)
@@ -134,8 +123,9 @@ class MoveFunctions(Moving):
         def put(state: State) -> bool:
             return stops(function, written(state), *lists(state)[1:], auxiliary)
 
-        motion = Motion(profile, put, time_step)
-        yield from self._carry_out(motion)
+        motion = yield from self._carry_out(
+            profile_to(way.lengths, None, rest, None, None, most, flags, flags), put, time_step
+        )
         return written(motion.state), motion.unused
 
     def moveToConfig_init(self, parameters: dict[str, Any]) -> dict[str, Any]:
@@ -174,7 +164,7 @@ class MoveFunctions(Moving):
         """The motion that a table describes, and the table that shows its state."""
         own = [self._self(each) for each in _read(parameters, "joints", to_list(to_int), [])]
         now = _read(parameters, "pos", _NUMBERS, None) or [
-            joints.get_joint_position(self._sim, each) for each in own
+            joints.get_joint_position(self._world, each) for each in own
         ]
         if not now:
             raise CommandError(

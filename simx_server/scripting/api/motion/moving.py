@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.handlers.objects import poses as handlers
 from simx_server.joints import JointMode
-from simx_server.kinematics.profile import Limits, Profile, State
+from simx_server.kinematics.profile import Goal, Limits, Profile, State
 from simx_server.scene.geometry import poses
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.base import ApiPart
-from simx_server.scripting.interpreter import Function, Waiting
+from simx_server.scripting.interpreter import Function
 
-from .profiles import MIN_ACCELERATION, MIN_VELOCITY
+from .profiles import MIN_ACCELERATION, MIN_VELOCITY, synchronisation
 
 ON_ITS_WAY, ARRIVED, ABORTED = 0, 1, 2
 """What a step gives."""
@@ -60,11 +60,11 @@ class Way:
     def __init__(self, start: Pose, goal: Pose, metric: Sequence[float] | None = None) -> None:
         """`metric`: factors of x, y, z and the angle in that length."""
         self._start, self._goal = start, goal
-        self._shift = poses.subtract(goal[0], start[0])
+        shift = poses.subtract(goal[0], start[0])
         turn = poses.rotation_vector(poses.multiply(poses.conjugate(start[1]), goal[1]))
         self._angle = math.hypot(*turn)
         self._is_one = metric is not None
-        self.lengths = [*self._shift, self._angle]
+        self.lengths = [*shift, self._angle]
         if metric is not None:
             if len(metric) != len(self.lengths):
                 raise CommandError(
@@ -74,37 +74,38 @@ class Way:
 
     def pose(self, done: Sequence[float]) -> Pose:
         """Where one is after so much of each of the lengths."""
-        start, turn = self._start
         if self._is_one:
             share = done[0] / self.lengths[0] if self.lengths[0] > _STRAIGHT else 1.0
-            place = poses.add(start, poses.scale(self._shift, share))
-        else:
-            share = done[3] / self._angle if self._angle > _STRAIGHT else 1.0
-            place = poses.add(start, done[:3])
-        return place, poses.blend(turn, self._goal[1], share)
+            return between(self._start, self._goal, share)
+        share = done[3] / self._angle if self._angle > _STRAIGHT else 1.0
+        return poses.add(self._start[0], done[:3]), poses.blend(self._start[1], self._goal[1], share)
 
 
 class Moving(ApiPart):
     """Carries motions out."""
 
-    def _carry_out(self, motion: Motion) -> Waiting:
+    def _carry_out(self, profile: Profile, put: Put, seconds: float = 0.0) -> Generator[None, None, Motion]:
+        """Make a motion and step it to its end; arguments as for `Motion`."""
+        return self._step_to_the_end(Motion(profile, put, seconds))
+
+    def _step_to_the_end(self, motion: Motion) -> Generator[None, None, Motion]:
         """A step per pass until the end; also a pass after the last, so that no two motions share one."""
         result = ON_ITS_WAY
         while result == ON_ITS_WAY:
             result = motion.step(self._sim.time_step)
             yield
-        return (result,)
+        return motion
 
     def _put_joints(self, handles: Sequence[int], positions: Sequence[float]) -> bool:
         for handle, position in zip(handles, positions, strict=True):
             if self._is_driven(handle):
-                joints.set_joint_target_position(self._sim, handle, position)
+                joints.set_joint_target_position(self._world, handle, position)
             else:
-                joints.set_joint_position(self._sim, handle, position)
+                joints.set_joint_position(self._world, handle, position)
         return False
 
     def _put_pose(self, handle: int, relative_to: int, pose: Pose) -> bool:
-        handlers.set_object_pose(self._sim, handle, relative_to, pose)
+        handlers.set_object_pose(self._world, handle, relative_to, pose)
         return False
 
     def _is_driven(self, handle: int) -> bool:
@@ -114,6 +115,38 @@ class Moving(ApiPart):
 
     def _is_cyclic(self, handle: int) -> bool:
         return self._sim.joints.interval(handle)[0] and self._sim.joints.joint_type(handle) == REVOLUTE
+
+
+def between(start: Pose, goal: Pose, share: float) -> Pose:
+    """Return the pose at this share of the straight way and of the turn."""
+    shift = poses.subtract(goal[0], start[0])
+    return poses.add(start[0], poses.scale(shift, share)), poses.blend(start[1], goal[1], share)
+
+
+def profile_to(
+    goal: Sequence[float],
+    goal_velocity: Sequence[float] | None,
+    start: Sequence[float],
+    velocity: Sequence[float] | None,
+    acceleration: Sequence[float] | None,
+    most: Sequence[Sequence[float] | None],
+    flags: int,
+    announced: int = 0,
+) -> Profile:
+    """Make the profile that the lists of a script describe; missing velocities and accelerations are 0.
+
+    Args:
+        most: greatest velocities, accelerations and jerks.
+        flags: a sim.ruckig_*sync, -1 for the usual one.
+        announced: flags that announce negative bounds after the others.
+    """
+    count = len(start)
+    return Profile(
+        start_state(start, velocity, acceleration),
+        Goal(goal, numbers(goal_velocity, count, "velocities at the goal", [0.0] * count)),
+        limits_of(most, count, announced),
+        synchronisation(flags),
+    )
 
 
 def stops(callback: Function, *arguments: Any) -> bool:
@@ -150,20 +183,19 @@ def start_state(
     )
 
 
-def limits_of(
-    velocity: Sequence[float], acceleration: Sequence[float], jerk: Sequence[float], count: int, flags: int
-) -> Limits:
+def limits_of(most: Sequence[Sequence[float] | None], count: int, flags: int) -> Limits:
     """Negative bounds follow the others where the flags say so."""
-    tail = {
-        bit: numbers(values[count:], count, "negative bounds") if flags >= 0 and flags & bit else None
-        for bit, values in ((MIN_VELOCITY, velocity), (MIN_ACCELERATION, acceleration))
-    }
+    velocity, acceleration, jerk = (values or [] for values in most)
+
+    def least(bit: int, values: Sequence[float]) -> list[float] | None:
+        return numbers(values[count:], count, "negative bounds") if flags >= 0 and flags & bit else None
+
     return Limits(
         numbers(velocity, count, "the greatest velocities"),
         numbers(acceleration, count, "the greatest accelerations"),
         numbers(jerk, count, "the greatest jerks"),
-        tail[MIN_VELOCITY],
-        tail[MIN_ACCELERATION],
+        least(MIN_VELOCITY, velocity),
+        least(MIN_ACCELERATION, acceleration),
     )
 
 

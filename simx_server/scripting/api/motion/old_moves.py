@@ -8,12 +8,12 @@ from simx_client.protocol import constants
 from simx_server.errors import CommandError
 from simx_server.handlers import joints
 from simx_server.kinematics.profile import Goal, Limits, Profile, State, Synchronisation, line
-from simx_server.scene.geometry import frames, poses
+from simx_server.scene.geometry import frames
 from simx_server.scene.geometry.poses import Pose
 from simx_server.scripting.api.values.matrices import vector
 from simx_server.scripting.interpreter import Waiting
 
-from .moving import REVOLUTE, Motion, Moving, nearest, numbers
+from .moving import REVOLUTE, Moving, Way, between, nearest, numbers
 
 _LENGTH_PER_ANGLE = 0.1 / math.radians(90)
 """V-REP's default: a quarter turn is as long as 0.1 m."""
@@ -58,7 +58,7 @@ class OldMoveFunctions(Moving):
         def put(state: State) -> bool:
             share = state.position[0] / length
             now = frames.get_pose(self._sim, own, reference)
-            place, turn = _between(start, goal, share)
+            place, turn = between(start, goal, share)
             return self._put_pose(
                 own, reference, (now[0] if position is None else place, now[1] if euler is None else turn)
             )
@@ -66,8 +66,7 @@ class OldMoveFunctions(Moving):
         if length == 0:
             self._put_pose(own, reference, goal)
             return (0.0,)
-        motion = Motion(line(length, velocity, abs(acceleration)), put)
-        yield from self._carry_out(motion)
+        motion = yield from self._carry_out(line(length, velocity, abs(acceleration)), put)
         return (motion.unused,)
 
     def moveToJointPositions(
@@ -86,19 +85,27 @@ class OldMoveFunctions(Moving):
         own, count = [self._self(each) for each in handles], len(handles)
         if not count:
             raise CommandError("the table of joints is empty")
-        start = [joints.get_joint_position(self._sim, each) for each in own]
+        start = [joints.get_joint_position(self._world, each) for each in own]
         ends = [self._end(*each) for each in zip(own, start, numbers(goal, count, "a goal"), strict=True)]
         if isinstance(velocity, list):
-            motion = self._each_by_itself(
-                own, start, ends, numbers(velocity, count, "velocities"), acceleration
-            )
-        else:
-            if isinstance(acceleration, list):
-                raise CommandError("with one velocity for all there is one acceleration; give tables of both")
-            motion = self._together(own, start, ends, velocity, acceleration, angle_to_length)
-        if motion is None:
+            profile = _each_by_itself(start, ends, numbers(velocity, count, "velocities"), acceleration)
+            motion = yield from self._carry_out(profile, lambda state: self._put_joints(own, state.position))
+            return (motion.unused,)
+        if isinstance(acceleration, list):
+            raise CommandError("with one velocity for all there is one acceleration; give tables of both")
+        length = max(
+            abs(end - begin)
+            * (abs(angle_to_length) if self._sim.joints.joint_type(each) == REVOLUTE else 1.0)
+            for each, begin, end in zip(own, start, ends, strict=True)
+        )
+        if length == 0:
             return (0.0,)
-        yield from self._carry_out(motion)
+
+        def put(state: State) -> bool:
+            share = state.position[0] / length
+            return self._put_joints(own, [a + (b - a) * share for a, b in zip(start, ends, strict=True)])
+
+        motion = yield from self._carry_out(line(length, velocity, abs(acceleration)), put)
         return (motion.unused,)
 
     def moveToObject(
@@ -124,55 +131,15 @@ class OldMoveFunctions(Moving):
             share = 1.0 if done >= 1 else min(1.0, max(0.0, (state.position[0] - done) / (1 - done)))
             done = state.position[0]
             now = frames.get_pose(self._sim, own)
-            place, turn = _between(now, frames.get_pose(self._sim, other), share)
+            place, turn = between(now, frames.get_pose(self._sim, other), share)
             return self._put_pose(
                 own,
                 frames.WORLD,
                 (place if what & _POSITION else now[0], turn if what & _ORIENTATION else now[1]),
             )
 
-        motion = Motion(line(1.0, velocity, abs(acceleration)), put)
-        yield from self._carry_out(motion)
+        motion = yield from self._carry_out(line(1.0, velocity, abs(acceleration)), put)
         return (motion.unused,)
-
-    def _together(
-        self,
-        own: list[int],
-        start: list[float],
-        ends: list[float],
-        velocity: float,
-        acceleration: float,
-        angle_to_length: float,
-    ) -> Motion | None:
-        length = max(
-            abs(end - begin)
-            * (abs(angle_to_length) if self._sim.joints.joint_type(each) == REVOLUTE else 1.0)
-            for each, begin, end in zip(own, start, ends, strict=True)
-        )
-        if length == 0:
-            return None
-
-        def put(state: State) -> bool:
-            share = state.position[0] / length
-            return self._put_joints(own, [a + (b - a) * share for a, b in zip(start, ends, strict=True)])
-
-        return Motion(line(length, velocity, abs(acceleration)), put)
-
-    def _each_by_itself(
-        self,
-        own: list[int],
-        start: list[float],
-        ends: list[float],
-        velocity: list[float],
-        acceleration: float | list[float],
-    ) -> Motion:
-        count = len(own)
-        bounds = acceleration if isinstance(acceleration, list) else [acceleration] * count
-        free = [abs(each) or math.inf for each in numbers(bounds, count, "accelerations")]
-        rest = [0.0] * count
-        limits = Limits([abs(each) for each in velocity], free, [math.inf] * count)
-        profile = Profile(State(start, rest, rest), Goal(ends, rest), limits, Synchronisation.NONE)
-        return Motion(profile, lambda state: self._put_joints(own, state.position))
 
     def _end(self, handle: int, now: float, goal: float) -> float:
         if self._is_cyclic(handle):
@@ -181,16 +148,21 @@ class OldMoveFunctions(Moving):
         return min(max(goal, least), least + extent)
 
 
-def _between(start: Pose, goal: Pose, share: float) -> Pose:
-    shift = poses.subtract(goal[0], start[0])
-    return poses.add(start[0], poses.scale(shift, share)), poses.blend(start[1], goal[1], share)
+def _each_by_itself(
+    start: list[float], ends: list[float], velocity: list[float], acceleration: float | list[float]
+) -> Profile:
+    count = len(start)
+    bounds = acceleration if isinstance(acceleration, list) else [acceleration] * count
+    free = [abs(each) or math.inf for each in numbers(bounds, count, "accelerations")]
+    rest = [0.0] * count
+    limits = Limits([abs(each) for each in velocity], free, [math.inf] * count)
+    return Profile(State(start, rest, rest), Goal(ends, rest), limits, Synchronisation.NONE)
 
 
 def _length(start: Pose, goal: Pose, method: int, factor: float) -> float:
     """How long V-REP's distance calculation methods take the way for, in metres."""
-    shift = math.hypot(*poses.subtract(goal[0], start[0]))
-    angle = math.hypot(*poses.rotation_vector(poses.multiply(poses.conjugate(start[1]), goal[1])))
-    turn = angle * factor
+    *place, angle = Way(start, goal).lengths
+    shift, turn = math.hypot(*place), angle * factor
     lengths = {
         constants.sim_distcalcmethod_dl: shift,
         constants.sim_distcalcmethod_dac: turn,

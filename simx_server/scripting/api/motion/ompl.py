@@ -152,7 +152,7 @@ class OmplFunctions(OmplTasks):
         """{entity, entity, ...} two by two that must not meet; sim.handle_all as second: all others."""
         chosen = as_pairs(pairs)
         for first, second in chosen:
-            self._sim.meters.collisions.entities(first, second)
+            self._world.meters.collisions.entities(first, second)
         self._task(task).pairs = chosen
         return True
 
@@ -278,7 +278,7 @@ class OmplFunctions(OmplTasks):
         """To the status bar."""
         chosen = self._task(task)
         spaces = ", ".join(f"{space.name} ({space.kind.name.lower()})" for space in chosen.spaces) or "none"
-        self._sim.status_bar.add(
+        self._world.status_bar.add(
             f"task '{chosen.name}': spaces {spaces}; {len(chosen.goals)} goals, {len(chosen.path)} states of a path"
             + (f"; {chosen.problem}" if chosen.problem else "")
         )

@@ -13,7 +13,7 @@ from .ompl import ALGORITHMS, SPACE_KINDS, OmplFunctions
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 
 class FlatOmplFunctions(ApiPart):
@@ -26,9 +26,9 @@ class FlatOmplFunctions(ApiPart):
         }
     )
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
-        self._ompl = OmplFunctions(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
+        self._ompl = OmplFunctions(world, script)
 
 
 def _flat(member: Callable[..., Any]) -> Callable[..., Any]:

@@ -12,7 +12,7 @@ from simx_server.scripting.api.base import ApiPart
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _Kept = TypeVar("_Kept", Task, StateSpace)
 
@@ -20,8 +20,8 @@ _Kept = TypeVar("_Kept", Task, StateSpace)
 class OmplTasks(ApiPart):
     """Tasks and state spaces live as long as the script."""
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._tasks: dict[int, Task] = {}
         self._spaces: dict[int, StateSpace] = {}
         self._next = 1
@@ -41,7 +41,7 @@ class OmplTasks(ApiPart):
             *(tuple(chosen.spaces), tuple(chosen.pairs)),
         )
         if self._prepared is None or self._prepared[0] != key:
-            self._prepared = key, Solving(self._sim, chosen)
+            self._prepared = key, Solving(self._world, chosen)
         return self._prepared[1]
 
     def _add(self, where: dict[int, Any], what: Any) -> int:

@@ -13,7 +13,7 @@ from simx_server.scripting.api.base import ApiPart
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 MIN_VELOCITY, MIN_ACCELERATION = 0x100, 0x200
 """Flags: negative bounds of their own follow the others."""
@@ -44,8 +44,8 @@ class ProfileFunctions(ApiPart):
         }
     )
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._profiles: dict[int, Profile] = {}
         self._next_profile = 1
 

@@ -19,7 +19,7 @@ from .ik import as_constraints, as_pair
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
@@ -62,8 +62,8 @@ class IkEnvironmentFunctions(ApiPart):
         }
     )
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._environments: dict[int, Environment] = {}
 
     def createEnvironment(self, _flags: int = 0) -> int:
@@ -82,8 +82,7 @@ class IkEnvironmentFunctions(ApiPart):
         groups[handle] = EnvironmentGroup(name or f"group{handle}")
         return handle
 
-    def createIkGroup(self, environment: int, name: str = "") -> int:
-        return self.createGroup(environment, name)
+    createIkGroup = createGroup
 
     def getGroupHandle(self, environment: int, name: str) -> int:
         """Raises when there is none."""
@@ -94,8 +93,7 @@ class IkEnvironmentFunctions(ApiPart):
         known = ", ".join(group.name for group in groups.values()) or "none"
         raise CommandError(f"no group '{name}'; groups of this environment: {known}")
 
-    def getIkGroupHandle(self, environment: int, name: str) -> int:
-        return self.getGroupHandle(environment, name)
+    getIkGroupHandle = getGroupHandle
 
     def setGroupCalculation(
         self, environment: int, group: int, method: int, damping: float, iterations: int
@@ -104,17 +102,13 @@ class IkEnvironmentFunctions(ApiPart):
         same = 0 if method == _UNDAMPED else method
         self._group(environment, group).how = Calculation.checked(same, damping, iterations)
 
-    def setIkGroupCalculation(
-        self, environment: int, group: int, method: int, damping: float, iterations: int
-    ) -> None:
-        self.setGroupCalculation(environment, group, method, damping, iterations)
+    setIkGroupCalculation = setGroupCalculation
 
     def getGroupCalculation(self, environment: int, group: int) -> tuple[int, float, int]:
         how = self._group(environment, group).how
         return int(how.method), how.damping, how.iterations
 
-    def getIkGroupCalculation(self, environment: int, group: int) -> tuple[int, float, int]:
-        return self.getGroupCalculation(environment, group)
+    getIkGroupCalculation = getGroupCalculation
 
     def addElementFromScene(
         self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
@@ -140,32 +134,24 @@ class IkEnvironmentFunctions(ApiPart):
             same[element.base] = element.base
         return number, same, dict(same)
 
-    def addIkElementFromScene(
-        self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
-    ) -> tuple[int, dict[int, int], dict[int, int]]:
-        return self.addElementFromScene(environment, group, base, tip, target, constraints)
+    addIkElementFromScene = addElementFromScene
 
     def setElementConstraints(self, environment: int, group: int, element: int, constraints: int) -> None:
         self._change(environment, group, element, constraints=as_constraints(constraints))
 
-    def setIkElementConstraints(self, environment: int, group: int, element: int, constraints: int) -> None:
-        self.setElementConstraints(environment, group, element, constraints)
+    setIkElementConstraints = setElementConstraints
 
     def setElementPrecision(self, environment: int, group: int, element: int, precision: list[float]) -> None:
         """{metres, radians}."""
         self._change(environment, group, element, precision=as_pair(precision, "precision"))
 
-    def setIkElementPrecision(
-        self, environment: int, group: int, element: int, precision: list[float]
-    ) -> None:
-        self.setElementPrecision(environment, group, element, precision)
+    setIkElementPrecision = setElementPrecision
 
     def setElementWeights(self, environment: int, group: int, element: int, weights: list[float]) -> None:
         """{position, orientation}. Partly: further weights of CoppeliaSim 4.5 are ignored."""
         self._change(environment, group, element, weights=as_pair(weights[:2], "weight"))
 
-    def setIkElementWeights(self, environment: int, group: int, element: int, weights: list[float]) -> None:
-        self.setElementWeights(environment, group, element, weights)
+    setIkElementWeights = setElementWeights
 
     def handleGroup(
         self, environment: int, group: Any, options: dict[str, Any] | None = None

@@ -244,13 +244,13 @@ class SimIk(IkEnvironmentFunctions):
             solver,
             usable,
             goals,
-            self._sim.ik_groups.random,
+            self._world.ik_groups.random,
             seconds=seconds,
             trials=_TRIALS if near else None,
             start=start if near else None,
             sampled=asked_range(*sampled, order),
             accepts=_ordered(judge, order),
-            serve_others=self._sim.serve_others,
+            serve_others=self._sim.interruptions.serve_others,
         )
         with self._at_no_cost():
             chosen_ones = list(found if many else islice(found, 1))

@@ -41,27 +41,27 @@ class CollisionFunctions(ApiPart):
 
         The second may be sim.handle_all, everything else.
         """
-        meter = self._sim.meters.collisions
+        meter = self._world.meters.collisions
         if not meter.enabled:
             return 0
         entities = meter.entities(self._self(first), self._self(second))
-        pair = colliding_pair(self._sim.instants.now(), *entities)
+        pair = colliding_pair(self._world.instants.now(), *entities)
         return 0 if pair is None else (1, list(pair))
 
     def readCollision(self, handle: int) -> int:
         """-1 when it was not handled yet. Partly: which objects collide is not told."""
-        found = self._sim.meters.collisions.read(handle)
+        found = self._world.meters.collisions.read(handle)
         return -1 if found is None else int(found)
 
     def handleCollision(self, handle: int) -> int:
         """Measure now; of sim.handle_all and sim.handle_all_except_explicit the number of collisions."""
-        meter = self._sim.meters.collisions
+        meter = self._world.meters.collisions
         return sum(meter.handle(each) for each in _meant(meter, handle))
 
     def resetCollision(self, handle: int) -> int:
         """Forget what was found, until the next handling."""
-        for each in _meant(self._sim.meters.collisions, handle):
-            self._sim.meters.collisions.reset(each)
+        for each in _meant(self._world.meters.collisions, handle):
+            self._world.meters.collisions.reset(each)
         return 1
 
     def checkDistance(
@@ -71,39 +71,39 @@ class CollisionFunctions(ApiPart):
 
         `threshold`: metres above which it is 0; none if it is not above 0.
         """
-        meter = self._sim.meters.distances
+        meter = self._world.meters.distances
         if not meter.enabled:
             return 0
         entities = meter.entities(self._self(first), self._self(second))
-        found = nearest(self._sim.instants.now(), *entities)
+        found = nearest(self._world.instants.now(), *entities)
         if found is None or 0.0 < threshold < found.distance:
             return 0
         return 1, [*found.first.tolist(), *found.second.tolist(), found.distance], list(found.objects)
 
     def readDistance(self, handle: int) -> tuple[int, float]:
         """1 and metres; 0 and 0 when it was not handled yet."""
-        found = self._sim.meters.distances.read(handle)
+        found = self._world.meters.distances.read(handle)
         return (0, 0.0) if found is None else (1, found)
 
     def handleDistance(self, handle: int) -> tuple[int, float]:
         """Measure now: 1 and metres, or 0 and 0; of sim.handle_all and its like the least."""
-        meter = self._sim.meters.distances
+        meter = self._world.meters.distances
         found = [away for each in _meant(meter, handle) if (away := meter.handle(each)) is not None]
         return (1, min(found)) if found else (0, 0.0)
 
     def resetDistance(self, handle: int) -> int:
         """Forget what was found, until the next handling."""
-        for each in _meant(self._sim.meters.distances, handle):
-            self._sim.meters.distances.reset(each)
+        for each in _meant(self._world.meters.distances, handle):
+            self._world.meters.distances.reset(each)
         return 1
 
     def getCollisionHandle(self, name: str) -> int:
         """Of a collision object that the scene registers."""
-        return collisions.get_collision_handle(self._sim, name)
+        return collisions.get_collision_handle(self._world, name)
 
     def getDistanceHandle(self, name: str) -> int:
         """Of a distance object that the scene registers."""
-        return collisions.get_distance_handle(self._sim, name)
+        return collisions.get_distance_handle(self._world, name)
 
     def getContactInfo(
         self, _dynamic_pass: int, handle: int, index: int
@@ -122,11 +122,11 @@ class CollisionFunctions(ApiPart):
 
     def getCollectionHandle(self, name: str) -> int:
         """Of the scene's collections, and those that scripts made."""
-        return collisions.get_collection_handle(self._sim, name)
+        return collisions.get_collection_handle(self._world, name)
 
     def getCollectionName(self, collection: int) -> str:
         """Raises for an unknown handle."""
-        return self._sim.collections.name(collection)
+        return self._world.collections.name(collection)
 
     def createCollection(self, name: int | str = 0, _options: int = 0) -> int:
         """A new, empty collection, gone after the stop; CoppeliaSim 4 gives it no name.
@@ -135,8 +135,8 @@ class CollisionFunctions(ApiPart):
         """
         if isinstance(name, int):
             taken = (f"Collection{number}" for number in range(1, 10_000))
-            name = next(each for each in taken if self._sim.collections.find(each) is None)
-        return self._sim.collections.create(name)
+            name = next(each for each in taken if self._world.collections.find(each) is None)
+        return self._world.collections.create(name)
 
     def addObjectToCollection(self, collection: int, handle: int, what: int, options: int = 0) -> int:
         """`what`: sim.handle_single, tree, chain or all; bit 0 of `options` takes out, bit 1 leaves out the object."""
@@ -146,7 +146,7 @@ class CollisionFunctions(ApiPart):
             )
         kind = _KINDS[what][1 if options & _WITHOUT_BASE and what != c.sim_handle_single else 0]
         taken_out = bool(options & _TAKEN_OUT)
-        self._sim.collections.change(collection, kind, self._self(handle), taken_out=taken_out)
+        self._world.collections.change(collection, kind, self._self(handle), taken_out=taken_out)
         return 1
 
     def addItemToCollection(self, collection: int, what: int, handle: int, options: int = 0) -> int:
@@ -155,21 +155,19 @@ class CollisionFunctions(ApiPart):
 
     def emptyCollection(self, collection: int) -> int:
         """Take everything out."""
-        self._sim.collections.empty(collection)
+        self._world.collections.empty(collection)
         return 1
 
     def removeCollection(self, collection: int) -> int:
         """It is back after the stop if the scene registers it."""
-        self._sim.collections.remove(collection)
+        self._world.collections.remove(collection)
         return 1
 
-    def destroyCollection(self, collection: int) -> int:
-        """CoppeliaSim 4's name of sim.removeCollection."""
-        return self.removeCollection(collection)
+    destroyCollection = removeCollection
 
     def getCollectionObjects(self, collection: int) -> list[int]:
         """Handles of what is in it now."""
-        return self._sim.collections.members(collection)
+        return self._world.collections.members(collection)
 
 
 def _meant(meter: Meter[bool] | Meter[float | None], handle: int) -> list[int]:

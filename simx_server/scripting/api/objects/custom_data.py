@@ -17,30 +17,21 @@ class CustomDataFunctions(ApiPart):
 
     def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> None:
         """'' or nil removes the block, an empty name all of them. Blocks named @tmp... end with the run."""
-        self._sim.custom_data.write(self._self(handle), name, data or b"")
+        self._world.custom_data.write(self._self(handle), name, data or b"")
 
     def readCustomDataBlock(self, handle: int, name: str) -> bytes | None:
-        return self._sim.custom_data.read(self._self(handle), name)
+        return self._world.custom_data.read(self._self(handle), name)
 
     def readCustomDataBlockTags(self, handle: int) -> list[str] | None:
         """The names of all blocks; nil when there are none."""
-        names = self._sim.custom_data.names(self._self(handle))
+        names = self._world.custom_data.names(self._self(handle))
         return [name for name in names if not name.startswith(HIDDEN)] or None
 
-    def readCustomDataTags(self, handle: int) -> list[str] | None:
-        return self.readCustomDataBlockTags(handle)
-
-    def writeCustomStringData(self, handle: int, name: str, data: bytes | None = None) -> None:
-        self.writeCustomDataBlock(handle, name, data)
-
-    def readCustomStringData(self, handle: int, name: str) -> bytes | None:
-        return self.readCustomDataBlock(handle, name)
-
-    def writeCustomBufferData(self, handle: int, name: str, data: bytes | None = None) -> None:
-        self.writeCustomDataBlock(handle, name, data)
-
-    def readCustomBufferData(self, handle: int, name: str) -> bytes | None:
-        return self.readCustomDataBlock(handle, name)
+    readCustomDataTags = readCustomDataBlockTags
+    writeCustomStringData = writeCustomDataBlock
+    readCustomStringData = readCustomDataBlock
+    writeCustomBufferData = writeCustomDataBlock
+    readCustomBufferData = readCustomDataBlock
 
     def writeCustomTableData(
         self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None
@@ -59,13 +50,13 @@ class CustomDataFunctions(ApiPart):
 
         Partly: nothing is kept on the disk, whatever the options.
         """
-        self._sim.custom_data.write(APPLICATION, f"{_PERSISTENT}{name}", data)
+        self._world.custom_data.write(APPLICATION, f"{_PERSISTENT}{name}", data)
 
     def persistentDataRead(self, name: str) -> bytes | None:
-        return self._sim.custom_data.read(APPLICATION, f"{_PERSISTENT}{name}")
+        return self._world.custom_data.read(APPLICATION, f"{_PERSISTENT}{name}")
 
     def getPersistentDataTags(self) -> list[str]:
-        names = self._sim.custom_data.names(APPLICATION)
+        names = self._world.custom_data.names(APPLICATION)
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
     def setReferencedHandles(self, handle: int, handles: list[int] | None = None) -> None:
@@ -74,20 +65,20 @@ class CustomDataFunctions(ApiPart):
         Partly: a copy remembers the same ones, also where they were copied with it.
         """
         packed = pack("i", [float(each) for each in handles or []], 0, 0)
-        self._sim.custom_data.write(self._self(handle), _REFERENCES, packed)
+        self._world.custom_data.write(self._self(handle), _REFERENCES, packed)
 
     def getReferencedHandles(self, handle: int) -> list[int]:
         """-1 stands for those that are gone."""
-        packed = self._sim.custom_data.read(self._self(handle), _REFERENCES) or b""
+        packed = self._world.custom_data.read(self._self(handle), _REFERENCES) or b""
         return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
         """Text of V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
-        self._sim.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
+        self._world.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
 
     def getExtensionString(self, handle: int, index: int, key: str | None = None) -> bytes | None:
         """Nil when there is none. With a key ``name@plugin`` only what stands behind it in braces."""
-        text = self._sim.custom_data.read(self._self(handle), f"{_EXTENSION}{index}")
+        text = self._world.custom_data.read(self._self(handle), f"{_EXTENSION}{index}")
         if text is None or key is None:
             return text
         return _value_of(text, key.encode())

@@ -48,7 +48,7 @@ class DrawingFunctions(ApiPart):
 
         Partly: the web viewer shows it; images of vision sensors do not contain it.
         """
-        return self._sim.drawings.create(
+        return self._world.drawings.create(
             kind,
             size,
             tolerance,
@@ -65,7 +65,7 @@ class DrawingFunctions(ApiPart):
         With sim.handleflag_addmultiple or setmultiple on the handle the numbers are many items, added or in place of
         those that are there. Positions come first, then a normal (or quaternion), colours, size, transparency.
         """
-        drawings = self._sim.drawings
+        drawings = self._world.drawings
         plain = handle & ~(_ADD_MULTIPLE | _SET_MULTIPLE)
         if item is None or handle & _SET_MULTIPLE:
             drawings.clear(plain)
@@ -79,9 +79,9 @@ class DrawingFunctions(ApiPart):
     def removeDrawingObject(self, handle: int) -> int:
         """One, or with sim.handle_all every one."""
         if handle == c.sim_handle_all:
-            self._sim.drawings.remove_all()
+            self._world.drawings.remove_all()
         else:
-            self._sim.drawings.remove(handle)
+            self._world.drawings.remove(handle)
         return 1
 
 

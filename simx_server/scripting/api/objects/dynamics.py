@@ -40,14 +40,14 @@ class DynamicsFunctions(ApiPart):
         sim.handleflag_resetforcetorque added to the handle: what was added before is forgotten.
         """
         handle = self._reset(shape)
-        self._sim.applied_forces.add_at(handle, vector(position, "a position"), vector(force, "a force"))
+        self._world.applied_forces.add_at(handle, vector(position, "a position"), vector(force, "a force"))
 
     def addForceAndTorque(
         self, shape: int, force: list[float] | None = None, torque: list[float] | None = None
     ) -> None:
         """At the centre of mass, both along world axes. Flags as for addForce, also separately."""
         handle = self._reset(shape)
-        self._sim.applied_forces.add(
+        self._world.applied_forces.add(
             handle,
             _NOTHING if force is None else vector(force, "a force"),
             _NOTHING if torque is None else vector(torque, "a torque"),
@@ -119,7 +119,7 @@ class DynamicsFunctions(ApiPart):
         flags = shape & (_RESET_FORCE | _RESET_TORQUE) if shape > 0 else 0
         handle = self._self(shape & ~flags)
         if flags:
-            self._sim.applied_forces.reset(
+            self._world.applied_forces.reset(
                 handle, force=bool(flags & _RESET_FORCE), torque=bool(flags & _RESET_TORQUE)
             )
         return handle

@@ -29,11 +29,11 @@ class JointFunctions(ApiPart):
 
     def getJointPosition(self, joint: int) -> float:
         """Cyclic joints in -pi..pi. Raises for spherical joints."""
-        return joints.get_joint_position(self._sim, self._self(joint))
+        return joints.get_joint_position(self._world, self._self(joint))
 
     def setJointPosition(self, joint: int, position: float) -> int:
         """At once, within the limits; a controller drives it back."""
-        joints.set_joint_position(self._sim, self._self(joint), position)
+        joints.set_joint_position(self._world, self._self(joint), position)
         return 1
 
     def getJointTargetPosition(self, joint: int) -> float:
@@ -42,7 +42,7 @@ class JointFunctions(ApiPart):
 
     def setJointTargetPosition(self, joint: int, position: float) -> int:
         """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
-        joints.set_joint_target_position(self._sim, self._self(joint), position)
+        joints.set_joint_target_position(self._world, self._self(joint), position)
         return 1
 
     def getJointTargetVelocity(self, joint: int) -> float:
@@ -51,7 +51,7 @@ class JointFunctions(ApiPart):
 
     def setJointTargetVelocity(self, joint: int, velocity: float) -> int:
         """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
-        joints.set_joint_target_velocity(self._sim, self._self(joint), velocity)
+        joints.set_joint_target_velocity(self._world, self._self(joint), velocity)
         return 1
 
     def getJointVelocity(self, joint: int) -> float:
@@ -63,16 +63,14 @@ class JointFunctions(ApiPart):
 
         0, where V-REP gave nil, before there was one.
         """
-        return joints.get_joint_force(self._sim, self._self(joint))
+        return joints.get_joint_force(self._world, self._self(joint))
 
     def setJointForce(self, joint: int, force: float) -> int:
         """The most the motor exerts, as a magnitude."""
-        joints.set_joint_force(self._sim, self._self(joint), force)
+        joints.set_joint_force(self._world, self._self(joint), force)
         return 1
 
-    def setJointMaxForce(self, joint: int, force: float) -> int:
-        """The same as sim.setJointForce."""
-        return self.setJointForce(joint, force)
+    setJointMaxForce = setJointForce
 
     def setJointTargetForce(self, joint: int, force: float) -> int:
         """Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity gives the direction."""
@@ -80,11 +78,9 @@ class JointFunctions(ApiPart):
 
     def getJointMaxForce(self, joint: int) -> float:
         """1e9 for a joint without a limit."""
-        return joints.get_joint_max_force(self._sim, self._self(joint))
+        return joints.get_joint_max_force(self._world, self._self(joint))
 
-    def getJointTargetForce(self, joint: int) -> float:
-        """The same as sim.getJointMaxForce."""
-        return self.getJointMaxForce(joint)
+    getJointTargetForce = getJointMaxForce
 
     def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
         """Whether it is cyclic, and {least value, range}."""
@@ -120,11 +116,11 @@ class JointFunctions(ApiPart):
 
     def getJointMatrix(self, joint: int) -> list[float]:
         """12 numbers, row-major 3 x 4: the turn or shift that the joint value is."""
-        return joints.get_joint_matrix(self._sim, self._self(joint))
+        return joints.get_joint_matrix(self._world, self._self(joint))
 
     def setSphericalJointMatrix(self, joint: int, matrix: list[float]) -> int:
         """12 numbers; the translation is ignored."""
-        joints.set_spherical_joint_matrix(self._sim, self._self(joint), matrix)
+        joints.set_spherical_joint_matrix(self._world, self._self(joint), matrix)
         return 1
 
     def getSphericalJointMatrix(self, joint: int) -> list[float]:

@@ -48,20 +48,20 @@ class ObjectParameterFunctions(ApiPart):
         own = self._self(handle)
         if self._is_of_another_kind(own, parameter):
             return None
-        return parameters.get_object_int_parameter(self._sim, own, parameter)
+        return parameters.get_object_int_parameter(self._world, own, parameter)
 
     def setObjectInt32Param(self, handle: int, parameter: int, value: int) -> int:
-        parameters.set_object_int_parameter(self._sim, self._self(handle), parameter, value)
+        parameters.set_object_int_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
     def getObjectFloatParam(self, handle: int, parameter: int) -> float | None:
         own = self._self(handle)
         if self._is_of_another_kind(own, parameter):
             return None
-        return parameters.get_object_float_parameter(self._sim, own, parameter)
+        return parameters.get_object_float_parameter(self._world, own, parameter)
 
     def setObjectFloatParam(self, handle: int, parameter: int, value: float) -> int:
-        parameters.set_object_float_parameter(self._sim, self._self(handle), parameter, value)
+        parameters.set_object_float_parameter(self._world, self._self(handle), parameter, value)
         return 1
 
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
@@ -88,11 +88,8 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectInt32Param(handle, parameter, value)
         return 1
 
-    def getObjectIntParameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
-        return self.getObjectInt32Parameter(handle, parameter)
-
-    def setObjectIntParameter(self, handle: int, parameter: int, value: int) -> int:
-        return self.setObjectInt32Parameter(handle, parameter, value)
+    getObjectIntParameter = getObjectInt32Parameter
+    setObjectIntParameter = setObjectInt32Parameter
 
     def getObjectFloatParameter(self, handle: int, parameter: int) -> tuple[int, float | None]:
         value = self.getObjectFloatParam(handle, parameter)
@@ -102,9 +99,7 @@ class ObjectParameterFunctions(ApiPart):
         self.setObjectFloatParam(handle, parameter, value)
         return 1
 
-    def getObjectStringParameter(self, handle: int, parameter: int) -> str:
-        """Not here: no object has a string parameter."""
-        return self.getObjectStringParam(handle, parameter)
+    getObjectStringParameter = getObjectStringParam
 
     def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
         """Not here: no object has a string parameter."""
@@ -119,7 +114,7 @@ class ObjectParameterFunctions(ApiPart):
             return c.sim_objectspecialproperty_measurable if item.kind == ObjectKind.DUMMY else 0
         note = item.annotations.get("shape", {})
         bits = sum(bit for name, bit in _SPECIAL.items() if note.get(name, True))
-        seen = self._sim.object_settings.is_drawn(own) and not properties.is_unseen(item)
+        seen = self._world.object_settings.is_drawn(own) and not properties.is_unseen(item)
         return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
     def setObjectSpecialProperty(self, handle: int, bits: int) -> int:
@@ -138,13 +133,13 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectProperty(self, handle: int) -> int:
-        """Return the bits sim.objectproperty_, for viewers; initially sim.objectproperty_selectable."""
-        kept = self._sim.custom_data.read(self._self(handle), _PROPERTY)
+        """Return the bits world.objectproperty_, for viewers; initially world.objectproperty_selectable."""
+        kept = self._world.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 
     def setObjectProperty(self, handle: int, bits: int) -> int:
         """Partly: the bits are kept, but nothing here acts on them."""
-        self._sim.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
+        self._world.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
         return 1
 
     def getObjectSizeValues(self, handle: int) -> list[float]:

@@ -76,15 +76,15 @@ class ObjectFunctions(ApiPart):
 
     def isHandle(self, handle: int) -> bool:
         """Whether an object or a collection has this handle."""
-        return self._self(handle) in self._sim.scene.objects or handle in self._sim.collections
+        return self._self(handle) in self._sim.scene.objects or handle in self._world.collections
 
     def isHandleValid(self, handle: int, kind: int = -1) -> int:
         """1 or 0. `kind`: sim.appobj_object_type, sim.appobj_collection_type, ..., or -1 for any of them."""
         known = {
             c.sim_appobj_object_type: self._sim.scene.objects,
-            c.sim_appobj_collection_type: self._sim.collections,
-            c.sim_appobj_collision_type: self._sim.meters.collisions.handles(explicit_too=True),
-            c.sim_appobj_distance_type: self._sim.meters.distances.handles(explicit_too=True),
+            c.sim_appobj_collection_type: self._world.collections,
+            c.sim_appobj_collision_type: self._world.meters.collisions.handles(explicit_too=True),
+            c.sim_appobj_distance_type: self._world.meters.distances.handles(explicit_too=True),
         }
         if kind != -1 and kind not in known:
             raise CommandError(f"a kind of handle is -1 or one of {sorted(known)}, not {kind}")
@@ -97,7 +97,7 @@ class ObjectFunctions(ApiPart):
 
     def getObjects(self, index: int, kind: int = c.sim_handle_all) -> int:
         """The object at this index, from 0, among all or those of one kind; -1 after the last."""
-        return _at(objects.get_objects(self._sim, kind), index)
+        return _at(objects.get_objects(self._world, kind), index)
 
     def getObjectsInTree(self, base: int, kind: int = c.sim_handle_all, options: int = 0) -> list[int]:
         """An object and all below it, or with sim.handle_scene everything; depth first.
@@ -121,14 +121,14 @@ class ObjectFunctions(ApiPart):
 
     def setObjectParent(self, handle: int, parent: int, keep_in_place: bool = True) -> int:
         """-1: to the top of the tree."""
-        objects.set_object_parent(self._sim, self._self(handle), self._self(parent), keep_in_place)
+        objects.set_object_parent(self._world, self._self(handle), self._self(parent), keep_in_place)
         return 1
 
     def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
         """RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""
         handle = self._self(handle)
         if self._sim.scene.get(handle).kind == ObjectKind.SHAPE:
-            return shape_looks.color(self._sim, handle, component)
+            return shape_looks.color(self._world, handle, component)
         return editing.dummy_color(self._sim, handle, component)
 
     def createDummy(self, size: float, color: list[float] | None = None) -> int:
@@ -138,7 +138,7 @@ class ObjectFunctions(ApiPart):
         if len(numbers) not in (0, 3, 12):
             raise CommandError(f"a colour is 3 or 12 numbers, not {len(numbers)}")
         return objects.create_dummy(
-            self._sim, size, [*numbers, *_FAINT] if len(numbers) == 3 else numbers or None
+            self._world, size, [*numbers, *_FAINT] if len(numbers) == 3 else numbers or None
         )
 
     def copyPasteObjects(self, handles: list[int], _options: int = 0) -> list[int]:
@@ -146,11 +146,11 @@ class ObjectFunctions(ApiPart):
 
         Partly: a model base is always copied with all below it, and nothing is stripped away, whatever the options.
         """
-        return objects.copy_paste_objects(self._sim, [self._self(handle) for handle in handles])
+        return objects.copy_paste_objects(self._world, [self._self(handle) for handle in handles])
 
     def removeObject(self, handle: int) -> None:
-        """Remove an object; its children stay. sim.handle_all empties the scene. A stop restores removed objects."""
-        objects.remove_object(self._sim, self._self(handle))
+        """Remove an object; its children stay. world.handle_all empties the scene. A stop restores removed objects."""
+        objects.remove_object(self._world, self._self(handle))
 
     def removeObjects(self, handles: list[int], _delayed: bool = False) -> None:
         for handle in handles:
@@ -159,7 +159,7 @@ class ObjectFunctions(ApiPart):
     def removeModel(self, base: int, _delayed: bool = False) -> int:
         """A model base with all below it; how many objects that were."""
         before = len(self._sim.scene.objects)
-        objects.remove_model(self._sim, self._self(base))
+        objects.remove_model(self._world, self._self(base))
         return before - len(self._sim.scene.objects)
 
     def loadModel(self, file: str) -> int:
@@ -168,14 +168,14 @@ class ObjectFunctions(ApiPart):
 
         Partly: files are MJCF, URDF or meshes, and for a `.ttm` file the one that stands for it; no buffers.
         """
-        return files.load_model_of_server(self._sim, file)
+        return files.load_model_of_server(self._world, file)
 
     def getModelProperty(self, handle: int) -> int:
         """Bits of a model base; sim.modelproperty_not_model for any other object."""
-        return objects.get_model_property(self._sim, self._self(handle))
+        return objects.get_model_property(self._world, self._self(handle))
 
     def setModelProperty(self, handle: int, bits: int) -> None:
-        objects.set_model_property(self._sim, self._self(handle), bits)
+        objects.set_model_property(self._world, self._self(handle), bits)
 
 
 def _number(options: dict[str, Any], name: str) -> int:

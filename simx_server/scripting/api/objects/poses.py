@@ -38,28 +38,28 @@ class PoseFunctions(ApiPart):
     )
 
     def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
-        return handlers.get_object_position(self._sim, self._plain(handle), self._self(relative_to))
+        return handlers.get_object_position(self._world, self._plain(handle), self._self(relative_to))
 
     def setObjectPosition(
         self, handle: int, relative_to: int | list[float], position: list[float] | int = -1
     ) -> int:
         value, reference = _ordered(relative_to, position, "a position")
-        handlers.set_object_position(self._sim, self._plain(handle), self._self(reference), value)
+        handlers.set_object_position(self._world, self._plain(handle), self._self(reference), value)
         return 1
 
     def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
         """Euler angles."""
-        return handlers.get_object_orientation(self._sim, self._plain(handle), self._self(relative_to))
+        return handlers.get_object_orientation(self._world, self._plain(handle), self._self(relative_to))
 
     def setObjectOrientation(
         self, handle: int, relative_to: int | list[float], euler: list[float] | int = -1
     ) -> int:
         value, reference = _ordered(relative_to, euler, "Euler angles")
-        handlers.set_object_orientation(self._sim, self._plain(handle), self._self(reference), value)
+        handlers.set_object_orientation(self._world, self._plain(handle), self._self(reference), value)
         return 1
 
     def getObjectQuaternion(self, handle: int, relative_to: int = -1) -> list[float]:
-        quat = handlers.get_object_quaternion(self._sim, self._plain(handle), self._self(relative_to))
+        quat = handlers.get_object_quaternion(self._world, self._plain(handle), self._self(relative_to))
         return _w_first(quat) if _is_w_first(handle) else quat
 
     def setObjectQuaternion(
@@ -68,7 +68,7 @@ class PoseFunctions(ApiPart):
         value, reference = _ordered(relative_to, quaternion, "a quaternion")
         if _is_w_first(handle):
             value = _w_last(value)
-        handlers.set_object_quaternion(self._sim, self._plain(handle), self._self(reference), value)
+        handlers.set_object_quaternion(self._world, self._plain(handle), self._self(reference), value)
         return 1
 
     def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
@@ -80,7 +80,7 @@ class PoseFunctions(ApiPart):
         value, reference = _ordered(relative_to, pose, "a pose")
         if _is_w_first(handle):
             value = [*value[:3], *_w_last(value[3:])]
-        handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), as_pose(value))
+        handlers.set_object_pose(self._world, self._plain(handle), self._self(reference), as_pose(value))
         return 1
 
     def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
@@ -91,27 +91,27 @@ class PoseFunctions(ApiPart):
     ) -> int:
         value, reference = _ordered(relative_to, matrix, "a matrix")
         pose = frames.pose_from_matrix12(value)
-        handlers.set_object_pose(self._sim, self._plain(handle), self._self(reference), pose)
+        handlers.set_object_pose(self._world, self._plain(handle), self._self(reference), pose)
         return 1
 
     def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
         """Linear m/s and angular rad/s over the last pass, world axes; Euler rates, with sim.handleflag_axis added
         to the handle the angular velocity of physics."""
-        return handlers.get_object_velocity(self._sim, self._self(handle))
+        return handlers.get_object_velocity(self._world, self._self(handle))
 
     def getVelocity(self, shape: int) -> tuple[list[float], list[float]]:
         """Linear m/s and the angular velocity of physics, rad/s, world axes.
 
         Partly: the mean over the last pass, where V-REP gave that at its end.
         """
-        linear, _, angular = self._sim.measured_velocity(self._self(shape))
+        linear, _, angular = self._world.velocities.measure(self._self(shape))
         return linear, angular
 
     def resetDynamicObject(self, handle: int) -> None:
         """The object and all below it lose their velocity. Only within a run; sim.handle_all means every object."""
         handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
         for each in handles:
-            handlers.reset_dynamic_object(self._sim, each)
+            handlers.reset_dynamic_object(self._world, each)
 
     def _plain(self, handle: int) -> int:
         """The handle without the flag that only concerns the order of a quaternion's numbers."""

@@ -12,21 +12,21 @@ class SelectionFunctions(ApiPart):
     """Lists of handles in order of selection; handles of no object are ignored."""
 
     def getObjectSelection(self) -> list[int]:
-        return objects.get_object_selection(self._sim)
+        return objects.get_object_selection(self._world)
 
     def setObjectSelection(self, handles: list[int] | None = None) -> None:
-        objects.set_object_selection(self._sim, [self._self(handle) for handle in handles or []])
+        objects.set_object_selection(self._world, [self._self(handle) for handle in handles or []])
 
     def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> None:
         """A list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain (with all
         above) and one handle."""
-        objects.set_object_selection(self._sim, [*self.getObjectSelection(), *self._meant(what, handle)])
+        objects.set_object_selection(self._world, [*self.getObjectSelection(), *self._meant(what, handle)])
 
     def removeObjectFromSelection(self, what: int | list[int], handle: int = -1) -> None:
         """As addObjectToSelection."""
         gone = self._meant(what, handle)
         kept = [each for each in self.getObjectSelection() if each not in gone]
-        objects.set_object_selection(self._sim, kept)
+        objects.set_object_selection(self._world, kept)
 
     def getObjectLastSelection(self) -> int:
         """-1 when nothing is selected."""

@@ -28,7 +28,7 @@ class SensorFunctions(ApiPart):
         """0 for nothing, -1 when it was not handled yet. CoppeliaSim 4 gives five results also for nothing."""
         handle = self._proximity_sensor(sensor)
         try:
-            found = self._sim.proximity.read(handle)
+            found = self._world.proximity.read(handle)
         except CommandError:
             return _NOT_HANDLED  # the handle is good, so this is the only reason
         return _results(found)
@@ -36,17 +36,17 @@ class SensorFunctions(ApiPart):
     def handleProximitySensor(self, sensor: int) -> Detected | int:
         """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit the nearest detection of all."""
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
-            return _results(self._sim.proximity.handle(self._proximity_sensor(sensor)))
-        found = [self._sim.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
+            return _results(self._world.proximity.handle(self._proximity_sensor(sensor)))
+        found = [self._world.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
         return _results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
 
     def resetProximitySensor(self, sensor: int) -> int:
         """Forget what was detected, until the next handling; also for sim.handle_all and its like."""
         if sensor in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             for handle in self._proximity_sensors(sensor):
-                self._sim.proximity.reset(handle)
+                self._world.proximity.reset(handle)
         else:
-            self._sim.proximity.reset(self._proximity_sensor(sensor))
+            self._world.proximity.reset(self._proximity_sensor(sensor))
         return 1
 
     def checkProximitySensor(self, sensor: int, entity: int) -> Detected | int:
@@ -54,7 +54,7 @@ class SensorFunctions(ApiPart):
 
         The object and the normal are results of CoppeliaSim 4 only.
         """
-        return _results(self._sim.proximity.check(self._proximity_sensor(sensor), self._self(entity)))
+        return _results(self._world.proximity.check(self._proximity_sensor(sensor), self._self(entity)))
 
     def checkProximitySensorEx(
         self, sensor: int, entity: int, mode: int, threshold: float, max_angle: float
@@ -67,7 +67,7 @@ class SensorFunctions(ApiPart):
         if faces is None:
             raise CommandError("the mode must have bit 0 (front faces) or bit 1 (back faces) set")
         limited = mode & _LIMITED_ANGLE and max_angle < math.pi / 2
-        found = self._sim.proximity.check(
+        found = self._world.proximity.check(
             self._proximity_sensor(sensor),
             self._self(entity),
             faces=faces,
@@ -78,31 +78,31 @@ class SensorFunctions(ApiPart):
 
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
         """Bit 0: values are there, bit 1: broken; force (N) and torque (N m), zeros where V-REP gave no values."""
-        return sensors.read_force_sensor(self._sim, self._self(sensor))
+        return sensors.read_force_sensor(self._world, self._self(sensor))
 
     def breakForceSensor(self, sensor: int) -> int:
         """Separate the parts that it holds together, until the stop."""
-        sensors.break_force_sensor(self._sim, self._self(sensor))
+        sensors.break_force_sensor(self._world, self._self(sensor))
         return 1
 
     def getExplicitHandling(self, sensor: int) -> int:
         """1 when a proximity or vision sensor, or an IK group, is left to scripts, else 0."""
         handle = self._self(sensor)
-        if handle in self._sim.ik_groups:
-            return int(self._sim.ik_groups.get(handle).explicit)
+        if handle in self._world.ik_groups:
+            return int(self._world.ik_groups.get(handle).explicit)
         if self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
-            return int(self._sim.vision.settings(handle).explicit)
-        return int(self._sim.proximity.is_explicit(handle))
+            return int(self._world.vision.settings(handle).explicit)
+        return int(self._world.proximity.is_explicit(handle))
 
     def setExplicitHandling(self, sensor: int, flags: int) -> int:
         """Bit 0 leaves a proximity or vision sensor, or an IK group, to scripts."""
         handle, explicit = self._self(sensor), bool(flags & 1)
-        if handle in self._sim.ik_groups:
-            self._sim.ik_groups.get(handle).explicit = explicit
+        if handle in self._world.ik_groups:
+            self._world.ik_groups.get(handle).explicit = explicit
         elif self._sim.scene.get(handle).kind == ObjectKind.VISION_SENSOR:
-            self._sim.vision.change(handle, explicit=explicit)
+            self._world.vision.change(handle, explicit=explicit)
         else:
-            self._sim.proximity.set_explicit(handle, explicit)
+            self._world.proximity.set_explicit(handle, explicit)
         return 1
 
     def _proximity_sensor(self, sensor: int) -> int:
@@ -111,7 +111,7 @@ class SensorFunctions(ApiPart):
     def _proximity_sensors(self, which: int) -> list[int]:
         handles = self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR)
         everything = which == c.sim_handle_all
-        return [handle for handle in handles if everything or not self._sim.proximity.is_explicit(handle)]
+        return [handle for handle in handles if everything or not self._world.proximity.is_explicit(handle)]
 
 
 def _results(found: Detection | None) -> Detected | int:

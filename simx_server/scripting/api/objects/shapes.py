@@ -62,7 +62,7 @@ class ShapeFunctions(ApiPart):
         if not 0 <= kind < len(_PURE):
             raise CommandError(f"a pure shape is 0 cuboid, 1 sphere, 2 cylinder or 3 cone, not {kind}")
         body = Body(static=bool(options & _STATIC), respondable=bool(options & _RESPONDABLE), mass=mass)
-        return creating.create_primitive(self._sim, _PURE[kind], sizes, body)
+        return creating.create_primitive(self._world, _PURE[kind], sizes, body)
 
     def createPrimitiveShape(self, kind: int, sizes: list[float], _options: int = 0) -> int:
         """A sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4.
@@ -72,7 +72,7 @@ class ShapeFunctions(ApiPart):
         if kind not in _PRIMITIVES:
             known = ", ".join(f"{number} {word}" for number, word in _PRIMITIVES.items())
             raise CommandError(f"{kind} is no primitive shape; those are {known}")
-        return creating.create_primitive(self._sim, _PRIMITIVES[kind], sizes, Body())
+        return creating.create_primitive(self._world, _PRIMITIVES[kind], sizes, Body())
 
     def createMeshShape(
         self, _options: int, _shading_angle: float, vertices: list[float], indices: list[int]
@@ -84,7 +84,7 @@ class ShapeFunctions(ApiPart):
         if len(vertices) % 3 or len(indices) % 3:
             raise CommandError("vertices are x, y, z of each point, indices three for each triangle")
         points, faces = np.array(vertices, float).reshape(-1, 3), np.array(indices, int).reshape(-1, 3)
-        return creating.create_mesh(self._sim, points, faces, "Shape", Body())
+        return creating.create_mesh(self._world, points, faces, "Shape", Body())
 
     def createShape(
         self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
@@ -107,7 +107,7 @@ class ShapeFunctions(ApiPart):
                 f"{x_count} x {y_count} points need {x_count * y_count} heights, not {len(heights)}"
             )
         field = np.array(heights[: x_count * y_count], float).reshape(y_count, x_count)
-        return creating.create_height_field(self._sim, field, x_size)
+        return creating.create_height_field(self._world, field, x_size)
 
     def importMesh(
         self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
@@ -122,7 +122,7 @@ class ShapeFunctions(ApiPart):
     def importShape(self, _format: int, path: str, _options: int, _tolerance: float, scaling: float) -> int:
         """A static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
         points, faces = self._mesh(path, scaling)
-        return creating.create_mesh(self._sim, points, faces, "Shape", Body())
+        return creating.create_mesh(self._world, points, faces, "Shape", Body())
 
     def createJoint(
         self,
@@ -138,7 +138,7 @@ class ShapeFunctions(ApiPart):
         It carries what gets it as parent: a static shape, or the first dynamic one, which it links.
         Partly: sizes and colours are ignored.
         """
-        return creating_parts.create_joint(self._sim, kind, mode, hybrid=bool(options & 1))
+        return creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
 
     def createProximitySensor(
         self,
@@ -150,19 +150,19 @@ class ShapeFunctions(ApiPart):
         _color: list[float] | None = None,
     ) -> int:
         """At the origin, looking along z. Partly: what it detects (ultrasonic, laser, ...) and colours are ignored."""
-        return creating_parts.create_proximity_sensor(self._sim, kind, options, sizes)
+        return creating_parts.create_proximity_sensor(self._world, kind, options, sizes)
 
     def createVisionSensor(
         self, options: int, counts: list[int], view: list[float], _color: list[float] | None = None
     ) -> int:
         """At the origin, looking along z. Partly: fog, own lights, background and sizes of the box are ignored."""
-        return creating_parts.create_vision_sensor(self._sim, options, counts, view)
+        return creating_parts.create_vision_sensor(self._world, options, counts, view)
 
     def createForceSensor(
         self, options: int, counts: list[int], limits: list[float], _color: list[float] | None = None
     ) -> int:
         """At the origin. Partly: size and colours are ignored."""
-        return creating_parts.create_force_sensor(self._sim, options, counts, limits)
+        return creating_parts.create_force_sensor(self._world, options, counts, limits)
 
     def createPath(self, _attributes: int) -> NoReturn:
         """Not here: scenes have no path objects."""
@@ -190,7 +190,7 @@ class ShapeFunctions(ApiPart):
 
     def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
         """Points in the shape's frame, indices, and three normals for each triangle."""
-        points, faces = shape_looks.triangles(self._sim, self._self(shape))
+        points, faces = shape_looks.triangles(self._world, self._self(shape))
         corners = points[faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -200,10 +200,10 @@ class ShapeFunctions(ApiPart):
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
         """Bits 0 compound, 1 pure, 2 convex; the sim.pure_primitive_* of a single one; its sizes x, y, z and 0."""
         handle = self._self(shape)
-        number, sizes = shape_looks.pure_type(self._sim, handle)
+        number, sizes = shape_looks.pure_type(self._world, handle)
         bits = _COMPOUND if shape_properties.is_compound(self._sim, handle) else 0
         bits |= _IS_PURE if number else 0
-        bits |= _CONVEX if shape_looks.is_convex(self._sim, handle) else 0
+        bits |= _CONVEX if shape_looks.is_convex(self._world, handle) else 0
         return bits, number, [*sizes, 0.0]
 
     def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]] | int:
@@ -212,19 +212,19 @@ class ShapeFunctions(ApiPart):
         Partly: components 0 (ambient and diffuse) and 4 (transparency).
         """
         handle = self._shape(shape)
-        return 0 if _is_named(name) else (1, shape_looks.color(self._sim, handle, component))
+        return 0 if _is_named(name) else (1, shape_looks.color(self._world, handle, component))
 
     def setShapeColor(self, shape: int, name: str | None, component: int, color: list[float]) -> int:
         """1; 0 for a named colour. Transparency is {0} for opaque to {1}. Partly: as sim.getShapeColor."""
         handle = self._shape(shape)
         if _is_named(name):
             return 0
-        shape_looks.set_color(self._sim, handle, component, color)
+        shape_looks.set_color(self._world, handle, component, color)
         return 1
 
     def setObjectColor(self, handle: int, _index: int, component: int, color: list[float]) -> bool:
         """CoppeliaSim 4's form, for shapes. Partly: shapes only, components as sim.getShapeColor."""
-        shape_looks.set_color(self._sim, self._shape(handle), component, color)
+        shape_looks.set_color(self._world, self._shape(handle), component, color)
         return True
 
     def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
@@ -257,7 +257,7 @@ class ShapeFunctions(ApiPart):
 
     def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 3) in metres and faces (m, 3)."""
-        (mesh,) = read_mesh(self._sim, path).scene.spec.meshes
+        (mesh,) = read_mesh(self._world, path).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)
 

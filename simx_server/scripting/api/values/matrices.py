@@ -108,14 +108,12 @@ class MatrixFunctions(ApiPart):
     def getMatrixInverse(self, matrix: list[float]) -> list[float]:
         return frames.matrix12(poses.inverse(frames.pose_from_matrix12(matrix)))
 
-    def getInvertedMatrix(self, matrix: list[float]) -> list[float]:
-        return self.getMatrixInverse(matrix)
+    getInvertedMatrix = getMatrixInverse
 
     def invertPose(self, pose: list[float]) -> list[float]:
         return as_numbers(poses.inverse(as_pose(pose)))
 
-    def getPoseInverse(self, pose: list[float]) -> list[float]:
-        return self.invertPose(pose)
+    getPoseInverse = invertPose
 
     def multiplyVector(self, frame: list[float], points: list[float]) -> list[float]:
         """A matrix or pose applied to one point, or to several in one table."""
@@ -186,11 +184,8 @@ class MatrixFunctions(ApiPart):
         alpha, beta, gamma = frames.euler_from_quat(quat)
         return alpha, beta, gamma
 
-    def abgToYpr(self, alpha: float, beta: float, gamma: float) -> tuple[float, float, float]:
-        return self.alphaBetaGammaToYawPitchRoll(alpha, beta, gamma)
-
-    def yprToAbg(self, yaw: float, pitch: float, roll: float) -> tuple[float, float, float]:
-        return self.yawPitchRollToAlphaBetaGamma(yaw, pitch, roll)
+    abgToYpr = alphaBetaGammaToYawPitchRoll
+    yprToAbg = yawPitchRollToAlphaBetaGamma
 
 
 def _between(first: Pose, second: Pose, share: float) -> Pose:

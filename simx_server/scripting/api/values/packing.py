@@ -153,41 +153,21 @@ class PackingFunctions(ApiPart):
 
     # The names before V-REP 3.3.
 
-    def packInts(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packInt32Table(numbers, start, count)
-
-    def packUInts(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packUInt32Table(numbers, start, count)
-
-    def packBytes(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packUInt8Table(numbers, start, count)
-
-    def packWords(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packUInt16Table(numbers, start, count)
-
-    def packFloats(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packFloatTable(numbers, start, count)
-
-    def packDoubles(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
-        return self.packDoubleTable(numbers, start, count)
-
-    def unpackInts(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
-        return self.unpackInt32Table(data, start, count, skip)
-
-    def unpackUInts(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
-        return self.unpackUInt32Table(data, start, count, skip)
+    packInts = packInt32Table
+    packUInts = packUInt32Table
+    packBytes = packUInt8Table
+    packWords = packUInt16Table
+    packFloats = packFloatTable
+    packDoubles = packDoubleTable
+    unpackInts = unpackInt32Table
+    unpackUInts = unpackUInt32Table
 
     def unpackBytes(self, data: bytes, start: int = 0, count: int = 0) -> list[int]:
         return self.unpackUInt8Table(data, start, count)
 
-    def unpackWords(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[int]:
-        return self.unpackUInt16Table(data, start, count, skip)
-
-    def unpackFloats(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[float]:
-        return self.unpackFloatTable(data, start, count, skip)
-
-    def unpackDoubles(self, data: bytes, start: int = 0, count: int = 0, skip: int = 0) -> list[float]:
-        return self.unpackDoubleTable(data, start, count, skip)
+    unpackWords = unpackUInt16Table
+    unpackFloats = unpackFloatTable
+    unpackDoubles = unpackDoubleTable
 
     def packTable(self, table: Any, scheme: int = 0) -> bytes:
         """A table of booleans, numbers, strings and tables as bytes that `unpackTable` reads; equal tables give

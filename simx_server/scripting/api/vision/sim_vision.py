@@ -223,7 +223,7 @@ class SimVision(ImageFilters):
         distance in metres, in the sensor's frame, or in the world with sim.handleflag_abscoords added to the handle.
         With `colors` also a string of RGB bytes from buffer 1, and three bytes more, as in CoppeliaSim."""
         handle, work = self._sensor(sensor), self._work(sensor)
-        settings = self._sim.vision.settings(handle)
+        settings = self._world.vision.settings(handle)
         if len(points) < 2 or min(points) < 1:
             raise CommandError("the numbers of points are two integers above 0, across and up")
         across, up = points[:2]

@@ -16,7 +16,7 @@ from simx_server.sensors.vision.image_filters import Image, Mask
 
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
-    from simx_server.world.simulation import Simulation
+    from simx_server.world.world import World
 
 _PLAIN = 0xFFFFF
 """A handle without flags."""
@@ -38,33 +38,33 @@ class WorkImages(ApiPart):
     All are the script's own and end with it.
     """
 
-    def __init__(self, sim: Simulation, script: Script) -> None:
-        super().__init__(sim, script)
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
         self._works: dict[int, Work] = {}
 
     def sensorImgToWorkImg(self, sensor: int) -> bool:
         """The sensor's image, as other clients see it now."""
         handle = self._sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._sim.vision.image(handle, as_grey=False))
+        (width, height), data = wait_for(self._sim, self._world.vision.image(handle, as_grey=False))
         return self._begin(handle, np.frombuffer(data, np.uint8).reshape(height, width, 3) / 255.0)
 
     def sensorDepthMapToWorkImg(self, sensor: int) -> bool:
         """The depth in grey: 0 at the near plane, 1 at the far one."""
         handle = self._sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._sim.vision.depth(handle))
+        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
         depth = np.frombuffer(data, "<f4").reshape(height, width).astype(float)
         return self._begin(handle, filters.as_grey(depth))
 
     def workImgToSensorImg(self, sensor: int, remove: bool = True) -> bool:
         """Clients get this image until the sensor is handled next. The work image stays, whatever `remove` says."""
         handle, work = self._sensor(sensor), self._work(sensor)
-        settings = self._sim.vision.settings(handle)
+        settings = self._world.vision.settings(handle)
         if work.image.shape != (settings.height, settings.width, 3):
             raise CommandError(
                 "the sensor's resolution has changed since simVision.sensorImgToWorkImg; call that again"
             )
         pixels = np.rint(np.clip(work.image, 0.0, 1.0) * 255.0).astype(np.uint8)
-        self._sim.vision.filter_image(handle, pixels)
+        self._world.vision.filter_image(handle, pixels)
         return False
 
     def workImgToBuffer1(self, sensor: int) -> bool:

@@ -48,19 +48,19 @@ class VisionFunctions(ApiPart):
         Partly: with sim.handle_all the number of sensors that detect is always 0.
         """
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
-            self._sim.vision.handle(self._vision_sensor(sensor))
+            self._world.vision.handle(self._vision_sensor(sensor))
             return self.readVisionSensor(sensor)
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
-            settings = self._sim.vision.settings(handle)
+            settings = self._world.vision.settings(handle)
             if not settings.explicit and not settings.external:
                 if settings.picture is None:
-                    self._sim.vision.change(handle)  # a new picture is made when somebody asks
+                    self._world.vision.change(handle)  # a new picture is made when somebody asks
                 elif (
                     settings.picture_pass <= self._sim.pass_count
                 ):  # else a script has judged this pass's already
-                    self._sim.vision.handle(handle)
+                    self._world.vision.handle(handle)
             elif sensor == c.sim_handle_all:
-                self._sim.vision.handle(handle)
+                self._world.vision.handle(handle)
         return (0,)
 
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
@@ -68,7 +68,7 @@ class VisionFunctions(ApiPart):
         handle = self._vision_sensor(sensor)
         self._sim.physics_calls.refuse("a vision sensor cannot be read", step_only=True)
         try:
-            future = self._sim.vision.read(handle)
+            future = self._world.vision.read(handle)
         except CommandError:
             return (-1,)  # the handle is good, so this is the only reason
         triggered, packets = wait_for(self._sim, future)
@@ -77,11 +77,11 @@ class VisionFunctions(ApiPart):
     def resetVisionSensor(self, sensor: int) -> int:
         """Forget a picture that was handled or set; also for sim.handle_all and its like."""
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
-            self._sim.vision.change(self._vision_sensor(sensor))
+            self._world.vision.change(self._vision_sensor(sensor))
             return 1
         for handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
-            if sensor == c.sim_handle_all or not self._sim.vision.settings(handle).explicit:
-                self._sim.vision.change(handle)
+            if sensor == c.sim_handle_all or not self._world.vision.settings(handle).explicit:
+                self._world.vision.change(handle)
         return 1
 
     def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
@@ -91,7 +91,7 @@ class VisionFunctions(ApiPart):
         """
         handle = self._vision_sensor(sensor)
         _check_entity(entity)
-        triggered, packets = wait_for(self._sim, self._sim.vision.check(handle))
+        triggered, packets = wait_for(self._sim, self._world.vision.check(handle))
         return int(triggered), *packets
 
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
@@ -105,12 +105,10 @@ class VisionFunctions(ApiPart):
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
         """{width, height} in pixels."""
-        settings = self._sim.vision.settings(self._vision_sensor(sensor))
+        settings = self._world.vision.settings(self._vision_sensor(sensor))
         return [settings.width, settings.height]
 
-    def getVisionSensorRes(self, sensor: int) -> list[int]:
-        """CoppeliaSim 4's name of sim.getVisionSensorResolution."""
-        return self.getVisionSensorResolution(sensor)
+    getVisionSensorRes = getVisionSensorResolution
 
     def getVisionSensorImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
@@ -152,7 +150,7 @@ class VisionFunctions(ApiPart):
         width, height = self.getVisionSensorResolution(sensor)
         grey = _has(sensor, _FLAG_GREY)
         wanted = width * height * (1 if grey else 3)
-        vision.set_vision_sensor_image(self._sim, self._vision_sensor(sensor), image[:wanted], int(grey))
+        vision.set_vision_sensor_image(self._world, self._vision_sensor(sensor), image[:wanted], int(grey))
         return 1
 
     def setVisionSensorImg(self, sensor: int, image: bytes | list[float], options: int = 0) -> int:
@@ -195,7 +193,7 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.uint8]:
         """(height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
-        future = self._sim.vision.image(handle, as_grey=grey)
+        future = self._world.vision.image(handle, as_grey=grey)
         (width, height), data = wait_for(self._sim, future)
         pixels = _region(np.frombuffer(data, np.uint8).reshape(height, width, -1), position, size)
         if cut_off <= 0.0:
@@ -208,11 +206,11 @@ class VisionFunctions(ApiPart):
     ) -> NDArray[np.float32]:
         """(height, width) of a region."""
         handle = self._vision_sensor(sensor)
-        (width, height), data = wait_for(self._sim, self._sim.vision.depth(handle))
+        (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
         if not metres:
             return depth
-        settings = self._sim.vision.settings(handle)
+        settings = self._world.vision.settings(handle)
         return depth * np.float32(settings.far - settings.near) + np.float32(settings.near)
 
 

@@ -120,7 +120,7 @@ def test_shapes_of_a_mechanism_are_copied_by_themselves_and_fall(arm: World) -> 
     assert before == pytest.approx(frames.get_position(sim, arm.handle("lower"), -1), abs=1e-9)
     quaternion = frames.get_quaternion(sim, lower, -1)
     assert quaternion == pytest.approx(frames.get_quaternion(sim, arm.handle("lower"), -1), abs=1e-9)
-    sim.advance()
+    arm.parts.step()
     assert frames.get_position(sim, lower, -1)[2] < before[2] - 0.005
 
 
@@ -180,7 +180,7 @@ def test_free_and_static_shapes_leaves_and_world_parts_are_copied(arm: World) ->
         assert frames.get_position(sim, copy, -1) == pytest.approx(
             frames.get_position(sim, arm.handle(name), -1), abs=1e-9
         )
-    sim.advance()
+    arm.parts.step()
     sim.stop()
     assert len(sim.scene.objects) == 14
 
@@ -220,7 +220,7 @@ def test_copied_body_in_a_gripper_and_what_holds_it_stay_apart(arm: World) -> No
     assert sim.scene.get(arm.handle("cube")).parent == arm.handle("mount")
     before = frames.get_position(sim, cube, -1)
     arm.call("simxSetObjectPosition", cube, -1, [3.0, 3.0, 1.0])
-    sim.advance()
+    arm.parts.step()
     assert frames.get_position(sim, cube, -1)[2] < 1.0
     assert before[2] > 0
 

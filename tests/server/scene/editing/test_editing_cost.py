@@ -61,14 +61,14 @@ def calls_in(action: Callable[[], object]) -> int:
 EDITS: dict[str, Callable[[World, Path], object]] = {
     "a dummy is created": lambda world, _: editing.create_dummy(world.sim, 0.1),
     "a shape is created": lambda world, _: creating.create_primitive(
-        world.sim, "cuboid", [0.1] * 3, creating.Body()
+        world.parts, "cuboid", [0.1] * 3, creating.Body()
     ),
-    "a shape is copied": lambda world, _: copying.copy_objects(world.sim, [world.handle("b4")]),
+    "a shape is copied": lambda world, _: copying.copy_objects(world.parts, [world.handle("b4")]),
     "a shape is removed": lambda world, _: editing.remove_object(world.sim, world.sim.scene.children(-1)[-1]),
     "a parent is set": lambda world, _: editing.set_parent(
         world.sim, world.sim.scene.children(-1)[-1], world.sim.scene.children(-1)[-2], True
     ),
-    "a model is loaded": lambda world, folder: models.load_model(world.sim, folder / "model.xml"),
+    "a model is loaded": lambda world, folder: models.load_model(world.parts, folder / "model.xml"),
 }
 
 
@@ -96,7 +96,7 @@ def test_many_copies_are_one_compile(monkeypatch: pytest.MonkeyPatch) -> None:
         return compile_spec(*arguments)
 
     monkeypatch.setattr(recompile, "compile_spec", counted)
-    copies = copying.copy_objects(world.sim, [world.handle(f"b{i}") for i in range(50)])
+    copies = copying.copy_objects(world.parts, [world.handle(f"b{i}") for i in range(50)])
     assert len(copies) == len(set(copies)) == 50
     assert compiled["all"] == 1
 
@@ -112,13 +112,13 @@ def test_the_scene_after_edits_is_the_one_that_its_whole_model_makes() -> None:
 
     for edit in (
         lambda: editing.create_dummy(sim, 0.1),
-        lambda: copying.copy_objects(sim, [handle("b4"), handle("j10"), handle("s20")]),
+        lambda: copying.copy_objects(world.parts, [handle("b4"), handle("j10"), handle("s20")]),
         lambda: editing.remove_object(sim, handle("c20")),
         lambda: editing.remove_object(sim, handle("j30")),
         lambda: editing.remove_object(sim, handle("b2")),
         lambda: editing.set_parent(sim, handle("b6"), handle("c10"), True),
         lambda: editing.set_parent(sim, handle("s10"), handle("b8"), True),
-        lambda: copying.copy_objects(sim, [handle("b10")]),
+        lambda: copying.copy_objects(world.parts, [handle("b10")]),
         lambda: editing.remove_object(sim, handle("b10")),
     ):
         edit()

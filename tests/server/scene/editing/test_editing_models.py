@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from handler_calls import World
-from scenes_for_tests import ARM, run
+from scenes_for_tests import ARM, run, world_of
 
 from simx_server.errors import CommandError
 from simx_server.scene import models
-from simx_server.scene.formats.loader import load_text
 from simx_server.scene.geometry import frames
 from simx_server.scene.names import copy_names
 from simx_server.scene.objects import ObjectKind
@@ -97,15 +96,16 @@ def test_model_gets_the_highest_handles_and_becomes_the_selection(world: World, 
 
 
 def test_state_of_a_running_scene_is_as_if_nothing_was_loaded(world: World, tmp_path: Path) -> None:
-    sim, twin = world.sim, Simulation()
-    twin.use(*load_text(ARM))
-    for each in (sim, twin):
-        each.joints.set_target_position(each.scene.resolve("shoulder"), 1.0)
+    sim, other = world.sim, world_of(ARM)
+    twin = other.simulation
+    for each in (world.parts, other):
+        joints, scene = each.simulation.joints, each.simulation.scene
+        joints.set_target_position(scene.resolve("shoulder"), 1.0)
         run(each, 4)
-    models.load_model(sim, tmp_path / "gripper.xml")
-    elbow, velocity = twin.scene.resolve("elbow"), twin.measured_velocity(twin.scene.resolve("hand"))
-    assert sim.measured_velocity(sim.scene.resolve("hand")) == velocity
-    for each in (sim, twin):
+    models.load_model(world.parts, tmp_path / "gripper.xml")
+    elbow, velocity = twin.scene.resolve("elbow"), other.velocities.measure(twin.scene.resolve("hand"))
+    assert world.parts.velocities.measure(sim.scene.resolve("hand")) == velocity
+    for each in (world.parts, other):
         run(each, 4)
     assert sim.joints.position(sim.scene.resolve("shoulder")) == pytest.approx(
         twin.joints.position(twin.scene.resolve("shoulder")), abs=1e-9
@@ -150,14 +150,14 @@ def test_stop_takes_the_model_away_and_its_handles_are_not_given_again(world: Wo
     before = dict(sim.scene.objects)
     world.run(1)
     loaded = world.call("simxLoadModel", "gripper.xml", 0)
-    sim.advance()
+    world.parts.step()
     sim.stop()
     assert set(sim.scene.objects) == set(before)
     assert world.call("simxGetObjectSelection") == []
     assert world.call("simxLoadModel", "gripper.xml", 0) > loaded
     assert world.handle("gripper") > loaded
     sim.start()
-    sim.advance()
+    world.parts.step()
     sim.stop()
     assert world.handle("gripper") > loaded
 
@@ -170,12 +170,12 @@ def test_loaded_model_can_be_taken_by_a_gripper_and_removed(world: World) -> Non
     local = frames.get_position(sim, ball, world.handle("hand"))
     world.call("simxSetJointTargetPosition", world.handle("elbow"), 0.3)
     for _ in range(5):
-        sim.advance()
+        world.parts.step()
     assert frames.get_position(sim, ball, world.handle("hand")) == pytest.approx(local, abs=1e-9)
     world.call("simxRemoveModel", ball)
     with pytest.raises(CommandError, match="no object named 'finger'"):
         world.handle("finger")
-    sim.advance()
+    world.parts.step()
     assert world.handle("hand") == 11
 
 

@@ -116,7 +116,7 @@ def test_not_dynamic_stays_in_the_air_with_its_joints_until_it_is_let_go(world: 
     assert world.sim.joints.position(world.handle("hinge")) == pytest.approx(0.3, abs=1e-9)
     world.call("simxSetModelProperty", box, 0)
     for _ in range(15):
-        world.sim.advance()
+        world.parts.step()
     assert height(world) < 0.2
     assert world.sim.joints.position(world.handle("hinge")) != pytest.approx(0.3, abs=1e-3)
     world.sim.stop()
@@ -133,7 +133,7 @@ def test_not_detectable_and_not_renderable_are_independent(world: World) -> None
     assert world.call("simxReadProximitySensor", ray)[0]
     world.call("simxSetModelProperty", box, c.sim_modelproperty_not_detectable)
     assert [int(sim.model.geom_group[g]) for g in geoms] == [0]
-    sim.advance()
+    world.parts.step()
     assert not world.call("simxReadProximitySensor", ray)[0]
 
 
@@ -170,12 +170,12 @@ def test_inactive_scripts_are_not_called(world: World) -> None:
     with pytest.raises(CommandError):
         world.call("simxGetFloatSignal", "seen")
     world.call("simxSetModelProperty", world.handle("box"), 0)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxGetFloatSignal", "seen") == pytest.approx(0.1)
 
 
 def test_script_of_a_copy_runs_at_once_for_the_copy(world: World) -> None:
-    (world.sim.workspace / "box.lua").write_text(
+    (world.sim.files.workspace / "box.lua").write_text(
         "function sysCall_init() me = sim.getObjectName(sim.handle_self) end\n"
         "function name() return {}, {}, {me}, '' end"
     )
@@ -184,7 +184,7 @@ def test_script_of_a_copy_runs_at_once_for_the_copy(world: World) -> None:
     for name in ("box", "box#0"):
         assert world.call("simxCallScriptFunction", name, 1, "name", [], [], [], b"")[2] == [name]
     world.call("simxRemoveObject", world.handle("box#0"))
-    world.sim.advance()
+    world.parts.step()
     world.sim.stop()
     world.run(1)
     assert world.call("simxCallScriptFunction", "box", 1, "name", [], [], [], b"")[2] == ["box"]

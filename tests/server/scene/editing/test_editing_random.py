@@ -168,13 +168,13 @@ def test_extreme_numbers_end_in_a_result_or_a_text_and_the_simulation_still_step
         name, values = extreme_change(sim, choose)
         script = Script(1, ScriptKind.CHILD, next(iter(sim.scene.objects)), "random.lua")
         with contextlib.suppress(CommandError):
-            Namespaces(sim, script).invoke(f"sim.{name}", values)
+            Namespaces(World(file=SCENE).parts, script).invoke(f"sim.{name}", values)
             done += 1
-        sim.advance()  # it may diverge, and the run ends then
+        World(file=SCENE).parts.step()  # it may diverge, and the run ends then
     sim.stop()
     sim.start()
     for _ in range(3):
-        sim.advance()
+        World(file=SCENE).parts.step()
     assert sim.is_running
     assert np.isfinite(sim.data.qpos).all()
     assert done > CHANGES / 4
@@ -205,5 +205,5 @@ def test_a_change_that_mujoco_refuses_is_undone(monkeypatch: pytest.MonkeyPatch)
     assert np.array_equal(get_state(model, world.sim.data), state)
     world.call("simxSetObjectFloatParameter", cube, 3005, 3.0)
     assert world.call("simxGetObjectFloatParameter", cube, 3005) == pytest.approx(3.0)
-    world.sim.advance()
+    world.parts.step()
     assert world.sim.is_running

@@ -41,7 +41,7 @@ def load(world: World) -> int:
 
 
 def members(world: World, name: str) -> set[str]:
-    handles = world.sim.collections.members(world.call("simxGetCollectionHandle", name))
+    handles = world.parts.collections.members(world.call("simxGetCollectionHandle", name))
     return {world.sim.scene.get(handle).name for handle in handles}
 
 
@@ -63,14 +63,14 @@ def test_loaded_in_a_run_it_is_handled_from_the_next_pass_on_and_goes_with_the_s
     touch = world.call("simxGetCollisionHandle", "touch")
     with pytest.raises(CommandError, match="has not been handled yet"):
         world.call("simxReadCollision", touch)
-    world.sim.advance()
+    world.parts.step()
     assert world.call("simxReadCollision", touch) is False
     world.call("simxStopSimulation")
     for command in ("simxGetCollectionHandle", "simxGetCollisionHandle", "simxGetDistanceHandle"):
         with pytest.raises(CommandError, match="of this scene: none"):
             world.call(command, "fingers")
     with pytest.raises(CommandError, match="no collection with handle"):
-        world.sim.collections.members(collection)
+        world.parts.collections.members(collection)
     load(world)
     assert world.call("simxGetCollectionHandle", "fingers") > collection, "handles are not given again"
 
@@ -109,9 +109,9 @@ def test_copies_bring_what_is_registered_of_them(world: World) -> None:
     with pytest.raises(CommandError, match="those of this scene: gap, gap#0"):
         world.call("simxGetDistanceHandle", "gap#1")
     world.call("simxCopyPasteObjects", [world.handle("cube")])
-    assert world.sim.collections.names() == ["fingers", "fingers#0", "fingers#1"]
+    assert world.parts.collections.names() == ["fingers", "fingers#0", "fingers#1"]
     world.call("simxStopSimulation")
-    assert world.sim.collections.names() == ["fingers", "fingers#0"]
+    assert world.parts.collections.names() == ["fingers", "fingers#0"]
 
 
 def test_shapes_of_a_loaded_model_and_of_copies_are_masked_like_all_others(world: World) -> None:

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from scenes_for_tests import arm, run, simulation_of
+from scenes_for_tests import arm, run, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, UnknownName
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import frames
 from simx_server.world.simulation import Simulation
+from simx_server.world.world import World
 
 
 def at(sim: Simulation, name: str, relative_to: int = -1) -> list[float]:
@@ -23,21 +24,23 @@ def attach(sim: Simulation, child: str, parent: str | None, *, keep: bool = True
     editing.set_parent(sim, sim.scene.resolve(child), handle, keep)
 
 
-def turn(sim: Simulation, passes: int = 30) -> None:
+def turn(world: World, passes: int = 30) -> None:
+    sim = world.simulation
     sim.joints.set_target_position(sim.scene.resolve("shoulder"), math.pi / 2)
-    run(sim, passes)
+    run(world, passes)
 
 
 @pytest.mark.parametrize("child", ["wall", "overview", "sun"])
 def test_static_object_moves_with_its_new_parent(child: str) -> None:
-    sim = arm()
-    run(sim, 2)
+    world = arm()
+    sim = world.simulation
+    run(world, 2)
     sim.model.opt.gravity[2] = -5
     before = at(sim, child)
     attach(sim, child, "lower")
     assert at(sim, child) == pytest.approx(before, abs=1e-9)
     local = at(sim, child, sim.scene.resolve("lower"))
-    turn(sim)
+    turn(world)
     assert at(sim, child, sim.scene.resolve("lower")) == pytest.approx(local, abs=1e-9)
     assert at(sim, child) != pytest.approx(before, abs=0.1)
     assert sim.model.opt.gravity[2] == -5
@@ -45,7 +48,8 @@ def test_static_object_moves_with_its_new_parent(child: str) -> None:
 
 
 def test_not_keeping_the_place_keeps_the_local_numbers() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     attach(sim, "wall", "lower", keep=False)
     assert at(sim, "wall", -11) == pytest.approx([0, -1, 0.5])
     assert at(sim, "wall") == pytest.approx([0.9, -1, 0.7])
@@ -55,20 +59,21 @@ def test_running_state_is_carried_over_an_edit() -> None:
     sim, twin = arm(), arm()
     for each in (sim, twin):
         turn(each, 4)
-    attach(sim, "tip", "upper")
+    attach(sim.simulation, "tip", "upper")
     for each in (sim, twin):
-        each.joints.set_target_position(each.scene.resolve("elbow"), 0.4)
+        each.simulation.joints.set_target_position(each.simulation.scene.resolve("elbow"), 0.4)
         run(each, 4)
-    assert np.array_equal(sim.data.qpos, twin.data.qpos)
-    assert np.array_equal(sim.data.qvel, twin.data.qvel)
-    assert sim.measured_velocity(sim.scene.resolve("hand")) == twin.measured_velocity(
-        twin.scene.resolve("hand")
+    assert np.array_equal(sim.simulation.data.qpos, twin.simulation.data.qpos)
+    assert np.array_equal(sim.simulation.data.qvel, twin.simulation.data.qvel)
+    assert sim.velocities.measure(sim.simulation.scene.resolve("hand")) == twin.velocities.measure(
+        twin.simulation.scene.resolve("hand")
     )
 
 
 def test_free_body_under_a_shape_stays_free_but_is_moved_along_by_set_position() -> None:
-    sim = arm()
-    run(sim, 1)
+    world = arm()
+    sim = world.simulation
+    run(world, 1)
     model = sim.model
     attach(sim, "cube", "base")
     assert sim.model is model
@@ -76,35 +81,37 @@ def test_free_body_under_a_shape_stays_free_but_is_moved_along_by_set_position()
     before = at(sim, "cube")
     frames.set_position(sim, sim.scene.resolve("base"), -11, [0.5, 0, 0.4])
     assert at(sim, "cube") == pytest.approx([before[0], before[1], before[2] + 0.3])
-    run(sim, 10)
+    run(world, 10)
     assert at(sim, "cube")[2] == pytest.approx(0.05, abs=1e-3)
     sim.stop()
     assert sim.scene.get(sim.scene.resolve("cube")).parent == -1
 
 
 def test_free_body_under_a_force_sensor_is_carried_and_let_go_again() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     frames.set_position(sim, sim.scene.resolve("cube"), -1, [1.3, 0, 0.2])
     sim.start()
     attach(sim, "cube", "mount")
     place = at(sim, "cube", sim.scene.resolve("hand"))
-    turn(sim, 12)
+    turn(world, 12)
     assert at(sim, "cube", sim.scene.resolve("hand")) == pytest.approx(place, abs=1e-9)
-    speed = sim.measured_velocity(sim.scene.resolve("cube"))
+    speed = world.velocities.measure(sim.scene.resolve("cube"))
     before = at(sim, "cube")
     attach(sim, "cube", None)
     assert at(sim, "cube") == pytest.approx(before, abs=1e-12)
     address = int(sim.model.jnt_dofadr[sim.model.body_jntadr[sim.model.body("cube").id]])
     assert sim.data.qvel[address : address + 3] == pytest.approx(speed[0], abs=0.3)
     assert np.linalg.norm(sim.data.qvel[address : address + 3]) > 0.1
-    run(sim, 20)
+    run(world, 20)
     assert at(sim, "cube")[2] == pytest.approx(0.05, abs=1e-3)
     sim.stop()
     assert at(sim, "cube") == pytest.approx([1.3, 0, 0.2])
 
 
 def test_child_of_a_dummy_follows_when_the_dummy_is_set() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     attach(sim, "wall", "tip")
     before = at(sim, "wall", sim.scene.resolve("tip"))
     frames.set_position(sim, sim.scene.resolve("tip"), -1, [2, 2, 2])
@@ -112,12 +119,13 @@ def test_child_of_a_dummy_follows_when_the_dummy_is_set() -> None:
 
 
 def test_whole_arm_gets_another_base_with_joints_and_motors() -> None:
-    sim = arm()
-    turn(sim, 5)
+    world = arm()
+    sim = world.simulation
+    turn(world, 5)
     angle = sim.joints.position(sim.scene.resolve("shoulder"))
     attach(sim, "shoulder", "wall")
     assert sim.joints.position(sim.scene.resolve("shoulder")) == angle
-    turn(sim)
+    turn(world)
     assert sim.joints.position(sim.scene.resolve("shoulder")) == pytest.approx(math.pi / 2, abs=1e-3)
     hand = at(sim, "hand")
     frames.set_position(sim, sim.scene.resolve("wall"), -11, [0, -2, 0.5])
@@ -125,7 +133,8 @@ def test_whole_arm_gets_another_base_with_joints_and_motors() -> None:
 
 
 def test_loops_and_parts_of_the_world_are_refused_and_nothing_changes() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     model = sim.model
     with pytest.raises(CommandError, match="'base' cannot get its own child 'hand' as parent"):
         attach(sim, "base", "hand")
@@ -137,15 +146,16 @@ def test_loops_and_parts_of_the_world_are_refused_and_nothing_changes() -> None:
 
 
 def test_removed_leaf_is_gone_and_comes_back_at_stop() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     handles = list(sim.scene.objects)
     hand, eye = sim.scene.resolve("hand"), sim.scene.resolve("eye")
-    run(sim, 1)
+    run(world, 1)
     editing.remove_object(sim, eye)
     with pytest.raises(UnknownName):
         sim.scene.resolve("eye")
     assert sim.model.ncam == 1
-    run(sim, 1)
+    run(world, 1)
     assert [h for h in handles if h != eye] == list(sim.scene.objects)
     assert sim.scene.resolve("hand") == hand
     new = editing.create_dummy(sim, 0.1)
@@ -156,32 +166,34 @@ def test_removed_leaf_is_gone_and_comes_back_at_stop() -> None:
 
 
 def test_removed_link_hands_its_children_to_its_parent_and_they_stay() -> None:
-    sim = arm()
-    turn(sim, 5)
+    world = arm()
+    sim = world.simulation
+    turn(world, 5)
     place = at(sim, "hand")
     upper, elbow, shoulder = (sim.scene.resolve(name) for name in ("upper", "elbow", "shoulder"))
     editing.remove_object(sim, upper)
     assert sim.scene.get(elbow).parent == shoulder
     assert at(sim, "hand") == pytest.approx(place, abs=1e-12)
-    turn(sim)
+    turn(world)
     assert sim.joints.position(shoulder) == pytest.approx(math.pi / 2, abs=1e-3)
     editing.create_dummy(sim, 0.1)
     assert upper not in sim.scene.objects
 
 
 def test_removed_joint_is_rigid_where_it_was() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     sim.joints.set_position(sim.scene.resolve("elbow"), 0.5)
     place = at(sim, "hand")
     editing.remove_object(sim, sim.scene.resolve("elbow"))
     assert at(sim, "hand") == pytest.approx(place, abs=1e-12)
     assert sim.scene.get(sim.scene.resolve("lower")).parent == sim.scene.resolve("upper")
-    run(sim, 2)
+    run(world, 2)
     assert sim.model.nu == 1
 
 
 def test_model_is_removed_with_all_it_holds() -> None:
-    sim = simulation_of("""<mujoco><worldbody><body name="robot"><geom size="0.1"/><body name="a"><joint name="j"/>
+    world = world_of("""<mujoco><worldbody><body name="robot"><geom size="0.1"/><body name="a"><joint name="j"/>
         <geom size="0.1"/><site name="s"/></body></body>
         <body name="other" pos="1 0 0"><joint name="k"/><geom size="0.1"/>
         <site name="t"/></body></worldbody>
@@ -189,43 +201,46 @@ def test_model_is_removed_with_all_it_holds() -> None:
         <equality><joint joint1="j" joint2="k"/></equality><actuator><velocity tendon="rope" kv="1"/><motor joint="j"/>
         </actuator><sensor><jointpos joint="j"/><jointpos joint="k"/></sensor>
         <custom><text name="simx:model:robot" data="base=yes"/></custom></mujoco>""")
+    sim = world.simulation
     with pytest.raises(CommandError, match="'other' is no model base"):
         editing.remove_model(sim, sim.scene.resolve("other"))
-    run(sim, 1)
+    run(world, 1)
     editing.remove_model(sim, sim.scene.resolve("robot"))
-    run(sim, 1)
+    run(world, 1)
     assert sorted(item.name for item in sim.scene.objects.values()) == ["k", "other", "t"]
     assert (sim.model.ntendon, sim.model.neq, sim.model.nsensor) == (0, 0, 1)
 
 
 def test_removing_all_leaves_an_empty_running_scene() -> None:
-    sim = arm()
-    run(sim, 1)
+    world = arm()
+    sim = world.simulation
+    run(world, 1)
     editing.remove_all(sim)
     assert sim.scene.objects == {}
-    run(sim, 2)
+    run(world, 2)
     sim.stop()
     assert len(sim.scene.objects) == 14
 
 
 def test_shape_made_static_rides_on_its_parent_and_falls_again_when_made_dynamic() -> None:
     """How scripts grasp without physics: static on, parent = hand; later parent = none, static off."""
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     frames.set_position(sim, sim.scene.resolve("cube"), -1, [1.3, 0, 0.5])
     sim.start()
     cube, hand = sim.scene.resolve("cube"), sim.scene.resolve("hand")
     mass = float(sim.model.body("cube").mass[0])
     editing.set_static(sim, cube, True)
-    run(sim, 2)
+    run(world, 2)
     assert at(sim, "cube") == pytest.approx([1.3, 0, 0.5])
     attach(sim, "cube", "hand")
     place = at(sim, "cube", hand)
-    turn(sim, 12)
+    turn(world, 12)
     assert at(sim, "cube", hand) == pytest.approx(place, abs=1e-9)
     attach(sim, "cube", None)
     editing.set_static(sim, cube, False)
     assert float(sim.model.body("cube").mass[0]) == mass
-    run(sim, 20)
+    run(world, 20)
     assert at(sim, "cube")[2] == pytest.approx(0.05, abs=2e-3)
     with pytest.raises(CommandError, match="part of a mechanism"):
         editing.set_static(sim, sim.scene.resolve("upper"), True)
@@ -234,7 +249,8 @@ def test_shape_made_static_rides_on_its_parent_and_falls_again_when_made_dynamic
 
 
 def test_parent_whose_body_hangs_on_the_object_is_refused() -> None:
-    sim = arm()
+    world = arm()
+    sim = world.simulation
     attach(sim, "wall", "tip")
     editing.set_parent(sim, sim.scene.resolve("tip"), -1, True)
     with pytest.raises(CommandError, match="cannot get"):

@@ -87,7 +87,7 @@ class Table:
         for name, (points, faces) in self.blocks.items():
             write(folder / f"{name}.obj", points, faces)
         self.world = RealWorld(scene, workspace=folder)
-        add_command_server(self.world.simulation)
+        add_command_server(self.world.parts)
         self.client = self.world.client()
         self.can_sleep = bool(self.world.simulation.model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP)
         start_stepped(self.client)

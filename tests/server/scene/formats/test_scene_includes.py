@@ -157,7 +157,7 @@ def test_script_of_a_copy_acts_on_its_own_robot(tmp_path: Path) -> None:
     world.sim.start()
     world.call("simxSetObjectPosition", target, -1, [place[0], place[1], place[2] + 0.3])
     for _ in range(40):
-        world.sim.advance()
+        world.parts.step()
     one, other = (
         world.call("simxGetObjectPosition", world.handle(name), -1)
         for name in ("Quadricopter", "Quadricopter#0")

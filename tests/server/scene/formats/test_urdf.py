@@ -353,7 +353,7 @@ def test_urdf_stands_in_vreps_default_scene_and_as_a_model_alone(tmp_path: Path)
     assert {"ResizableFloor_5_25", "DefaultLightA", "DefaultCamera", "tool0"} <= names
     assert world.sim.scene.is_model_base(world.handle("base_link"))
     count = len(names)
-    world.sim.workspace = tmp_path
+    world.sim.files.workspace = tmp_path
     base = world.call("simxLoadModel", "my_arm_description/urdf/my_arm.urdf", 0)
     assert world.sim.scene.get(base).name == "base_link#0"
     assert len(world.sim.scene.objects) == count + 8
@@ -409,7 +409,7 @@ def test_mesh_of_a_clients_urdf_is_found_in_the_open_folders_only(
     mesh = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
     text = f'<robot name="r"><link name="a">{mesh}</link></robot>'
     world = World(workspace=workspace)
-    monkeypatch.setattr(world.sim, "sources", sources(ROS_PACKAGE_PATH=str(tmp_path)))
+    monkeypatch.setattr(world.sim.files, "sources", sources(ROS_PACKAGE_PATH=str(tmp_path)))
     (workspace / "link").symlink_to(secret)
     for uri in (
         "package://secret/part.obj", "model://secret/part.obj", f"file://{secret}/part.obj", f"{secret}/part.obj",
@@ -420,6 +420,6 @@ def test_mesh_of_a_clients_urdf_is_found_in_the_open_folders_only(
             with pytest.raises(CommandError) as problem:
                 world.call(call, "spy.urdf", 0)
             assert "not there" in str(problem.value), "it is not told whether the file exists"
-    world.sim.sources = sources(f"secret={secret}")
+    world.sim.files.sources = sources(f"secret={secret}")
     written(workspace, text.format("package://secret/part.obj"), "spy.urdf")
     world.call("simxLoadModel", "spy.urdf", 0)

@@ -152,8 +152,8 @@ def test_what_scripts_do_to_collections_ends_with_the_run(pairs: ScriptWorld) ->
     pairs.lua("sim.createCollection('mine') return sim.removeCollection(sim.getCollectionHandle('tower'))")
     pairs.fails("sim.getCollectionHandle('tower')", "no collection .*; collections of this scene")
     pairs.call("simxStopSimulation")
-    assert pairs.sim.collections.find("tower") is not None
-    assert pairs.sim.collections.find("mine") is None
+    assert pairs.parts.collections.find("tower") is not None
+    assert pairs.parts.collections.find("mine") is None
 
 
 def test_a_sensor_can_be_held_against_a_collection_a_script_made(world: ScriptWorld) -> None:

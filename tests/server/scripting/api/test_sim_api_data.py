@@ -44,10 +44,10 @@ def test_custom_data_outlives_the_run_except_temporary_data(world: ScriptWorld) 
     world.lua("sim.writeCustomDataBlock(cube, 'kept', '1'); sim.writeCustomDataBlock(cube, '@tmpGone', '2')")
     world.call("simxStopSimulation")
     cube = world.handle("cube")
-    assert world.sim.custom_data.names(cube) == ["kept"]
+    assert world.parts.custom_data.names(cube) == ["kept"]
     world.call("simxCloseScene")
     world.sim.load(world.scene_file)
-    assert world.sim.custom_data.names(world.handle("cube")) == []
+    assert world.parts.custom_data.names(world.handle("cube")) == []
 
 
 def test_a_copy_begins_with_the_originals_data(world: ScriptWorld) -> None:

@@ -10,7 +10,7 @@ __all__ = ["world"]
 
 def items(world: ScriptWorld, handle: int) -> list[tuple[float, ...]]:
     """Of one drawing object, in the world."""
-    (found,) = [each for drawn, each in world.sim.drawings.shown() if drawn.handle == handle]
+    (found,) = [each for drawn, each in world.parts.drawings.shown() if drawn.handle == handle]
     return found
 
 
@@ -18,13 +18,13 @@ def test_points_and_lines_are_kept_with_their_settings(world: ScriptWorld) -> No
     (handle,) = world.lua(
         "d = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 100, {1, 0, 0}, nil, nil, {0, 0, 1}) return d"
     )
-    drawn = world.sim.drawings.get(handle)
+    drawn = world.parts.drawings.get(handle)
     assert (drawn.kind, drawn.size, drawn.parent, drawn.most) == (1, 2, -1, 100)
     assert (drawn.color, drawn.specular, drawn.emission) == ((1, 0, 0), (0, 0, 0), (0, 0, 1))
-    before = world.sim.drawings.version
+    before = world.parts.drawings.version
     assert world.lua("return sim.addDrawingObjectItem(d, {1, 2, 3, 4, 5, 6})") == [1]
     assert items(world, handle) == [(1, 2, 3, 4, 5, 6)]
-    assert world.sim.drawings.version != before
+    assert world.parts.drawings.version != before
     world.fails("sim.addDrawingObjectItem(d, {1, 2, 3})", "is 6 numbers; got 3")
 
 
@@ -89,15 +89,15 @@ def test_objects_go_when_they_are_removed_with_their_parent_and_at_the_stop(worl
         "b = sim.addDrawingObject(sim.drawing_points, 1, 0, sim.getObjectHandle('cube')) return a, b"
     )
     world.call("simxRemoveObject", world.handle("cube"))
-    assert [drawn.handle for drawn, _ in world.sim.drawings.shown()] == [one]
+    assert [drawn.handle for drawn, _ in world.parts.drawings.shown()] == [one]
     world.fails("sim.addDrawingObjectItem(b, {1, 1, 1})", f"no drawing object with handle {other}")
     assert world.lua("return sim.removeDrawingObject(a)") == [1]
     world.lua("sim.addDrawingObject(0, 1, 0) sim.addDrawingObject(0, 1, 0)")
     assert world.lua("return sim.removeDrawingObject(sim.handle_all)") == [1]
-    assert world.sim.drawings.shown() == []
+    assert world.parts.drawings.shown() == []
     world.lua("sim.addDrawingObject(0, 1, 0)")
     world.call("simxStopSimulation")
-    assert world.sim.drawings.shown() == []
+    assert world.parts.drawings.shown() == []
 
 
 def test_what_cannot_be_drawn_is_told(world: ScriptWorld) -> None:

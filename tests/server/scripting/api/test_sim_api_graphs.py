@@ -58,6 +58,6 @@ def test_a_new_run_begins_with_empty_graphs(world: ScriptWorld) -> None:
     world.lua(G + "sim.setGraphUserData(g, 'height', 1) sim.handleGraph(g, 1)")
     handle = world.handle("mark")
     world.call("simxStopSimulation")
-    assert len(world.sim.graphs.get(handle).streams) == 1
+    assert len(world.parts.graphs.get(handle).streams) == 1
     world.run()
-    assert world.sim.graphs.get(handle).streams == {}
+    assert world.parts.graphs.get(handle).streams == {}

@@ -16,7 +16,7 @@ element = [{id = 1, kind = "slider"}, {id = 2, kind = "button", label = "Go"}]
 
 def test_messages_reach_the_status_bar(world: ScriptWorld) -> None:
     world.lua("sim.addStatusbarMessage('hello'); sim.addStatusbarMessage(nil)")
-    assert world.sim.status_bar.messages[-1] == "hello"
+    assert world.parts.status_bar.messages[-1] == "hello"
 
 
 def test_the_log_has_levels(world: ScriptWorld, caplog: pytest.LogCaptureFixture) -> None:
@@ -27,7 +27,7 @@ def test_the_log_has_levels(world: ScriptWorld, caplog: pytest.LogCaptureFixture
     )
     with caplog.at_level("DEBUG"):
         world.lua("sim.addLog(sim.verbosity_debug, 'detail')")
-    assert world.sim.status_bar.messages[-5:] == [
+    assert world.parts.status_bar.messages[-5:] == [
         "[robot:error] bad",
         "[robot:warning] odd",
         "[robot:info] fine",
@@ -45,7 +45,7 @@ def test_consoles_are_opened_written_to_and_closed(world: ScriptWorld) -> None:
         1,
         1,
     ]
-    (seen,) = world.sim.user_interface.consoles
+    (seen,) = world.parts.user_interface.consoles
     assert (seen.title, seen.lines, seen.is_shown, seen.position) == ("log", ["one"], False, [10, 20])
     world.lua(f"sim.auxiliaryConsolePrint({console}, nil)")
     assert seen.lines == []
@@ -62,7 +62,7 @@ def test_consoles_are_opened_written_to_and_closed(world: ScriptWorld) -> None:
 def test_a_dialog_waits_for_an_answer_without_holding_anybody_up(world: ScriptWorld) -> None:
     dialog, _ = world.lua("return sim.displayDialog('Go?', 'Shall I go on?', sim.dlgstyle_yes_no, false)")
     assert world.value(f"sim.getDialogResult({dialog}) == sim.dlgret_still_open") is True
-    world.sim.user_interface.dialogs.answer(dialog, world.value("sim.dlgret_yes"))
+    world.parts.user_interface.dialogs.answer(dialog, world.value("sim.dlgret_yes"))
     assert world.value(f"sim.getDialogResult({dialog}) == sim.dlgret_yes") is True
     assert world.value(f"sim.endDialog({dialog})") == 1
     world.fails(f"sim.getDialogResult({dialog})", "no dialog with handle")
@@ -77,7 +77,7 @@ def test_a_message_box_is_read_at_once_unless_it_asks(world: ScriptWorld) -> Non
     assert world.value(
         "sim.msgBox(sim.msgbox_type_info, sim.msgbox_buttons_ok, 'Note', 'All is well')"
     ) == world.value("sim.msgbox_return_ok")
-    assert world.sim.status_bar.messages[-1] == "Note: All is well"
+    assert world.parts.status_bar.messages[-1] == "Note: All is well"
     world.fails(
         "sim.msgBox(sim.msgbox_type_question, sim.msgbox_buttons_yesno, 'Go', 'Sure?')",
         "show it with sim.displayDialog",
@@ -91,7 +91,7 @@ def test_custom_uis_are_operated_by_number(world: ScriptWorld, tmp_path) -> None
     world.lua(f"ui = {ui} sim.setUISlider(ui, 1, 250)")
     assert world.value("sim.getUISlider(ui, 1)") == 250
     assert world.lua("return sim.getUIEventButton(ui)") == [-1, [0, 0]]
-    world.sim.user_interface.custom_uis.click(ui, 2)
+    world.parts.user_interface.custom_uis.click(ui, 2)
     assert world.lua("return sim.getUIEventButton(ui)")[0] == 2
     world.lua("sim.setUIButtonLabel(ui, 2, 'Run')")
     assert world.value("sim.getUIButtonLabel(ui, 2)") == "Run"

@@ -63,7 +63,7 @@ class Moved:
         self.lines: list[str] = []
         world.sim.start()
         for _ in range(passes):
-            world.sim.advance()
+            world.parts.step()
             for name, handle in names.items():
                 self.joints[name].append(world.sim.joints.position(handle))
             self.places.append(frames.get_position(world.sim, mark))
@@ -347,7 +347,7 @@ def test_a_threaded_script_moves_an_arm_through_two_configurations(tmp_path: Pat
     reached: dict[str, list[float]] = {}
     world.sim.start()
     for _ in range(400):
-        world.sim.advance()
+        world.parts.step()
         targets.append([joints.target_position(each) for each in arm])
         errors.append(max(abs(joints.position(each) - joints.target_position(each)) for each in arm))
         for line in said(world):

@@ -65,7 +65,7 @@ def test_no_arguments_make_a_function_fail_inside(tmp_path: Path, seed: int) -> 
         values = [anything(chance, world) for _ in range(count)]
         script = Script(1, ScriptKind.CHILD, world.sim.scene.by_name("robot") or -1, "random.lua")
         try:
-            result = Namespaces(world.sim, script).invoke(f"sim.{name}", values)
+            result = Namespaces(world.parts, script).invoke(f"sim.{name}", values)
         except CommandError:
             continue
         except Exception as problem:
@@ -73,4 +73,4 @@ def test_no_arguments_make_a_function_fail_inside(tmp_path: Path, seed: int) -> 
         if isgenerator(result):
             result.close()
         if number % 20 == 0:
-            world.sim.advance()
+            world.parts.step()

@@ -40,8 +40,8 @@ def test_scripts_are_found_by_their_object(world: ScriptWorld) -> None:
         OTHER_SCRIPT + "return other, sim.getCustomizationScriptAssociatedWithObject(wall), "
         "sim.getScriptAssociatedWithObject(wall)"
     )
-    assert world.sim.scripts.get(other).owner == world.handle("cube")  # type: ignore[union-attr]
-    assert world.sim.scripts.get(custom).owner == world.handle("wall")  # type: ignore[union-attr]
+    assert world.parts.scripts.get(other).owner == world.handle("cube")  # type: ignore[union-attr]
+    assert world.parts.scripts.get(custom).owner == world.handle("wall")  # type: ignore[union-attr]
     assert none == -1
     assert world.value("sim.getScriptHandle('cube')") == other
     assert world.lua(
@@ -240,7 +240,7 @@ def test_a_main_script_that_does_what_the_default_one_did_runs(tmp_path: Path) -
     assert world.lua(signals) == [1, 1, 1]
     assert world.lua("return sim.getScriptName(sim.getScript(0))") == [""]
     assert world.lua("return sim.getScriptAttribute(sim.getScript(0), 4)") == [True]  # no error ended it
-    (main,) = [script for script in world.sim.scripts.all() if script.owner == -1]
+    (main,) = [script for script in world.parts.scripts.all() if script.owner == -1]
     world.call("simxStopSimulation")
     assert main.problem == ""
 

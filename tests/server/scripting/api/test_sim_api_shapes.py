@@ -225,7 +225,7 @@ def test_a_vision_sensor_is_made(world: ScriptWorld) -> None:
     (handle,) = world.lua(
         "v = sim.createVisionSensor(1 + 2, {32, 16, 0, 0}, {0.1, 5, 1, 0.1, 0.1, 0.1, 0, 0, 0, 0, 0}) return v"
     )
-    settings = world.sim.vision.settings(handle)
+    settings = world.parts.vision.settings(handle)
     assert (settings.near, settings.far, settings.angle) == (0.1, 5, pytest.approx(1))
     assert (settings.explicit, settings.orthographic_size) == (True, None)
     assert world.lua("return sim.getVisionSensorResolution(v), sim.getObjectOrientation(v, -1)") == [
@@ -235,7 +235,7 @@ def test_a_vision_sensor_is_made(world: ScriptWorld) -> None:
     (flat,) = world.lua(
         "return sim.createVisionSensor(0, {32, 16, 0, 0}, {0.1, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0})"
     )
-    assert world.sim.vision.settings(flat).orthographic_size == pytest.approx(1)
+    assert world.parts.vision.settings(flat).orthographic_size == pytest.approx(1)
     world.fails("sim.createVisionSensor(2, {0, 16, 0, 0}, {0.1, 5, 1})", "1 to 4096 pixels")
 
 

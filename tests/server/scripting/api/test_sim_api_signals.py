@@ -39,8 +39,8 @@ def test_clients_and_scripts_see_the_same_signals(world: ScriptWorld) -> None:
     world.lua("sim.setStringSignal('from_script', 'hi')")
     assert world.call("simxGetStringSignal", "from_script") == b"hi"
     world.call("simxStopSimulation")
-    assert "from_script" not in world.sim.signals.strings, "it goes with its script"
-    assert world.sim.signals.get_integer("from_client") == 3
+    assert "from_script" not in world.parts.signals.strings, "it goes with its script"
+    assert world.parts.signals.get_integer("from_client") == 3
 
 
 def test_signals_are_listed(world: ScriptWorld) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from handler_calls import PaintingThread, floats
+from handler_calls import PaintingThread, QuickPainter, floats
+from real_world import render_with
 from sim_api_calls import SCENE, ScriptWorld
 
 from simx_server.scripting.callbacks import images as pictures
@@ -26,19 +26,10 @@ RAMP = np.arange(96, dtype=np.uint8).reshape(4, 8, 3)
 GREY = RAMP.astype(int).sum(axis=2) // 3
 
 
-class QuickPainter(PaintingThread):
-    """Has painted before anybody can wait."""
-
-    def request(self, *arguments: Any, **named: Any) -> Any:
-        future = super().request(*arguments, **named)
-        self.paint()
-        return future
-
-
 @pytest.fixture
 def world(tmp_path: Path) -> ScriptWorld:
     world = ScriptWorld(tmp_path, TWO_EYES)
-    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    render_with(world, QuickPainter())
     return world
 
 
@@ -152,7 +143,7 @@ def test_an_image_is_set_from_numbers_or_bytes(world: ScriptWorld) -> None:
 
 
 def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: RenderThread) -> None:
-    world.sim.rendering = rendering
+    render_with(world, rendering)
     before = world.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
     world.passes()
     after = world.lua(EYE + "return sim.getVisionSensorDepth(eye, 1)")
@@ -162,5 +153,5 @@ def test_a_script_waits_for_the_render_thread(world: ScriptWorld, rendering: Ren
 
 def test_a_picture_that_never_comes_is_an_error(world: ScriptWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "PATIENCE", 0.01)
-    world.sim.rendering = PaintingThread()  # type: ignore[assignment]
+    render_with(world, PaintingThread())
     world.fails(EYE + "sim.getVisionSensorImage(eye)", "was not ready")

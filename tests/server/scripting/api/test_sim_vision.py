@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from handler_calls import floats
+from handler_calls import QuickPainter, floats
+from real_world import render_with
 from sim_api_calls import SCENE, ScriptWorld
-from test_sim_api_vision import QuickPainter
 
 WIDTH, HEIGHT = 6, 4
 EXPLICIT = SCENE.replace(
@@ -47,7 +47,7 @@ class Eye(ScriptWorld):
 @pytest.fixture
 def eye(tmp_path: Path) -> Eye:
     world = Eye(tmp_path, EXPLICIT)
-    world.sim.rendering = QuickPainter()  # type: ignore[assignment]
+    render_with(world, QuickPainter())
     return world
 
 

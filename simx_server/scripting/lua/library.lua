@@ -1,14 +1,12 @@
-"""Lua's standard library as scripts get it: without files, and with no single call that takes long by itself.
+-- Lua's standard library as scripts get it: without files, and with no single call that takes long by
+-- itself.
+--
+-- No hook strikes within a C function, so what takes more than linear time, or linear time on something
+-- huge, is done in Lua there, where the hook looks at the clock and others are served. The limits are such
+-- that the C function stays below about 0.05 s.
+-- Arguments: the script's world, a function that says where the script is, the hook's look, the compiler of
+-- chunks.
 
-No hook strikes within a C function, so what takes more than linear time, or linear time on something huge, is done
-in Lua there, where the hook looks at the clock and others are served. The limits are such that the C function
-stays below about 0.05 s.
-"""
-
-from .patterns import PATTERNS
-
-LIBRARY = (
-    rb"""
 local world, where, look, compile = ...
 local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs, pcall, select, tostring, tonumber
 local sort, concat, rep, unpack, move, insert, remove, match, metatable =
@@ -256,7 +254,3 @@ for _, name in pairs { "pack", "unpack", "packsize" } do
         return finish(pcall(action, ...))
     end
 end
-"""
-    + PATTERNS
-)
-"""A Lua chunk that is called with the script's world and a function that says where the script is."""

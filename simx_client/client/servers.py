@@ -11,14 +11,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from simx_client.connection.answers import Answer
+from simx_client.connection.calls import Calls
+from simx_client.connection.exchange import Exchange, connection_of
+from simx_client.connection.strict import Strict
+from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import CallsFailed, ConnectionFailed, Failure
 from simx_client.legacy.local import simxFinish, simxStart
-
-from .answers import Answer
-from .calls import Calls
-from .exchange import Exchange, connection_of
-from .strict import Strict
-from .timeouts import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -62,11 +61,7 @@ class Servers(Strict):
     def connect(
         cls, addresses: Iterable[int | tuple[str, int]], *, timeout: float = DEFAULT_TIMEOUT
     ) -> Servers:
-        """Connect to servers by port on this host, or by (host, port).
-
-        Raises:
-            ConnectionFailed: one of them cannot be reached; the others are disconnected again.
-        """
+        """Connect to servers, as `Client.many` does."""
         clients: list[int] = []
         for address in addresses:
             host, port = ("127.0.0.1", address) if isinstance(address, int) else address

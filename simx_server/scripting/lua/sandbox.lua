@@ -1,28 +1,28 @@
-"""The trusted Lua chunk that builds a script's world and guards every entry into it.
+-- The trusted Lua chunk that builds a script's world and guards every entry into it.
+--
+-- It and its parts, the other files of Lua in this folder, are the only Lua code that ever sees Lua's
+-- `debug` and Python objects; both stay upvalues, which a script's own `debug` cannot read. Why each guard
+-- is needed:
+--
+-- * a hook stops endless loops, see `watch.lua`; the way out (`enter`, `report`) is spared, or the error
+--   would leave with the hook still set;
+-- * a message handler runs inside the hook, where no hook strikes: `xpcall` calls it after the unwinding,
+--   see `debug.lua`;
+-- * finalizers run with hooks off, so `__gc` is refused;
+-- * binary chunks can crash the virtual machine, so `load` takes text only, and not too much at once;
+-- * tables are copied raw before Python reads them: reading must not run a script's metamethods;
+-- * the functions of Python never raise (`interpreter.py`): lupa would hand the exception to the script as
+--   an object;
+-- * no hook strikes within one call of a C function: those of the standard library that could take long by
+--   themselves are bounded by `library.lua`, which gets the script's world before any script does.
+--
+-- Threads: `depth` counts calls from Python that lie within each other, `level` the coroutines: 0 outside of
+-- any, 1 in one that was resumed from there (the server's thread among them), more in a script's coroutine
+-- within a coroutine.
+-- A coroutine that gave way within a loop (`turns.py`) yields `SWITCH`, which only `resume` sees.
+-- What a function of the API answers is told by its first result: true, false (an error), `switch` (done,
+-- but let others go on first) or `wait` (ask again after the next resumption).
 
-It and its parts (`lua_watch.py`, `lua_text.py`, `lua_debug.py`, `lua_library.py`) are the only Lua code that ever sees
-Lua's ``debug`` and Python objects; both stay upvalues, which a script's own ``debug`` cannot read. Why each guard is
-needed:
-
-* a hook stops endless loops, see `lua_watch.py`; the way out (``enter``, ``report``) is spared, or the error would
-  leave with the hook still set;
-* a message handler runs inside the hook, where no hook strikes: ``xpcall`` calls it after the unwinding, see
-  `lua_debug.py`;
-* finalizers run with hooks off, so ``__gc`` is refused;
-* binary chunks can crash the virtual machine, so ``load`` takes text only, and not too much at once;
-* tables are copied raw before Python reads them: reading must not run a script's metamethods;
-* the functions of Python never raise (`lua.py`): lupa would hand the exception to the script as an object;
-* no hook strikes within one call of a C function: those of the standard library that could take long by themselves
-  are bounded by `lua_library.py`, which gets the script's world before any script does.
-
-Threads: ``depth`` counts calls from Python that lie within each other, ``level`` the coroutines: 0 outside of any, 1 in
-one that was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine.
-A coroutine that gave way within a loop (`lua_turns.py`) yields ``SWITCH``, which only ``resume`` sees.
-What a function of the API answers is told by its first result: true, false (an error), ``switch`` (done, but let others
-go on first) or ``wait`` (ask again after the next resumption).
-"""
-
-GUARD = rb"""
 local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, texts = ...
 
 -- Of the objects of Python, should one ever get out.
@@ -103,7 +103,7 @@ local own = {}
 local debugging = part("debug")(world, own, where, look, function(action) return action == enter end)
 local complain, is_main = debugging.complain, debugging.is_main
 
--- Turns of loops, see lua_turns.py: after each SLICE of them Python is asked whether the thread gives way.
+-- Turns of loops, see turns.py: after each SLICE of them Python is asked whether the thread gives way.
 local SLICE <const>, SWITCH = 1000, {}
 local turns_left, turns_done = SLICE, 0
 
@@ -193,6 +193,7 @@ function world.coroutine.wrap(body)
 end
 
 part("library")(world, where, look, compile)
+part("patterns")(world, look)
 
 local loaded = {}
 for space, names in pairs(known) do
@@ -333,4 +334,3 @@ function face.resume()
 end
 
 return face
-"""

@@ -1,12 +1,11 @@
-"""The hook that looks at the clock while a script runs: it stops endless scripts and lets others be served.
+-- The hook that looks at the clock while a script runs: it stops endless scripts and lets others be served.
+--
+-- Once the time is over it strikes on every instruction, otherwise `while true do pcall(busy) end` would
+-- swallow it for ever. Between two strikes lie the fewer instructions the longer the last ones took, and the
+-- larger the heap is: one instruction may copy a string as long as the heap is large. Coroutines have a hook
+-- of their own, so they are made here; in one that its hook has ended no hook strikes any more, so what it
+-- left to be closed (`<close>`) is never run.
 
-Once the time is over it strikes on every instruction, otherwise ``while true do pcall(busy) end`` would swallow it for
-ever. Between two strikes lie the fewer instructions the longer the last ones took, and the larger the heap is: one
-instruction may copy a string as long as the heap is large. Coroutines have a hook of their own, so they are made here;
-in one that its hook has ended no hook strikes any more, so what it left to be closed (``<close>``) is never run.
-"""
-
-WATCH = rb"""
 local late = ...
 
 local sethook, getinfo, cocreate, coclose, current =
@@ -142,4 +141,3 @@ return {
     where = where, look = look, create = create, quicken = quicken, close = close, begin = begin, arm = arm,
     disarm = disarm, spare = spare,
 }
-"""

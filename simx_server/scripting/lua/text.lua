@@ -1,9 +1,9 @@
-"""What a script prints: values as CoppeliaSim shows them, tables with what they hold.
+-- What a script prints: values as CoppeliaSim shows them, tables with what they hold.
+--
+-- Nothing shown is an address, so two runs print the same lines. A script's `__tostring` is asked, as by
+-- Lua's print.
+-- Arguments: the script's world, what takes a line, the greatest depth, the hook's look.
 
-Nothing shown is an address, so two runs print the same lines. A script's ``__tostring`` is asked, as by Lua's print.
-"""
-
-TEXT = rb"""
 local world, output, max_depth, look = ...
 local type, tostring, next, rawget, rawequal, select = type, tostring, next, rawget, rawequal, select
 local concat, sort, pack, unpack, find, match, length, mathtype, mathhuge, metatable = table.concat, table.sort,
@@ -104,5 +104,3 @@ function world.printf(pattern, ...)
 end
 
 return function(value) return line(true, value) end
-"""
-"""A Lua chunk; its arguments are the script's world, what takes a line, and the greatest depth."""

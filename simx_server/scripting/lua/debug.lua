@@ -1,10 +1,10 @@
-"""Errors, their handlers and ``debug`` as scripts get them.
+-- Errors, their handlers and `debug` as scripts get them.
+--
+-- Lua's own would show the functions of the sandbox, and `debug` would open it. A script sees only its own
+-- functions; those of the server and of Lua's library look like functions in C, as they do in CoppeliaSim.
+-- Arguments: the script's world, a copy of it that no script can change, two functions of the hook, and one
+-- that says whether a function is that in which calls from the server begin.
 
-Lua's own would show the functions of the sandbox, and ``debug`` would open it. A script sees only its own functions;
-those of the server and of Lua's library look like functions in C, as they do in CoppeliaSim.
-"""
-
-DEBUG = rb"""
 local world, own, where, look, is_entrance = ...
 local getinfo, running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable =
     debug.getinfo, coroutine.running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable
@@ -217,6 +217,3 @@ function world.xpcall(action, handle, ...)
 end
 
 return { complain = complain, is_main = function(chunk) mains[chunk] = true end }
-"""
-"""A Lua chunk; its arguments are the script's world, a copy of it that no script can change, two functions of the hook
-and one that says whether a function is that in which calls from the server begin."""

@@ -1,15 +1,17 @@
-"""Lua's patterns, matched in Lua where the C library might take long.
+-- Lua's patterns, matched in Lua where the C library might take long.
+--
+-- Lua's own matcher goes back over every way to share the subject out among the pattern's repetitions,
+-- within one C call that nothing can interrupt: seconds for forty letters, years for eighty. Its work is at
+-- most the subject's length to the power of one more than the number of repetitions. Where that bound is
+-- small the C function is called; where it is not, the matcher below does the same search, slower by some
+-- twenty times, but the hook looks at the clock meanwhile, so the script can be stopped and others are
+-- served. Results are the same; a script sees no difference.
+-- Replaces the functions of the script's `string` that take patterns.
 
-Lua's own matcher goes back over every way to share the subject out among the pattern's repetitions, within one C
-call that nothing can interrupt: seconds for forty letters, years for eighty. Its work is at most the subject's length
-to the power of one more than the number of repetitions. Where that bound is small the C function is called; where it
-is not, the matcher below does the same search, slower by some twenty times, but the hook looks at the clock meanwhile,
-so the script can be stopped and others are served. Results are the same; a script sees no difference.
-"""
-
-PATTERNS = rb"""
+local world, look = ...
 local byte, char, sub, find, match, gmatch, gsub =
     string.byte, string.char, string.sub, string.find, string.match, string.gmatch, string.gsub
+local error, tostring, type, unpack = error, tostring, type, table.unpack
 local mathtype, SPECIAL = math.type, "[%^%$%*%+%?%.%(%)%[%]%%%-]"
 local BUDGET, LONGEST, WINDOW = 1000000, 100000, 1000000
 
@@ -336,5 +338,3 @@ function world.string.gsub(subject, pattern, replacement, most)
     parts[#parts + 1] = sub(subject, at)
     return world.table.concat(parts), count
 end
-"""
-"""Replaces the functions of ``world.string`` that take patterns; a part of `lua_library.LIBRARY`."""

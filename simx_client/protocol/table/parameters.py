@@ -1,0 +1,195 @@
+"""Parameters of objects and of the simulator."""
+
+from __future__ import annotations
+
+from ..kinds import BOOL, FLOAT, INT, TEXT, VECTOR3
+from .command import Command, Effect
+from .meanings import BITS, OBJECT_HANDLE, OBJECT_PARAMETER, SIMULATOR_PARAMETER, Meaning
+
+PARAMETERS = (
+    Command(
+        name="simxGetObjectFloatParameter",
+        aliases=("simxGetObjectFloatParam",),
+        takes={
+            "objectHandle": OBJECT_HANDLE.but(sample="joint"),
+            "parameterID": OBJECT_PARAMETER.but(sample="2012"),
+        },
+        gives={"parameterValue": Meaning(FLOAT, "value of the parameter, in SI units")},
+        doc="Return a parameter of an object.",
+        effect=Effect.READS,
+        key=("objectHandle", "parameterID"),
+        legacy_id=0x2007,
+        twin="sim.getObjectFloatParam",
+    ),
+    Command(
+        name="simxSetObjectFloatParameter",
+        aliases=("simxSetObjectFloatParam",),
+        takes={
+            "objectHandle": OBJECT_HANDLE.but(sample="joint"),
+            "parameterID": OBJECT_PARAMETER.but(sample="2017"),
+            "parameterValue": Meaning(FLOAT, "value of the parameter, in SI units", sample="0.5"),
+        },
+        doc="Set a parameter of an object.",
+        effect=Effect.EDITS,
+        key=("objectHandle", "parameterID"),
+        legacy_id=0x2009,
+        twin="sim.setObjectFloatParam",
+    ),
+    Command(
+        name="simxGetObjectIntParameter",
+        aliases=("simxGetObjectInt32Param",),
+        takes={"objectHandle": OBJECT_HANDLE, "parameterID": OBJECT_PARAMETER.but(sample="3003")},
+        gives={"parameterValue": Meaning(INT, "value of the parameter, in SI units")},
+        doc="Return a parameter of an object.",
+        effect=Effect.READS,
+        key=("objectHandle", "parameterID"),
+        legacy_id=0x2008,
+        twin="sim.getObjectInt32Param",
+    ),
+    Command(
+        name="simxSetObjectIntParameter",
+        aliases=("simxSetObjectInt32Param",),
+        takes={
+            "objectHandle": OBJECT_HANDLE,
+            "parameterID": OBJECT_PARAMETER.but(sample="3003"),
+            "parameterValue": Meaning(INT, "value of the parameter, in SI units", sample="1"),
+        },
+        doc="Set a parameter of an object.",
+        effect=Effect.EDITS,
+        key=("objectHandle", "parameterID"),
+        legacy_id=0x200A,
+        twin="sim.setObjectInt32Param",
+    ),
+    Command(
+        name="simxGetModelProperty",
+        takes={"objectHandle": OBJECT_HANDLE.but(sample="base")},
+        gives={"prop": BITS},
+        doc="Return the model bits of an object.",
+        effect=Effect.READS,
+        key=("objectHandle",),
+        legacy_id=0x1034,
+        twin="sim.getModelProperty",
+    ),
+    Command(
+        name="simxSetModelProperty",
+        takes={"objectHandle": OBJECT_HANDLE.but(sample="base"), "prop": BITS},
+        doc="Set the model bits of an object.",
+        effect=Effect.EDITS,
+        key=("objectHandle",),
+        legacy_id=0x1035,
+        twin="sim.setModelProperty",
+    ),
+    Command(
+        name="simxGetBooleanParameter",
+        aliases=("simxGetBoolParam",),
+        takes={
+            "paramIdentifier": SIMULATOR_PARAMETER.but(
+                sample="vrep.sim_boolparam_vision_sensor_handling_enabled"
+            )
+        },
+        gives={"paramValue": Meaning(BOOL, "value of the parameter")},
+        doc="Return a parameter of the simulator.",
+        effect=Effect.READS,
+        key=("paramIdentifier",),
+        legacy_id=0x101F,
+        twin="sim.getBoolParam",
+    ),
+    Command(
+        name="simxSetBooleanParameter",
+        aliases=("simxSetBoolParam",),
+        takes={
+            "paramIdentifier": SIMULATOR_PARAMETER.but(
+                sample="vrep.sim_boolparam_vision_sensor_handling_enabled"
+            ),
+            "paramValue": Meaning(BOOL, "value of the parameter", sample="False"),
+        },
+        doc="Set a parameter of the simulator.",
+        effect=Effect.EDITS,
+        key=("paramIdentifier",),
+        legacy_id=0x1020,
+        twin="sim.setBoolParam",
+    ),
+    Command(
+        name="simxGetIntegerParameter",
+        aliases=("simxGetInt32Param",),
+        takes={"paramIdentifier": SIMULATOR_PARAMETER},
+        gives={"paramValue": Meaning(INT, "value of the parameter")},
+        doc="Return a parameter of the simulator.",
+        effect=Effect.READS,
+        key=("paramIdentifier",),
+        legacy_id=0x1021,
+        twin="sim.getInt32Param",
+    ),
+    Command(
+        name="simxSetIntegerParameter",
+        aliases=("simxSetInt32Param",),
+        takes={
+            "paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_intparam_error_report_mode"),
+            "paramValue": Meaning(INT, "value of the parameter", sample="1"),
+        },
+        doc="Set a parameter of the simulator.",
+        effect=Effect.EDITS,
+        key=("paramIdentifier",),
+        legacy_id=0x1022,
+        twin="sim.setInt32Param",
+    ),
+    Command(
+        name="simxGetFloatingParameter",
+        aliases=("simxGetFloatParam",),
+        takes={"paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_floatparam_simulation_time_step")},
+        gives={"paramValue": Meaning(FLOAT, "value of the parameter")},
+        doc="Return a parameter of the simulator.",
+        effect=Effect.READS,
+        key=("paramIdentifier",),
+        legacy_id=0x1023,
+        twin="sim.getFloatParam",
+    ),
+    Command(
+        name="simxSetFloatingParameter",
+        aliases=("simxSetFloatParam",),
+        takes={
+            "paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_floatparam_simulation_time_step"),
+            "paramValue": Meaning(FLOAT, "value of the parameter", sample="0.05"),
+        },
+        doc="Set a parameter of the simulator.",
+        effect=Effect.EDITS,
+        key=("paramIdentifier",),
+        legacy_id=0x1024,
+        twin="sim.setFloatParam",
+    ),
+    Command(
+        name="simxGetStringParameter",
+        aliases=("simxGetStringParam",),
+        takes={"paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_stringparam_scene_path_and_name")},
+        gives={"paramValue": Meaning(TEXT, "value of the parameter")},
+        doc="Return a parameter of the simulator.",
+        effect=Effect.READS,
+        key=("paramIdentifier",),
+        legacy_id=0x1025,
+        twin="sim.getStringParam",
+    ),
+    Command(
+        name="simxGetArrayParameter",
+        aliases=("simxGetArrayParam",),
+        takes={"paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_arrayparam_gravity")},
+        gives={"paramValues": Meaning(VECTOR3, "value of the parameter")},
+        doc="Return a parameter of the simulator.",
+        effect=Effect.READS,
+        key=("paramIdentifier",),
+        legacy_id=0x101D,
+        twin="sim.getArrayParam",
+    ),
+    Command(
+        name="simxSetArrayParameter",
+        aliases=("simxSetArrayParam",),
+        takes={
+            "paramIdentifier": SIMULATOR_PARAMETER.but(sample="vrep.sim_arrayparam_gravity"),
+            "paramValues": Meaning(VECTOR3, "value of the parameter", sample="[0, 0, -9.81]"),
+        },
+        doc="Set a parameter of the simulator.",
+        effect=Effect.EDITS,
+        key=("paramIdentifier",),
+        legacy_id=0x101E,
+        twin="sim.setArrayParam",
+    ),
+)

@@ -1,0 +1,45 @@
+"""The files of a simulation: where scenes are searched, and which of them clients have sent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from simx_server.scene.formats.sources import Sources
+
+from .client_files import ClientFiles
+from .scene_search import find_for_client
+
+Find = Callable[[str, bool], Path]
+"""From a client's text, and whether a model is meant, to a file. Raises CommandError."""
+
+
+class SceneFiles:
+    """Where a simulation finds files, and where its clients may store some."""
+
+    def __init__(
+        self, workspace: Path | None = None, sources: Sources | None = None, own_scene: Path | None = None
+    ) -> None:
+        """Make the list for one workspace.
+
+        Args:
+            workspace: the only folder, beside the shipped scenes and the folder of the present scene, from which
+                clients may load files; the working directory if None. Without a workspace no file counts as a client's.
+            sources: where files that scenes and models name are searched, beyond their own folder.
+            own_scene: the scene that the server was started with; the operator trusts the files that it names.
+        """
+        self.workspace = (workspace or Path.cwd()).resolve()
+        self.client_files = ClientFiles(None if workspace is None else self.workspace)
+        self.sources = sources or Sources.of()
+        self.own_scene = own_scene
+        self.more_folders: Sequence[Path] = ()
+        """Further folders from which clients may load."""
+        self.open_scene: Path | None = None
+        """The file of the present scene; the simulation keeps it."""
+        self.stored: dict[Path, int] = {}
+        """Sizes in bytes of the files that clients have stored in the workspace."""
+        self.find: Find = self._find
+        """A replay replaces it: it finds the recorded files."""
+
+    def _find(self, text: str, is_model: bool) -> Path:
+        return find_for_client(text, self.workspace, self.open_scene, self.more_folders, model=is_model)

@@ -1,0 +1,27 @@
+"""The points at which a long computation on the physics thread lets others be served."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+def nothing() -> None:
+    """Do nothing."""
+
+
+@dataclass(slots=True)
+class Interruptions:
+    """The server loop, a recording or a replay replace these functions; alone, a simulation interrupts nothing."""
+
+    serve_others: Callable[[], object] = nothing
+    """Answers other clients during long computations."""
+
+    script_point: Callable[[], object] = nothing
+    """Called before each call of a script into the API and after each call into a script.
+
+    A script cannot tell where between two of these points something changed.
+    """
+
+    physics_point: Callable[[], object] | None = None
+    """As `script_point`, between pieces of a simulation step's physics, which then have a fixed length."""

@@ -1,0 +1,101 @@
+"""The world: the simulation with all its parts, and what happens in one simulation step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simx_server.kinematics import IkGroups
+from simx_server.limits import Limits
+from simx_server.parts.custom_data import CustomData
+from simx_server.parts.drawing import DrawingObjects
+from simx_server.parts.graphs import Graphs
+from simx_server.parts.object_settings import ObjectSettings
+from simx_server.parts.parameters import Parameters
+from simx_server.parts.selection import Selection
+from simx_server.parts.signals import Signals
+from simx_server.parts.status_bar import StatusBar
+from simx_server.parts.tubes import Tubes
+from simx_server.parts.user_interface import UserInterface
+from simx_server.scene.collection import Collections
+from simx_server.scene.trial.trials import Trials
+from simx_server.scripting import Scripts
+from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.sensors.distance.meters import Meters
+from simx_server.sensors.force import ForceSensors
+from simx_server.sensors.instant import Instants
+from simx_server.sensors.proximity.proximity import ProximitySensors
+from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.vision.vision_sensors import VisionSensors
+
+from .applied_forces import AppliedForces
+from .simulation import Simulation
+from .velocities import Velocities
+
+Stage = tuple[str, Callable[["World"], object]]
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Every part, made by `building.build_world`. Physics thread only, but for `rendering`."""
+
+    simulation: Simulation
+    velocities: Velocities
+    applied_forces: AppliedForces
+    signals: Signals
+    status_bar: StatusBar
+    selection: Selection
+    custom_data: CustomData
+    object_settings: ObjectSettings
+    collections: Collections
+    instants: Instants
+    meters: Meters
+    proximity: ProximitySensors
+    force: ForceSensors
+    rendering: RenderThread
+    vision: VisionSensors
+    tubes: Tubes
+    script_parameters: ScriptParameters
+    scripts: Scripts
+    ik_groups: IkGroups
+    drawings: DrawingObjects
+    graphs: Graphs
+    trials: Trials
+    user_interface: UserInterface
+    parameters: Parameters
+
+    STEP: ClassVar[tuple[Stage, ...]] = (
+        ("scripts' actuation", lambda world: world.scripts.actuate()),
+        ("inverse kinematics", lambda world: world.ik_groups.handle_automatic()),
+        ("physics with joint controllers", lambda world: world.simulation.run_physics()),
+        ("applied forces end", lambda world: world.applied_forces.clear()),
+        ("velocities of objects", lambda world: world.velocities.remember()),
+        ("velocities of joints", lambda world: world.simulation.joints.measure()),
+        ("collisions and distances", lambda world: world.meters.sense()),
+        ("proximity sensors", lambda world: world.proximity.sense()),
+        ("force sensors", lambda world: world.force.sense()),
+        ("images that scripts judge", lambda world: world.scripts.judge_images()),
+        ("scripts' sensing", lambda world: world.scripts.sense()),
+        ("graphs", lambda world: world.graphs.record_all()),
+        ("time", lambda world: world.simulation.count_step()),
+    )
+    """The stages of a simulation step, in the order of V-REP's main script. Other images are rendered on request."""
+
+    @property
+    def limits(self) -> Limits:
+        """How much clients may make the server hold."""
+        return self.simulation.limits
+
+    def step(self) -> None:
+        """Make one simulation step. Nothing unless running; when physics cannot go on, the run is stopped."""
+        for _, stage in self.STEP:
+            if not self.simulation.is_advancing:
+                return
+            stage(self)
+        self.simulation.settle()
+
+    def idle(self) -> None:
+        """To be called now and then while stopped or paused."""
+        self.scripts.idle()
+        self.simulation.settle()
