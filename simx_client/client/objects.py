@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Protocol, TypeVar
 
 from simx_client.connection.answers import Answer
 from simx_client.connection.calls import Calls
@@ -14,8 +14,8 @@ from simx_client.protocol import constants as c
 from .poses import Place, Pose, as_array, handle_of
 
 if TYPE_CHECKING:
+    from .channel import Channel
     from .poses import Array, Numbers
-    from .scene import Scene
 
 T = TypeVar("T")
 
@@ -37,6 +37,15 @@ _PHYSICAL = 0x400000
 """Added to a handle: return the physical angular velocity instead of Euler rates."""
 
 
+class SceneOfObjects(Protocol):
+    """What objects need of their scene; see `scene.Scene`."""
+
+    @property
+    def channel(self) -> Channel: ...
+    def names(self) -> dict[int, str]: ...
+    def forget(self, gone: SceneObject) -> None: ...
+
+
 class SceneObject(Strict):
     """Base of all kinds of objects. ``Client`` makes them and looks each up once; equal names return the same
     object."""
@@ -47,7 +56,7 @@ class SceneObject(Strict):
     """The sim_object_..._type of this class; None: any."""
 
     def __init__(
-        self, scene: Scene, handle: int, name: str | None = None, object_type: int | None = None
+        self, scene: SceneOfObjects, handle: int, name: str | None = None, object_type: int | None = None
     ) -> None:
         self._scene = scene
         self._name = name

@@ -18,7 +18,8 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf import count_links
 
 from ..errors import CommandError
-from ..scene.models import Model, add_model, read_model
+from ..scene.formats.model_files import Model, read_model
+from ..scene.models import add_model
 from ..scene.trial.kinds import MESH, MODEL, SCENE
 from .registry import handler
 

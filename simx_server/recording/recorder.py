@@ -13,7 +13,7 @@ import hashlib
 import platform
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import mujoco
 
@@ -28,7 +28,6 @@ from .scene_files import files_of
 
 if TYPE_CHECKING:
     from simx_server.app.settings import Settings
-    from simx_server.runtime.server_loop import Engine
     from simx_server.scene.formats.sources import Sources
     from simx_server.world.world import World
 
@@ -42,6 +41,15 @@ OUTSIDE = -1
 """The point of what was done while no script ran."""
 
 _IDLE = bytes((0x91, Kind.IDLE))
+
+
+class RecordedLoop(Protocol):
+    """What a recorder needs of the server loop, which calls the recorder."""
+
+    recorder: Any
+
+    @property
+    def is_serving(self) -> bool: ...
 
 
 class Recorder(Part):
@@ -59,7 +67,7 @@ class Recorder(Part):
         self._copied = 0
         self._passes = 0
         self._points = 0
-        self._engine: Engine | None = None
+        self._engine: RecordedLoop | None = None
         self._world: World
 
     def watch(self, world: World, scene: Path) -> None:
@@ -91,7 +99,7 @@ class Recorder(Part):
         simulation.files.find = find_and_note
         self.file_read(scene, simulation.files.sources)
 
-    def begin(self, engine: Engine) -> None:
+    def begin(self, engine: RecordedLoop) -> None:
         """Record from now on what this engine does."""
         self._engine = engine
         engine.recorder = self

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from simx_server.world.saved_state import get_state
+from simx_server.scene.editing.model_state import get_state
 
 if TYPE_CHECKING:
     from simx_server.parts.signals import Signals

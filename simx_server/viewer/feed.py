@@ -33,6 +33,7 @@ from simx_server.errors import CommandError
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.runtime.monitoring import report
+from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.viewer.messages import (
@@ -50,7 +51,6 @@ from simx_server.viewer.messages import (
     Survey,
 )
 from simx_server.world.part import Part
-from simx_server.world.saved_state import editable_arrays, get_state
 from simx_server.world.simulation import SimulationState
 
 if TYPE_CHECKING:

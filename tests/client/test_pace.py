@@ -32,14 +32,14 @@ class Gripper(World):
     def __init__(self) -> None:
         readings = itertools.count()
         super().__init__(1.0, now=lambda: next(readings) * 0.05 / READS_A_STEP)
-        advance = self.parts.step
+        advance = self.simulation.step
 
         def close_further() -> None:
             advance()
             self.simulation.joints[GRIPPER] = min(1.0, self.simulation.passes / 10)
             self.simulation.joints.update(dict.fromkeys(STEP_COUNTERS, float(self.simulation.passes)))
 
-        self.parts.step = close_further
+        self.simulation.step = close_further
 
     def set_in(self) -> list[int]:
         """The step after which each set was executed."""

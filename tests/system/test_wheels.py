@@ -162,7 +162,7 @@ def test_the_clients_wheel_says_what_the_whole_says(wheel_of_client: Path, wheel
     python2.marker = None
     assert str(python2) in WHOLE["dependencies"]
     assert commands == COMMANDS
-    assert all_commands == {**COMMANDS, "simx-server": "simx_server.cli:main"}
+    assert all_commands == {**COMMANDS, "simx-server": "simx_server.app.cli:main"}
     assert files == {name: text for name, text in all_files.items() if name.startswith("simx_client/")}
     assert (CLIENT / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
+from scenes_for_tests import world_of
 
 from simx_server.files.library import find_scene
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import frames
-from simx_server.world.simulation import Simulation
 
 GRASP = (78.0, 12.2, 110.7, -32.9, -90.0, -12.0)
 """Degrees; the pads are around a ball of 50 mm on the floor, pointing down."""
@@ -21,8 +21,8 @@ class Robot:
     """The UR5 with its gripper, in words."""
 
     def __init__(self, scene: str) -> None:
-        self.sim = Simulation()
-        self.sim.load(find_scene(scene))
+        self.parts = world_of(find_scene(scene))
+        self.sim = self.parts.simulation
         self.arm = [self.sim.scene.resolve(f"UR5_joint{i}") for i in range(1, 7)]
         self.gripper = self.sim.scene.resolve("RG2_openCloseJoint")
         self.sim.start()

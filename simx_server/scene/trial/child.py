@@ -30,10 +30,10 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.contents import digests
 from simx_server.scene.formats.loader import load_scene
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
+from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf import count_links
 from simx_server.scene.geometry.overlaps import log_overlaps
-from simx_server.scene.models import read_model
 from simx_server.scene.trial.gathering import gather
 from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
 

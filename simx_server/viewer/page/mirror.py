@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from simx_server.scene.editing.model_state import STATE, editable_arrays
 from simx_server.viewer.messages import Look
-from simx_server.world.saved_state import STATE, editable_arrays
 
 _SHAPES = ("geom_", "mat_", "site_size")
 """Beginnings of the names of arrays that change what a body looks like, not only where it is."""

@@ -58,7 +58,9 @@ def watched(what: str, grace: float = 0.2, arguments: str = "", before: str = ""
 
 
 @contextmanager
-def hanging(*arguments: object, where: str = "Simulation.advance", how: str = LOCKED) -> Iterator[Popen[str]]:
+def hanging(
+    *arguments: object, where: str = "Simulation.run_physics", how: str = LOCKED
+) -> Iterator[Popen[str]]:
     """A simx-server that hangs where this would be called."""
     program = (
         f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.world.simulation import Simulation\n"

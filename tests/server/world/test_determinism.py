@@ -18,8 +18,8 @@ from simx_client.connection.connection import Connection
 from simx_client.protocol.keys import VIEWER
 from simx_server.app import cli
 from simx_server.gateways.loopback import LoopbackTransport
+from simx_server.scene.editing.model_state import get_state
 from simx_server.viewer.launching import missing
-from simx_server.world.saved_state import get_state
 
 PASSES = 30
 

@@ -13,9 +13,9 @@ from scenes_for_tests import ARM, arm, run, world_of
 from simx_server.errors import CommandError
 from simx_server.parts.signals import Signals
 from simx_server.scene.editing import editing
+from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.formats.loader import SceneError, load_text
 from simx_server.scene.geometry import frames
-from simx_server.world.saved_state import editable_arrays, get_state
 from simx_server.world.simulation import Simulation, SimulationState
 from simx_server.world.world import World
 

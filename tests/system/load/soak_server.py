@@ -111,10 +111,11 @@ class SoakServer:
 
     def __init__(self, stack: ExitStack, workspace: Path) -> None:
         self.workspace, self.scene = workspace, SCENE
-        self.simulation = open_world(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.parts = open_world(Settings(scene=str(SCENE), workspace=workspace), stack)
+        self.simulation = self.parts.simulation
         self.parts.trials.use(helper.start())  # as a server has one from its start
         pacer = Pacer(SPEED)
-        self.engine = Engine(self.simulation, HANDLERS, pacer)
+        self.engine = Engine(self.parts, HANDLERS, pacer)
         self.parts.parameters.pace = pacer
         self.batches = 0
         submit_as = self.engine.submit_as
@@ -145,11 +146,11 @@ class SoakServer:
     def rest(self) -> Counts:
         """Load the first scene, take back what scenes outlive, settle, and count."""
         simulation = self.simulation
-        simulation.simulation.stop()
-        simulation.simulation.load(SCENE)
+        simulation.stop()
+        simulation.load(SCENE)
         for clear in ("integer", "float", "string"):
-            getattr(simulation.signals, f"clear_{clear}")("")
-        consoles, dialogs = simulation.user_interface.consoles, simulation.user_interface.dialogs
+            getattr(self.parts.signals, f"clear_{clear}")("")
+        consoles, dialogs = self.parts.user_interface.consoles, self.parts.user_interface.dialogs
         for console in list(consoles):
             consoles.close(console.handle)
         for dialog in list(dialogs):
@@ -176,7 +177,7 @@ class SoakServer:
             len(self.declared[-1]),
             len(sessions),
             sum(len(session.streams.by_id) for session in sessions),
-            len(simulation.simulation.scene.objects) + len(simulation.collections.names()),
+            len(simulation.scene.objects) + len(self.parts.collections.names()),
             self.census[-1].total(),
             len(list(self.workspace.rglob("*"))),
         )

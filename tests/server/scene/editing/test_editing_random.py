@@ -15,11 +15,11 @@ from handler_calls import World
 
 from simx_server.errors import CommandError
 from simx_server.parts.physics_engine_parameters import PARAMETERS
+from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.geometry.inertia import set_inertia
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.namespaces import Namespaces
 from simx_server.scripting.script import Script, ScriptKind
-from simx_server.world.saved_state import editable_arrays, get_state
 from simx_server.world.simulation import Simulation
 
 SCENE = Path(__file__).parents[3] / "conformance" / "scene.xml"
