@@ -38,7 +38,7 @@ _PHYSICAL = 0x400000
 
 
 class SceneOfObjects(Protocol):
-    """What objects need of their scene; see `scene.Scene`."""
+    """The part of the scene that its objects use; see `scene.Scene`."""
 
     @property
     def channel(self) -> Channel: ...
