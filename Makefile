@@ -50,10 +50,10 @@ test-fast: $(READY) ## the tests that need under a minute together
 	@$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile -m "not slow" $(TESTS)
 
 soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server must stay up and return to where it began
-	@PYTHONPATH=tests:tests/support $(BIN)/python tests/system/load/soak.py $(SECONDS)
+	@PYTHONPATH=tests:tests/support:tests/support/worlds $(BIN)/python tests/system/load/soak.py $(SECONDS)
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
-	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
 check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \

@@ -15,11 +15,11 @@ from types import FrameType
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.nearest import did_you_mean
 
-from .client import CallFailed
-from .machine import Watch, description
-from .measure import FULL, QUICK
-from .processes import NotReady
-from .report import PLOTS, Findings, Plot, compose
+from .calls.client import CallFailed
+from .measuring.machine import Watch, description
+from .measuring.measure import FULL, QUICK
+from .measuring.processes import NotReady
+from .measuring.report import PLOTS, Findings, Plot, compose
 
 logger = logging.getLogger("bench")
 
@@ -90,7 +90,7 @@ def run(names: Sequence[str], *, quick: bool = False) -> tuple[str, list[Finding
 
 
 def _draw(folder: Path, plots: Sequence[Plot]) -> None:
-    from .plot import draw  # afterwards: OpenCV would make the process fatter than a script's
+    from .measuring.plot import draw  # afterwards: OpenCV would make the process fatter than a script's
 
     for plot in plots:
         draw(folder, plot)

@@ -15,6 +15,7 @@ from typing import Any
 if __name__ == "__main__":
     sys.path[:0] = [
         str(Path(__file__).resolve().parents[1] / "support"),
+        str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
         *map(str, Path(__file__).resolve().parents[1:3]),
     ]
 

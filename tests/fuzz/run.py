@@ -20,6 +20,7 @@ from pathlib import Path
 
 sys.path[:0] = [
     str(Path(__file__).resolve().parents[1] / "support"),
+    str(Path(__file__).resolve().parents[1] / "support" / "worlds"),
     *map(str, Path(__file__).resolve().parents[1:3]),
 ]
 

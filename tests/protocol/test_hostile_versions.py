@@ -21,8 +21,8 @@ import simx_server.gateways.zenoh as gateway
 gateway.OLDEST_PROTOCOL = gateway.PROTOCOL_VERSION = {version}
 if {notices_nothing}:
     gateway.choose_version = lambda *spoken: {version}
-sys.path.insert(0, "tests/support")
-runpy.run_path("tests/support/plain_server.py", run_name="__main__")
+sys.path.insert(0, "tests/support/worlds")
+runpy.run_path("tests/support/worlds/plain_server.py", run_name="__main__")
 """
 
 

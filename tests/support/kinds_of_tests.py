@@ -60,7 +60,9 @@ def _starts_processes(path: Path) -> bool:
                 if name in _PROCESSES:
                     return True
                 continue
-            helpers = set(_helpers(module, {path.parent, TESTS / "support"})) - seen
+            helpers = (
+                set(_helpers(module, {path.parent, TESTS / "support", TESTS / "support" / "worlds"})) - seen
+            )
             waiting.extend(helpers)
             seen |= helpers
     return False

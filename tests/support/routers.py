@@ -27,7 +27,7 @@ def router(port: int, *config: Path) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
         [
             sys.executable,
-            str(ROOT / "tests" / "support" / "zenoh_router.py"),
+            str(ROOT / "tests" / "support" / "programs" / "zenoh_router.py"),
             f"tcp/127.0.0.1:{port}",
             *map(str, config),
         ],

@@ -11,30 +11,23 @@ import cv2
 import pytest
 
 from bench import __main__ as bench
-from bench import (
-    baselines,
-    batch,
-    blocking,
-    clients,
-    parts,
-    picture,
-    plot,
-    processes,
-    rendering,
-    scale,
-    scenes,
-    sensors,
-    servers,
-    sizes,
-    startup,
-    stepping,
-    streaming,
-    values,
-    view,
+from bench.calls import batch, blocking, parts, stepping, streaming, values
+from bench.images import picture, rendering, sizes
+from bench.load import clients, scale, servers, startup, view
+from bench.measuring import baselines, plot, processes
+from bench.measuring.machine import Watch, description
+from bench.measuring.measure import (
+    Effort,
+    Rounds,
+    difference,
+    in_turn,
+    percentile,
+    ratio,
+    repeated,
+    side_by_side,
 )
-from bench.machine import Watch, description
-from bench.measure import Effort, Rounds, difference, in_turn, percentile, ratio, repeated, side_by_side
-from bench.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
+from bench.measuring.report import Findings, Grid, Panel, Plot, Ratio, Row, compose
+from bench.world import scenes, sensors
 from simx_server.viewer.launching import missing
 
 TINY = Effort(sets=1, rounds=1, factor=0.02, least=1)

@@ -29,7 +29,7 @@ BLOCKING = v.simx_opmode_blocking
 @contextlib.contextmanager
 def plain_server():
     """A plain server's process and port."""
-    with running(spawn(ROOT / "tests" / "support" / "plain_server.py")) as process:
+    with running(spawn(ROOT / "tests" / "support" / "worlds" / "plain_server.py")) as process:
         yield process, int(read_line(process))
 
 

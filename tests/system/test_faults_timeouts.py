@@ -41,7 +41,7 @@ Record = Callable[[str, object], None]
 
 @contextlib.contextmanager
 def plain_server() -> Iterator[tuple[Popen[str], int]]:
-    with running(spawn(ROOT / "tests" / "support" / "plain_server.py")) as process:
+    with running(spawn(ROOT / "tests" / "support" / "worlds" / "plain_server.py")) as process:
         yield process, int(read_line(process))
 
 

@@ -19,7 +19,12 @@ PATIENCE = 60.0
 @contextmanager
 def clients(port: int) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
-        [sys.executable, str(ROOT / "tests" / "support" / "many_clients.py"), str(port), str(EACH)],
+        [
+            sys.executable,
+            str(ROOT / "tests" / "support" / "programs" / "many_clients.py"),
+            str(port),
+            str(EACH),
+        ],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

@@ -63,7 +63,7 @@ class Lab:
             self._cables[host] = self._started(
                 [
                     sys.executable,
-                    str(ROOT / "tests" / "support" / "tun_cable.py"),
+                    str(ROOT / "tests" / "support" / "programs" / "tun_cable.py"),
                     router,
                     host,
                     namespace,
@@ -141,7 +141,7 @@ def lab(hosts: Sequence[str] = HOSTS) -> Iterator[Lab]:
 
 def test_a_host_whose_cable_is_pulled_is_gone_after_a_while_and_comes_back(scene: Path) -> None:
     with lab() as hosts:
-        hosts.start("router", ROOT / "tests" / "support" / "zenoh_router.py", "tcp/0.0.0.0:7447")
+        hosts.start("router", ROOT / "tests" / "support" / "programs" / "zenoh_router.py", "tcp/0.0.0.0:7447")
         for realm in ("north", "east"):
             router = f"tcp/{hosts.router_of(realm)}:7447"
             hosts.start(realm, "-m", "simx_server", scene, "--port", 0, "--realm", realm, "--connect", router)
@@ -186,7 +186,10 @@ def test_a_slow_network_that_loses_packets_is_slow_and_loses_no_call(
         hosts.start("router", "-m", "simx_server", scene, "--start", "--port", 0, "--listen", address)
         caller = Caller(
             hosts.start(
-                "client", ROOT / "tests" / "support" / "link_client.py", hosts.router_of("client"), 19997
+                "client",
+                ROOT / "tests" / "support" / "programs" / "link_client.py",
+                hosts.router_of("client"),
+                19997,
             )
         )
 

@@ -18,7 +18,7 @@ import pytest
 from processes import ROOT, ServerProcess, read_line, running, server, wait_until
 
 import simx_client as v
-from bench.resources import private_mb
+from bench.measuring.resources import private_mb
 from simx_client.connection.discovery import find_servers
 
 BLOCKING, STREAMING, BUFFER = v.simx_opmode_blocking, v.simx_opmode_streaming, v.simx_opmode_buffer

@@ -21,7 +21,7 @@ from processes import ROOT, ServerProcess, read_line, running, server, wait_unti
 from real_world import BLOCKING
 
 import simx_client as v
-from bench.lookers import looking, messages
+from bench.load.lookers import looking, messages
 from simx_client import Client
 from simx_server.viewer.launching import missing
 

@@ -12,7 +12,7 @@ from processes import read_line, server, wait_until
 from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped
 
 import simx_client as v
-from bench.lookers import looking
+from bench.load.lookers import looking
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.protocol.keys import VIEWER

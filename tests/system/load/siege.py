@@ -21,7 +21,7 @@ from pathlib import Path
 from processes import running, spawn
 
 import simx_client as v
-from bench.resources import keep_apart
+from bench.measuring.resources import keep_apart
 
 HERE = Path(__file__).parent
 SCENE = HERE.parents[1] / "conformance" / "scene.xml"

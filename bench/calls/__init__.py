@@ -1,0 +1,1 @@
+"""What calls, batches, steps and streams cost."""

@@ -1,0 +1,1 @@
+"""Many clients, many servers, floods, start-up and the web viewer."""

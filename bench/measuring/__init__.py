@@ -1,0 +1,1 @@
+"""The machine, processes to measure, baselines, and the report."""

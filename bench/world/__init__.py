@@ -1,0 +1,1 @@
+"""What physics, sensors, scenes and edits cost."""

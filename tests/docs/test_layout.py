@@ -1,0 +1,110 @@
+"""The layout of the code: who imports whom, and how many files a folder has."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+from processes import ROOT
+
+PACKAGES = ("simx_client", "simx_server")
+MOST_FILES = 20
+"""Python files in one folder; the aim is fifteen."""
+
+MAY_IMPORT_THE_CLIENT = ("simx_server.viewer.page", "simx_server.gateways.loopback")
+"""The web viewer is a client; the in-process gateway implements the client's transport."""
+
+BY_NAME = {"simx_client/cli/completion.py"}
+"""Files of the client that name modules of the server."""
+
+
+def files(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+@cache
+def modules() -> dict[str, Path]:
+    return {module_of(path): path for package in PACKAGES for path in files(package)}
+
+
+@cache
+def imports(module: str) -> frozenset[str]:
+    """The modules that a module imports anywhere: within functions and for types too."""
+    path = modules()[module]
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            found |= {
+                f"{base}.{alias.name}" if f"{base}.{alias.name}" in modules() else base
+                for alias in node.names
+            }
+    return frozenset(name for name in found & modules().keys() if name != module)
+
+
+def reached(module: str) -> set[str]:
+    """All that a module imports, directly or through others."""
+    seen: set[str] = set()
+    waiting = [module]
+    while waiting:
+        new = imports(waiting.pop()) - seen
+        seen |= new
+        waiting += new
+    return seen
+
+
+def test_no_circle_of_imports_is_larger_than_three_files() -> None:
+    try:
+        TopologicalSorter({module: imports(module) for module in modules()}).prepare()
+        return
+    except CycleError:
+        pass
+    behind = {module: reached(module) for module in modules()}
+    for module, others in behind.items():
+        circle = sorted({other for other in others if module in behind[other]} | {module})
+        assert len(circle) <= 3, f"these import each other: {circle}"
+
+
+def test_the_server_imports_the_protocol_and_nothing_else_of_the_client() -> None:
+    for module in modules():
+        if module.startswith("simx_server") and not module.startswith(MAY_IMPORT_THE_CLIENT):
+            wrong = [
+                name
+                for name in imports(module)
+                if name.startswith("simx_client") and not name.startswith("simx_client.protocol")
+            ]
+            assert not wrong, f"{module} imports {wrong}"
+
+
+def test_the_client_imports_nothing_of_the_server() -> None:
+    for module in modules():
+        if module.startswith("simx_client"):
+            assert not [name for name in imports(module) if name.startswith("simx_server")], module
+
+
+def test_the_client_names_modules_of_the_server_in_listed_files_only() -> None:
+    named = {
+        str(path.relative_to(ROOT))
+        for path in files("simx_client")
+        if re.search(r"""["']simx_server\.\w""", path.read_text(encoding="utf-8"))
+    }
+    assert named == BY_NAME
+
+
+@pytest.mark.parametrize("part", ["simx_client", "simx_server", "bench"])
+def test_no_folder_has_very_many_files(part: str) -> None:
+    counts = Counter(path.parent for path in files(part))
+    assert not {str(folder): count for folder, count in counts.items() if count > MOST_FILES}
