@@ -82,6 +82,8 @@ class Simulation:
         self.scene_is_of_client = False
         """A client sent the scene's file, or one that it is made of."""
         self._parts: list[Part] = []
+        self._told_of_steps: list[Part] = []
+        self._holding: list[Part] = []
         self._soon: list[Callable[[], object]] = []
         self.sleepers = Sleepers(self)
         self._snapshot: Snapshot | None = None
@@ -94,15 +96,22 @@ class Simulation:
     def attach(self, *parts: Part) -> None:
         """Have these told of the simulation's life from now on, after those attached before."""
         self._parts.extend(parts)
+        self._sort_parts()
 
     def detach(self, part: Part) -> None:
         """Tell a part no more."""
         self._parts.remove(part)
+        self._sort_parts()
+
+    def _sort_parts(self) -> None:
+        # Most parts do nothing at these two events, which come with every simulation step.
+        self._told_of_steps = [each for each in self._parts if type(each).step_finished is not Part.step_finished]
+        self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
 
     @property
     def is_held(self) -> bool:
         """Whether a part wants the next simulation step later (see `Part.holds_step`)."""
-        return any(part.holds_step() for part in self._parts)
+        return any(part.holds_step() for part in self._holding)
 
     def tell(self, event: Callable[[Part], object]) -> None:
         """Tell all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
@@ -236,11 +245,6 @@ class Simulation:
                     "part of what a stop does first has failed; the simulation stops all the same"
                 )
 
-    @property
-    def is_advancing(self) -> bool:
-        """Running and not paused."""
-        return self.state is SimulationState.RUNNING
-
     def run_physics(self) -> None:
         """Make the physics steps of one simulation step. When physics cannot go on, the run is stopped."""
         try:
@@ -254,7 +258,8 @@ class Simulation:
     def count_step(self) -> None:
         """The simulation step is complete: time advances."""
         self.pass_count += 1
-        self.tell(lambda part: part.step_finished())
+        for part in tuple(self._told_of_steps):
+            part.step_finished()
 
     def _make_physics(self) -> None:
         """Make the physics steps. Raises StepFailed, mujoco.FatalError."""

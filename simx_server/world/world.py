@@ -30,7 +30,7 @@ from simx_server.sensors.vision.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
 
 from .applied_forces import AppliedForces
-from .simulation import Simulation
+from .simulation import Simulation, SimulationState
 from .velocities import Velocities
 
 Stage = tuple[str, Callable[["World"], object]]
@@ -89,11 +89,12 @@ class World:
 
     def step(self) -> None:
         """Make one simulation step. Nothing unless running; when physics cannot go on, the run is stopped."""
+        simulation = self.simulation
         for _, stage in self.STEP:
-            if not self.simulation.is_advancing:
+            if simulation.state is not SimulationState.RUNNING:
                 return
             stage(self)
-        self.simulation.settle()
+        simulation.settle()
 
     def idle(self) -> None:
         """To be called now and then while stopped or paused."""
