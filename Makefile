@@ -55,12 +55,13 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
 	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
-check: $(READY) ## format, lint, types and dependencies, nothing is changed
+check: $(READY) ## format, lint, types, language and dependencies; changes nothing
 	@wrong=; \
-	echo "[1/4] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
-	echo "[2/4] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
-	echo "[3/4] pyright"; $(BIN)/pyright || wrong+=" types"; \
-	echo "[4/4] dependencies"; $(BIN)/python tests/system/audit.py || wrong+=" dependencies"; \
+	echo "[1/5] ruff format"; $(BIN)/ruff format --check . || wrong+=" format"; \
+	echo "[2/5] ruff check"; $(BIN)/ruff check . || wrong+=" lint"; \
+	echo "[3/5] pyright"; $(BIN)/pyright || wrong+=" types"; \
+	echo "[4/5] language"; $(BIN)/python tests/system/english.py || wrong+=" language"; \
+	echo "[5/5] dependencies"; $(BIN)/python tests/system/audit.py || wrong+=" dependencies"; \
 	[ -z "$$wrong" ] || { echo "make check found something wrong with:$$wrong"; exit 1; }
 
 format: $(READY) ## put the code into its form
@@ -76,7 +77,7 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
 	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
 
-bench: $(READY) ## what a call, a pass and a picture cost here
+bench: $(READY) ## measure a call, a simulation step and an image on this machine
 	@$(BIN)/python -m bench
 
 clean: ## remove what these commands made

@@ -1,4 +1,4 @@
-"""A drop-in for ``vrep.py`` / ``sim.py``: every function and constant of the legacy remote API.
+"""Drop-in replacement for ``vrep.py`` and ``sim.py``: all functions and constants of the legacy remote API.
 
     import simx_client as vrep
     clientID = vrep.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
@@ -11,7 +11,7 @@ The other packages are private and may move:
     protocol      the table of functions, kinds, constants, messages: shared with the server
     legacy        the ``simx`` functions, made from the table; operation modes; marshalling
     connection    one client: order of calls, time-outs, liveness, discovery
-    transport     the seam to the outside: Zenoh
+    transport     messages to and from a server: Zenoh
     client        `Client`: objects, arrays and exceptions
     launch        ``simx-run``
     checking      ``simx-check``

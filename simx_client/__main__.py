@@ -1,4 +1,4 @@
-"""``python -m simx_client COMMAND``: the client's own commands, each a module with a ``main(argv)``."""
+"""Run ``python -m simx_client COMMAND``: the client's commands, each a module with a ``main(argv)``."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from simx_client.protocol.cli.terminal import print_what_can_be, while_read
 COMMANDS = {
     "list": ("list the live simulators", "simx_client.cli.listing"),
     "call": ("call one function of the remote API", "simx_client.cli.call"),
-    "watch": ("print what a reading function gives, whenever it changes", "simx_client.cli.watch"),
-    "image": ("write a camera's picture into a file", "simx_client.cli.image"),
+    "watch": ("print the results of a reading function whenever they change", "simx_client.cli.watch"),
+    "image": ("write a camera's image into a file", "simx_client.cli.image"),
     "completion": (
-        "print a script that has a shell complete all this",
+        "print the completion script of a shell",
         "simx_client.cli.completion",
     ),
-    "check": ("tell what an old script wants, and what is missing", "simx_client.checking.command"),
+    "check": ("report what an old script needs and what is missing", "simx_client.checking.command"),
     "run": ("run an unmodified legacy script", "simx_client.launch.run"),
-    "status": ("tell whether they work, and what they count", "simx_client.cli.status.command"),
+    "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Hand the remaining arguments to the command and return its exit code, 130 after Ctrl-C.
+    """Pass the remaining arguments to the command and return its exit code, 130 after Ctrl-C.
 
-    ``simx help COMMAND`` is ``simx COMMAND --help``. Without a command the help is printed, and the exit code is 2.
+    ``simx help COMMAND`` is ``simx COMMAND --help``. Without a command, print the help and return 2.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if words and words[0] == "help":

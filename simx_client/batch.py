@@ -22,20 +22,20 @@ __all__ = ["Answer", "Batch", "Calls", "CallsFailed", "Failure", "Servers"]
 
 
 class Batch(Strict):
-    """Calls that are noted in a ``with`` block and made when it is left."""
+    """Calls that are noted in a ``with`` block and made at its end."""
 
     __slots__ = ("__weakref__", "_calls", "_check", "_connection", "_timeout")
 
     def __init__(self, client: int, *, timeout: float = DEFAULT_TIMEOUT, check: bool = True) -> None:
-        """A batch to one server; nothing is sent before the block is left.
+        """Prepare a batch to one server; it is sent at the end of the block.
 
         Args:
-            client: what simxStart returned.
-            timeout: seconds to wait for all answers.
-            check: raise when any call failed; otherwise ask each answer for its code.
+            client: client id that simxStart returned.
+            timeout: time-out for all answers together in seconds.
+            check: raise if a call failed; otherwise read the code of each answer.
 
         Raises:
-            ValueError: there is no such client.
+            ValueError: no client has this id.
         """
         self._connection = connection_of(client)
         self._timeout, self._check = timeout, check
@@ -51,10 +51,10 @@ class Batch(Strict):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Send everything and wait for the answers; nothing is sent if the block raised.
+        """Send the calls and wait for the answers; send nothing if the block raised.
 
         Raises:
-            CallsFailed: the server refused calls, has gone, or did not answer in time.
+            CallsFailed: the server refused calls, is gone, or did not answer in time.
         """
         if error is not None or not self._calls.noted:
             return

@@ -1,19 +1,19 @@
-"""What can go wrong on the client's side, as a tree.
+"""Exceptions of the client, as a tree.
 
     SimxError
     ├── ConnectionFailed     no connection; the message says what was tried, what was found, what to do
-    │   └── NoAnswer         something is there and did not answer in time: it may only be slow
+    │   └── NoAnswer         a process accepted the connection and did not answer in time: it may only be slow
     ├── CallsFailed          calls of a batch; the message names each, its server and the reason
     │   ├── RemoteError      the server refused; with its text, as simxGetLastErrors gives it
     │   │   ├── NoSuchObject     a LookupError; with the nearest names
-    │   │   └── NoSuchSignal     a KeyError; with the signals there are
+    │   │   └── NoSuchSignal     a KeyError; with the signals that are set
     │   ├── TimedOut         a TimeoutError: no answer came in time
-    │   └── NotConnected     a ConnectionError: the server has gone, or the client was closed
-    ├── WrongKind            a TypeError: an object is there, but is no joint, no camera, ...
+    │   └── NotConnected     a ConnectionError: the server is gone, or the client was closed
+    ├── WrongKind            a TypeError: the object is of another kind than joint, camera, ...
     └── ObjectGone           a LookupError: an object was removed, or its scene was replaced
 
-What stands beneath CallsFailed, and the last two, are raised by ``simx_client.Client``.
-No error leaves a legacy function: those answer with a return code, and the log says why.
+``simx_client.Client`` raises the subclasses of CallsFailed, and the last two. Legacy functions do not raise
+them: they return a code, and the log contains the reason.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ class SimxError(Exception):
 
 
 class ConnectionFailed(SimxError):
-    """There is no usable server at that address."""
+    """No usable server at this address."""
 
 
 class NoAnswer(ConnectionFailed):
-    """Something is there and did not answer in time: it may only be slow."""
+    """A process accepted the connection and did not answer in time: it may only be slow."""
 
 
 class Failure(NamedTuple):
-    """One call of a batch that did not succeed."""
+    """A call of a batch that failed."""
 
     server: int
-    """Its place among the servers, 0 for a batch to one."""
+    """Index of the server, 0 for a batch to one server."""
 
     where: str
-    """Its address."""
+    """Address of the server."""
 
     call: str
     """The function and its arguments."""
 
     code: int
-    """A simx_return_ code: 8 the server refused it, 2 no answer came."""
+    """A simx_return_ code: 8 the server refused the call, 2 no answer came."""
 
     reason: str
 
@@ -56,7 +56,7 @@ class Failure(NamedTuple):
 
 
 class CallsFailed(SimxError):
-    """Calls of a batch did not succeed. ``failures`` has them all, the text the first few."""
+    """Calls of a batch failed. ``failures`` holds all of them, the text the first few."""
 
     SHOWN = 5
 
@@ -72,40 +72,40 @@ class CallsFailed(SimxError):
 
 
 class _OfOneServer(CallsFailed):
-    """There is one server, so the message need not say which."""
+    """Failures of one server: the message does not contain its address."""
 
     def _line(self, failure: Failure) -> str:
         return f"{failure.reason} ({failure.call})"
 
 
 class RemoteError(_OfOneServer):
-    """The server could not carry out a call; nothing of it was done."""
+    """The server refused a call and executed no part of it."""
 
 
 class NoSuchObject(RemoteError, LookupError):
-    """No object of the scene has this name; the message has the nearest ones."""
+    """No object of the scene has this name; the message contains the nearest names."""
 
 
 class NoSuchSignal(RemoteError, KeyError):
-    """No signal with this name is set; the message has those that are."""
+    """No signal with this name is set; the message contains the signals that are set."""
 
     __str__ = Exception.__str__  # a KeyError's would put the sentence in quotes
 
 
 class TimedOut(_OfOneServer, TimeoutError):
-    """No answer came in time; what was asked may still be done."""
+    """No answer came in time; the server may still execute the call."""
 
 
 class NotConnected(_OfOneServer, ConnectionError):
-    """The server has gone, or the client was closed."""
+    """The server is gone, or the client was closed."""
 
     def _line(self, failure: Failure) -> str:
         return f"{failure.reason} at {failure.where} ({failure.call})"
 
 
 class WrongKind(SimxError, TypeError):
-    """There is an object with this name, of another kind than was asked for."""
+    """The object with this name is of another kind than requested."""
 
 
 class ObjectGone(SimxError, LookupError):
-    """An object that was looked up before was removed, or another scene was loaded."""
+    """An object was removed after it was looked up, or another scene was loaded."""

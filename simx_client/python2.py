@@ -1,7 +1,7 @@
-"""What Python 2 meant and Python 3 has no word for; converted scripts import these names.
+"""Functions of Python 2 that Python 3 does not have; converted scripts import these names.
 
-``simx-run --print-converted`` shows where. They are spelled py2_ so that none of a script's own is hidden, except
-for three built-ins that only moved.
+``simx-run --print-converted`` shows where. The prefix py2_ avoids collisions with names of the script, except
+for three built-ins that only moved to other modules.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _HALF_AWAY = Context(prec=1500, rounding=ROUND_HALF_UP)
 
 
 def py2_divide(a: Any, b: Any) -> Any:
-    """``a / b``: rounded down between whole numbers, NumPy's and arrays of them too (PEP 238)."""
+    """Compute ``a / b``, rounded down between whole numbers and NumPy arrays of them (PEP 238)."""
     return a // b if _is_whole(a) and _is_whole(b) else a / b
 
 
 def py2_idivide(a: Any, b: Any) -> Any:
-    """``a /= b``: the same, in place where `a` can."""
+    """Compute ``a /= b`` with the same rule, in place where `a` supports it."""
     if _is_whole(a) and _is_whole(b):
         a //= b
     else:
@@ -53,12 +53,13 @@ def py2_idivide(a: Any, b: Any) -> Any:
 def _is_whole(value: Any) -> bool:
     if isinstance(value, Integral):
         return True
-    # an array; asked by its dtype, so that a script without NumPy does not pay for an import
+    # an array: test its dtype, so that a script without NumPy does not import it
     return getattr(getattr(value, "dtype", None), "kind", "") in ("i", "u", "b")
 
 
 def py2_round(number: Any, ndigits: int = 0) -> Any:
-    """``round``: a float, halves away from zero. Python 3 gives an int and rounds halves to even."""
+    """Round as Python 2: return a float, halves away from zero. Python 3 returns an int and rounds halves to
+    even."""
     if not isinstance(number, int | float):
         return builtins.round(number, ndigits)
     if not math.isfinite(number):
@@ -68,26 +69,26 @@ def py2_round(number: Any, ndigits: int = 0) -> Any:
 
 
 def py2_cmp(a: Any, b: Any) -> int:
-    """``cmp``: -1, 0 or 1."""
+    """Compare as ``cmp``: return -1, 0 or 1."""
     return (a > b) - (a < b)
 
 
 def py2_key(compare: Callable[[Any, Any], int]) -> Callable[[Any], Any]:
-    """A sort key from the comparison that ``sort`` and ``sorted`` took."""
+    """Return a sort key for the comparison that ``sort`` and ``sorted`` took."""
     return functools.cmp_to_key(compare)
 
 
 def py2_join(words: Any, separator: str = " ") -> str:
-    """``string.join``."""
+    """Join words as ``string.join``."""
     return separator.join(words)
 
 
 def py2_code(code: Any) -> Any:
-    """What ``exec`` was given, text of Python 2 converted; a code object stays what it is."""
+    """Return an argument of ``exec``: text converted from Python 2, a code object unchanged."""
     return _code_of(code) if isinstance(code, str) else code
 
 
-@functools.lru_cache(256)  # such texts are often executed in a loop
+@functools.lru_cache(256)  # loops often execute the same text
 def _code_of(text: str) -> CodeType | str:
     from .launch.python2.convert import CannotConvert, to_python3  # only scripts that execute text pay for it
 
@@ -98,7 +99,7 @@ def _code_of(text: str) -> CodeType | str:
 
 
 def py2_file(path: str) -> CodeType:
-    """The file that ``execfile`` names, converted."""
+    """Return the converted code of a file that ``execfile`` names."""
     from pathlib import Path
 
     from .launch.python2.convert import decode, to_python3

@@ -1,4 +1,4 @@
-"""``simx-check SCRIPT``: what an old script wants, and what of it is missing, before it is run."""
+"""Implement ``simx-check SCRIPT``: report what an old script needs and what is missing, without running it."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ exit codes: 0 nothing is missing, 1 something is, 2 wrong usage, the file is no 
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = Parser(
         PROGRAM,
         description="Tell what a script for V-REP's legacy remote API calls, which names it wants, what is missing.",
         epilog=EXAMPLES,
     )
     parser.add_argument("script", metavar="SCRIPT", type=Path, help="the Python file, of version 2 or 3")
-    parser.add_argument("--scene", metavar="SCENE", help="the scene it shall run in, as for simx-server")
+    parser.add_argument("--scene", metavar="SCENE", help="the scene to run it in, as for simx-server")
     parser.add_argument(
         "--command-server", action="store_true", help="the server will be started with this flag"
     )
     parser.add_argument(
-        "--differences", action="store_true", help="tell the differences from the original in full"
+        "--differences", action="store_true", help="print the differences from the original in full"
     )
     parser.add_argument("--json", action="store_true", help="as JSON, for programs")
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Check and print. Returns the exit code."""
+    """Check and print; return the exit code."""
     print_what_can_be()
     return while_read(partial(_check, make_parser().parse_args(argv)))
 
@@ -99,7 +99,7 @@ def as_record(
     found: Sequence[Finding],
     differences: Sequence[DifferenceSeen],
 ) -> dict[str, Any]:
-    """All of it for programs."""
+    """Return everything as a record for JSON."""
     return {
         "script": str(program.script.path),
         "files": [str(source.path) for source in program.sources],
@@ -147,7 +147,7 @@ def as_lines(
     *,
     tells_differences: bool,
 ) -> Iterator[str]:
-    """The same for people."""
+    """Yield everything as lines of text."""
     version = "Python 2" if program.script.is_python2 else "Python 3"
     modules = [relative(source.path) for source in program.sources[1:]]
     yield f"{paint(relative(program.script.path), 'bold')}  {version}" + (
@@ -190,7 +190,7 @@ def _rows(wants: Wants) -> Iterator[tuple[str, list[str]]]:
 
 
 def _wrapped(words: Sequence[str]) -> str:
-    """Words over as many lines of 100 as they need, under the first."""
+    """Wrap words into lines of 100 characters, aligned under the first."""
     lines = [""]
     for word in words:
         piece = f"{word}, " if word is not words[-1] else word

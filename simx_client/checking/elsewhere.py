@@ -1,4 +1,4 @@
-"""Programs for remote APIs that are not served here: what they are, and what there is for them instead."""
+"""Programs for remote APIs that this server does not offer: their names, and the alternative."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "pyrep": "PyRep, which runs CoppeliaSim inside its own process",
     }
 )
-"""By the module that such a program imports."""
+"""Description by the module that such a program imports."""
 
 TWINS: Mapping[str, str] = MappingProxyType({each.twin: each.name for each in reversed(TABLE) if each.twin})
-"""Functions of the regular API (`sim.getObject`), and their counterparts of the legacy one."""
+"""Functions of the regular API (`sim.getObject`), and their legacy counterparts."""
 
 _REGULAR = re.compile(r"sim\w*\.\w+$")
 
@@ -31,13 +31,14 @@ OFFER = (
 
 
 def functions(wants: Wants) -> dict[str, str]:
-    """Functions of the regular API that a program calls, and the legacy counterpart of each or an empty text."""
+    """Return the regular API's functions that a program calls, with the legacy counterpart of each or an
+    empty text."""
     names = {name for calls in wants.elsewhere.values() for name in calls if _REGULAR.match(name)}
     return {name: TWINS.get(name, "") for name in sorted(names)}
 
 
 def sentences(wants: Wants, imports: Mapping[str, Place]) -> Iterator[tuple[Place, str]]:
-    """(place, sentence) for each of these APIs that a program imports."""
+    """Yield (place, sentence) for each of these APIs that a program imports."""
     for module, place in imports.items():
         text = f"it uses {NAMES[module]}, and simx-server has no gateway for that. {OFFER}"
         called = {name: TWINS.get(name) for name in wants.elsewhere.get(module, {}) if _REGULAR.match(name)}

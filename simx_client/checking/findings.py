@@ -1,4 +1,4 @@
-"""What is found of a program, in sentences: problems, which stop it, and notes, which one should know."""
+"""Findings about a program, in sentences: problems, which stop it, and notes for the user."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class DifferenceSeen:
-    """One of the numbered differences from the original, and the functions of the program it is seen in."""
+    """A numbered difference from the original, and the functions of the program that it affects."""
 
     number: int
     text: str
@@ -48,7 +48,7 @@ class DifferenceSeen:
 
 
 def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list[Finding]:
-    """All of them, problems first, by place."""
+    """Return all findings, problems first, by place."""
     found = [*_of_program(program, wants), *_of_calls(wants)]
     if scene is not None:
         found += [*_objects(wants, scene), *_registered(wants, scene), *_scripts(wants, scene)]
@@ -58,7 +58,7 @@ def findings_of(program: Program, wants: Wants, scene: SceneView | None) -> list
 
 
 def differences_of(wants: Wants) -> list[DifferenceSeen]:
-    """Those that may change what this program does, by how it calls the functions."""
+    """Return the differences that may change what this program does, by how it calls the functions."""
     seen: list[DifferenceSeen] = []
     for number, each in enumerate(DIFFERENCES, 1):
         if functions := matters(each, wants):
@@ -198,7 +198,7 @@ def _signals(wants: Wants, scene: SceneView) -> Iterator[Finding]:
 
 
 def relative(path: Path) -> str:
-    """A path as people want to see it."""
+    """Return a path relative to the working folder, if it is inside."""
     try:
         return str(path.resolve().relative_to(Path.cwd()))
     except ValueError:

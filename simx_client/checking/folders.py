@@ -1,4 +1,4 @@
-"""Which folders a program adds to ``sys.path``, as far as its text shows: evaluated, not run."""
+"""Folders that a program adds to ``sys.path``, as far as its text shows: evaluated, not run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 _MOST = 20
-"""Values that are followed for one expression."""
+"""Maximum number of values of one expression."""
 
 _DEEPEST = 12
 
@@ -34,14 +34,15 @@ _ONE_PATH: Mapping[str, Callable[[str], str]] = {
     ),
     str,
 )
-"""Functions and methods of one path; the last ones leave it as it is, for here only files that exist count."""
+"""Functions and methods of one path; the last ones return it unchanged, since only existing files count here.
+"""
 
 _JOINING = ("join", "joinpath", "Path", "PurePath")
 _ADDING = ("append", "insert", "extend")
 
 
 def added_folders(tree: ast.Module, file: Path) -> list[str]:
-    """Folders, perhaps relative, that are appended to or inserted into ``sys.path``, or assigned to it."""
+    """Return folders, possibly relative, that are appended to, inserted into or assigned to ``sys.path``."""
     return list(dict.fromkeys(_Folders(tree, file).added(tree)))
 
 
@@ -73,7 +74,7 @@ class _Folders:
                     yield from self._values(element, 0)
 
     def _values(self, node: ast.expr, depth: int) -> list[str]:
-        """What an expression may be; nothing for what is not known."""
+        """Return the possible values of an expression; empty if unknown."""
         if depth > _DEEPEST:
             return []
         return list(itertools.islice(self._of(node, depth + 1), _MOST))
@@ -151,7 +152,8 @@ def _join(parts: Iterable[str]) -> str:
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:
-    """The parts of a list that is written out, also ``[…] + sys.path``; of anything else itself."""
+    """Return the elements of a list in the source, also of ``[…] + sys.path``; another expression as its only
+    element."""
     if isinstance(node, (ast.List, ast.Tuple)):
         return [each.value if isinstance(each, ast.Starred) else each for each in node.elts]
     if isinstance(node, ast.BinOp) and isinstance(node.left, ast.List):

@@ -1,6 +1,7 @@
-"""Habits of programs that make a difference from the original matter for them.
+"""Habits of programs for which a difference from the original matters.
 
-`simx_client/protocol/differences.py` names one with each difference that matters for some calls of its functions.
+`simx_client/protocol/differences.py` names one with each difference that matters only for some calls of its
+functions.
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from .texts import ANY
 from .wants import Use, Wants
 
 Habit = Callable[[Difference, Wants], Iterable[str]]
-"""The functions of a program, under its names for them, in which it shows."""
+"""Returns the program's functions, under its names for them, in which the habit occurs."""
 
 HABITS: dict[str, Habit] = {}
-"""By the name that `Difference.when` has."""
+"""Habit by the name in `Difference.when`."""
 
 PACING = frozenset(
     ("sleep", "wait", "waitKey", "pause", "input", "raw_input", "tick", "join", "get", "recv", TRIGGER)
 )
-"""Calls, by their last name, for which a loop stands still."""
+"""Last names of calls at which a loop waits."""
 
 _COMMON_NAMES = (
     "sim_jointfloatparam_velocity", "sim_objfloatparam_objbbox", "sim_objfloatparam_modelbbox",
     "sim_visionfloatparam_near_clipping", "sim_visionfloatparam_far_clipping", "sim_visionfloatparam_perspective_angle",
 )  # fmt: skip
 COMMON_PARAMETERS = frozenset(str(value) for name, value in vars(c).items() if name.startswith(_COMMON_NAMES))
-"""Parameters of objects that old programs read most; a test holds that all of them are there."""
+"""Object parameters that old programs read most; a test checks that all of them are supported."""
 
 _SENT = frozenset((c.simx_opmode_oneshot, c.simx_opmode_streaming))
 _ENDS = frozenset((c.simx_opmode_discontinue, c.simx_opmode_remove))
@@ -43,7 +44,7 @@ _DRIVING = frozenset(
 
 
 def matters(difference: Difference, wants: Wants) -> tuple[str, ...]:
-    """The functions of a program, under its names for them, in which a difference may change what it does."""
+    """Return the program's functions, under its names for them, whose behaviour a difference may change."""
     if difference.when == NEVER:
         return ()
     habit = HABITS[difference.when] if difference.when else _any_call
@@ -136,7 +137,7 @@ def _hurried_loop(_: Difference, wants: Wants) -> Iterable[str]:
 
 
 def _in_hurried_loops(wants: Wants, uses: Iterable[Use]) -> Iterator[str]:
-    """The functions that are called in loops which nothing else paces."""
+    """Yield the functions that are called in loops without other waits."""
     if _calls(wants, TRIGGER):
         return
     paced: dict[Loop, bool] = {}

@@ -1,7 +1,7 @@
-"""Who assigns what to which name, and who calls whom with what: as much of a program as its texts need.
+"""Assignments to names, and calls with their arguments: the part of a program that its texts need.
 
-The order of statements is not followed: a name may be anything that is assigned to it somewhere in its function.
-An attribute may be anything that is assigned to one of that name anywhere.
+The order of statements is not followed: a name may be anything that is assigned to it in its function. An
+attribute may be anything that is assigned to an attribute of that name anywhere.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from .program import CannotRead, Program, Source
 from .scopes import Bound, Called, Class, Function, Import, Loop, Names, Scope, last_name
 
 _DEEPEST = 20_000
-"""Nesting of one file; a sum of so many terms is one."""
+"""Maximum nesting of one file; a sum of this number of terms is nested as deep."""
 
 
 def names_of(program: Program) -> Names:
-    """Walk all files of a program. Raises CannotRead for one that is nested without end."""
+    """Walk all files of a program. Raises CannotRead for a file with too deep nesting."""
     names = Names(program)
     with _deep():
         for source in program.sources:
@@ -41,7 +41,7 @@ def _walk(names: Names, source: Source, scope: Scope) -> None:
 
 @contextmanager
 def _deep() -> Generator[None]:
-    """Each part of a long sum is nested in the next one."""
+    """Raise the recursion limit: each part of a long sum is nested in the next one."""
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, _DEEPEST))
     try:
@@ -188,12 +188,13 @@ class _Walk(ast.NodeVisitor):
             self._bind(target, bounds[0])
 
     def _place_of(self, name: str) -> Scope:
-        """The scope that a name belongs to, which is another function's or the module's after ``global``."""
+        """Return the scope that a name belongs to, which is another function's or the module's after
+        ``global``."""
         return self._scope.module if (self._scope, name) in self._global else self._scope
 
     def _bind(self, target: ast.expr, bound: Bound) -> None:
         if isinstance(target, ast.Name):
-            if self._class is not None:  # a class's own variable is reached as an attribute
+            if self._class is not None:  # a class's variable is read as an attribute
                 self._names.attributes[target.id].append(bound)
             self._names.bound[self._place_of(target.id), target.id].append(bound)
         elif isinstance(target, ast.Attribute):
@@ -215,7 +216,7 @@ class _Walk(ast.NodeVisitor):
 
 
 def _parts(values: ast.expr, count: int, scope: Scope) -> list[Bound]:
-    """What ``for a, b in values`` gives to each."""
+    """Return the values that ``for a, b in values`` assigns to each name."""
     unknown = [Bound(None, scope)] * count
     if not isinstance(values, ast.Call):
         return unknown

@@ -1,4 +1,4 @@
-"""What the callers of a function pass to it."""
+"""Find the arguments that callers pass to a function."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from .scopes import Bound, Called, Class, Names, Scope, last_name
 
 
 class Passing:
-    """Finds the arguments that a parameter may be."""
+    """Finds the possible arguments of a parameter."""
 
     def __init__(self, names: Names, of: Callable[[ast.expr, Scope], Collection[object]]) -> None:
         """Prepare.
 
         Args:
-            of: what an expression stands for; nothing where that is not known.
+            names: names and calls of the program.
+            of: returns the meanings of an expression; empty if unknown.
         """
         self._names = names
         self._of = of
 
     def passed(self, name: str, scope: Scope) -> list[Bound]:
-        """What a function's callers pass as this parameter; nothing if it has none of this name."""
+        """Return the arguments that callers pass as this parameter; empty without a parameter of this name."""
         function = scope.function
         if function is None:
             return []
@@ -46,7 +47,7 @@ class Passing:
         return found or [Bound(None, scope)]
 
     def _callers(self, scope: Scope) -> list[tuple[Called, int]]:
-        """Calls that may be of a function, and how many of its parameters they do not write."""
+        """Return possible calls of a function, and how many of its parameters they omit."""
         names = self._names
         function, owner = scope.function, scope.owner
         assert function is not None

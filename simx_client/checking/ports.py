@@ -1,4 +1,4 @@
-"""Which ports an expression may be, as far as a program's text shows."""
+"""Possible ports of an expression, as far as a program's text shows."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Ports(Texts):
         return sorted(port for port in found if 0 < port <= _HIGHEST)
 
     def _numbers(self, node: ast.expr | None, scope: Scope, depth: int) -> set[int]:
-        """What an expression may be; nothing where that is not known, or too many numbers are possible."""
+        """Return the possible values of an expression; empty if unknown, or if there are too many."""
         if node is None or depth >= DEEPEST:
             return set()
         found = set(self._evaluate(node, scope, depth + 1))
@@ -87,7 +87,8 @@ class Ports(Texts):
         }
 
     def _of_parser(self, name: str) -> list[Bound]:
-        """The defaults of an argument of the command line, ``parser.add_argument('--port', default=19997)``."""
+        """Return the defaults of an argument of the command line, ``parser.add_argument('--port',
+        default=19997)``."""
         return [
             Bound(keyword.value, call.scope)
             for call in self._names.by_called.get("add_argument", ())
@@ -101,7 +102,7 @@ class Ports(Texts):
 
 
 def _is_text(node: ast.expr) -> bool:
-    """Whether this is a text in the source, which `+` joins and does not add."""
+    """Return whether this is a text in the source, which `+` joins and does not add."""
     return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))
 
 

@@ -1,4 +1,4 @@
-"""A script and its own modules, as syntax trees; nothing of it is run."""
+"""A script and its modules, as syntax trees; no code of it is run."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ logger = logging.getLogger(__name__)
 BINDINGS = (*FUNCTIONS_AND_CONSTANTS, *CONSTANTS_ONLY)
 
 BINDING = "vrep"
-"""What any binding of the legacy remote API is called here, ours too."""
+"""Name for any binding of the legacy remote API, also that of this package."""
 
 OTHER_APIS = ("coppeliasim_zmqremoteapi_client", "zmqRemoteApi", "b0RemoteApi", "pyrep")
-"""Clients of other remote APIs. They are known by their names, and not read where a program carries them."""
+"""Clients of other remote APIs. They are known by their names, and not read if a program contains them."""
 
 PYREP = "pyrep"
 """Wrappers of the legacy remote API have this name too, and are read."""
@@ -34,7 +34,7 @@ MOST_BYTES = 4_000_000
 
 
 class CannotRead(SimxError):
-    """The file is not there, or no Python of any version."""
+    """The file does not exist, or is not valid in any version of Python."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Source:
 
     @property
     def folder(self) -> Path | None:
-        """Where its submodules are, if it is a package."""
+        """Return the folder of its submodules, if it is a package."""
         return self.path.parent if self.path.name == "__init__.py" else None
 
 
@@ -60,7 +60,7 @@ class Folder:
 
 @dataclass(frozen=True)
 class Library:
-    """A module that is not the program's own, by its dotted name; `BINDING` for a binding of the remote API."""
+    """A module outside the program, by its dotted name; `BINDING` for a binding of the remote API."""
 
     name: str
 
@@ -70,36 +70,36 @@ Module = Source | Folder | Library
 
 @dataclass
 class Program:
-    """The script, first, and its own modules."""
+    """The script, first, and its modules."""
 
     sources: list[Source] = field(default_factory=list[Source])
     imports: dict[str, tuple[Path, int]] = field(default_factory=dict[str, tuple[Path, int]])
-    """Top-level names of modules that are not its own, and where they are first imported."""
+    """Top-level names of modules outside the program, and where they are first imported."""
 
     trouble: list[tuple[Path, str]] = field(default_factory=list[tuple[Path, str]])
-    """Its own modules that cannot be read, and why."""
+    """Modules of the program that cannot be read, with the reason."""
 
     links: dict[tuple[Path, int, str], Module] = field(default_factory=dict[tuple[Path, int, str], Module])
-    """What an import means, by the importing file, the dots before the name, and the name."""
+    """Meaning of an import, by the importing file, the dots before the name, and the name."""
 
     files: dict[Path, Module] = field(default_factory=dict[Path, Module])
-    """What was found in a file or folder."""
+    """Modules by file or folder."""
 
     @property
     def script(self) -> Source:
         return self.sources[0]
 
     def submodule(self, module: Source | Folder, name: str) -> Module | None:
-        """A module of a package, if something imports it."""
+        """Return a module of a package, if something imports it."""
         file = None if module.folder is None else in_folder(module.folder, name)
         return None if file is None else self.files.get(file.resolve())
 
 
 def read_program(path: Path) -> Program:
-    """Read the script and the modules that it imports, but no binding that it carries.
+    """Read the script and the modules that it imports, without the binding that it contains.
 
-    Its own modules are those beside it, on the paths it adds to ``sys.path``, on PYTHONPATH, and installed packages
-    that wrap a remote API.
+    Its modules are those beside it, on the paths it adds to ``sys.path``, on PYTHONPATH, and installed
+    packages that wrap a remote API.
 
     Raises:
         CannotRead: the script itself cannot be read; the text says why and what to do.
@@ -131,7 +131,7 @@ class _Reader:
         return self._program
 
     def _follow(self, each: Imported) -> None:
-        """Link an import with what it means, with the packages above it and the modules that it takes from it."""
+        """Link an import to its module, the packages above it and the modules that it imports from it."""
         parts = each.module.split(".")
         for count in range(1, len(parts)):
             self._link(each.importer, each.level, ".".join(parts[:count]))
@@ -141,8 +141,8 @@ class _Reader:
                 self._link(each.importer, each.level, f"{each.module}.{name}".lstrip("."))
 
     def _is_module(self, each: Imported, found: Module, name: str) -> bool:
-        """Whether what is taken from a package is a module of it."""
-        if found == Library(BINDING):  # a folder called as a binding keeps its own modules
+        """Return whether a name imported from a package is a module of it."""
+        if found == Library(BINDING):  # a folder named like a binding keeps its modules
             module, level = f"{each.module}.{name}", each.level
             return self._search.own(module, each.importer.path, level, is_python2=False) is not None
         if name in BINDINGS:
@@ -175,7 +175,7 @@ class _Reader:
         return self._module(file)
 
     def _is_wrapper(self, top: str, importer: Source) -> bool:
-        """Whether a package of another API's name wraps the legacy one."""
+        """Return whether a package with another API's name wraps the legacy one."""
         file = self._search.own(
             top, importer.path, 0, is_python2=importer.is_python2
         ) or self._search.installed(top)
@@ -205,7 +205,8 @@ class _Reader:
 
 
 def read_source(path: Path, *, for_sure: bool) -> Source:
-    """One file; converted if it is Python 2 (`for_sure`: even if Python 3 could run it). Raises CannotRead."""
+    """Read one file; convert it if it is Python 2 (`for_sure`: even if Python 3 could run it). Raises
+    CannotRead."""
     if path.suffix == ".ipynb":
         raise CannotRead(
             f"{path} is a notebook; save it as a script first: jupyter nbconvert --to script {path}"
@@ -236,7 +237,7 @@ def read_source(path: Path, *, for_sure: bool) -> Source:
 
 
 def _placed(text: str) -> ast.Module:
-    """The tree of a converted text, its nodes with the lines of the original, which lacks a few."""
+    """Return the tree of a converted text, its nodes with the lines of the original, which has fewer lines."""
     tree = ast.parse(text)
     added = [
         number
@@ -251,15 +252,15 @@ def _placed(text: str) -> ast.Module:
 
 @dataclass(frozen=True)
 class Imported:
-    """One import statement, or a call that imports."""
+    """An import statement, or a call that imports."""
 
     importer: Source
     level: int
-    """The dots before the name."""
+    """Number of dots before the name."""
 
     module: str
     names: tuple[str, ...]
-    """What is taken from the module; some of it may be modules too."""
+    """Names imported from the module; some may be modules too."""
 
     line: int
 
@@ -269,7 +270,7 @@ class Imported:
 
 
 def imported(source: Source) -> Iterator[Imported]:
-    """All that a file imports."""
+    """Yield all imports of a file."""
     for node in ast.walk(source.tree):
         if isinstance(node, ast.Import):
             yield from (Imported(source, 0, alias.name, (), node.lineno) for alias in node.names)
@@ -281,7 +282,7 @@ def imported(source: Source) -> Iterator[Imported]:
 
 
 def imported_by_call(node: ast.Call) -> str:
-    """The module of ``importlib.import_module("vrep")`` or ``__import__("vrep")``."""
+    """Return the module of ``importlib.import_module("vrep")`` or ``__import__("vrep")``."""
     called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
     if called in ("import_module", "__import__") and node.args and isinstance(node.args[0], ast.Constant):
         name = node.args[0].value

@@ -1,4 +1,4 @@
-"""What a scene has, as ``simx-server SCENE --tree --json`` tells it, and whether names are found in it."""
+"""Content of a scene, as ``simx-server SCENE --tree --json`` prints it, and a search for names in it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..protocol.cli.installing import missing_server
 from ..protocol.nearest import nearest
 from .texts import ANY, matches
 
-PATIENCE_S = 120.0
-"""For a scene to be loaded; the largest that we know takes ten."""
+TIMEOUT_S = 120.0
+"""Time-out for loading a scene in seconds; the largest known scene takes ten."""
 
 _INDEX = re.compile(r"\[[^\]]*\]$")
 
 
 class NoScene(SimxError):
-    """The scene could not be looked at; says why."""
+    """The scene could not be read; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class SceneView:
         return self.record["objects"]
 
     def finds(self, text: str) -> list[dict[str, Any]]:
-        """The objects that a name or path, perhaps known in parts, may mean: by the server's rules of names."""
+        """Return the objects that a name or path, possibly with unknown parts, may mean: by the server's
+        rules of names."""
         plain = text.partition("@")[0]
         if plain.startswith(("/", ".", ":")):
             parts = [
@@ -55,27 +56,27 @@ class SceneView:
         return found
 
     def nearest(self, text: str) -> list[str]:
-        """Up to three names that look like it."""
+        """Return up to three similar names."""
         wanted = text.strip("/.:").rpartition("/")[2].replace(ANY, "")
         return nearest(wanted, [each["name"] for each in self.objects])
 
     def registered(self, kind: str) -> list[str]:
-        """Names of collections, collisions, distances or custom UIs."""
+        """Return names of collections, collisions, distances or custom UIs."""
         return self.record["registered"].get(kind, [])
 
     @property
     def scripts(self) -> list[dict[str, Any]]:
-        """All scripts of the scene."""
+        """Return all scripts of the scene."""
         return [*self.record["main_script"], *(one for each in self.objects for one in each["scripts"])]
 
     def sets_signal(self, name: str) -> bool:
-        """Whether a script of the scene names a signal that may be this one."""
+        """Return whether a script of the scene names a signal that may be this one."""
         known = [each for script in self.scripts for each in script["signals"]]
         return any(matches(name, each) or matches(each, name) for each in known)
 
 
 def look_at(scene: str, *flags: str) -> SceneView:
-    """Have a server load the scene, in a process of its own, and say what is in it. Raises NoScene."""
+    """Load the scene with a server, in a separate process, and return its content. Raises NoScene."""
     if missing := missing_server():
         raise NoScene(f"the scene {scene} cannot be looked at: {missing}")
     command = [
@@ -92,17 +93,17 @@ def look_at(scene: str, *flags: str) -> SceneView:
     ]
     try:
         done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=TIMEOUT_S
         )
     except subprocess.TimeoutExpired:
-        raise NoScene(f"the scene {scene} was not loaded within {PATIENCE_S:g} s") from None
+        raise NoScene(f"the scene {scene} was not loaded within {TIMEOUT_S:g} s") from None
     if done.returncode:
         raise NoScene(f"the scene {scene} cannot be looked at: {_reason(done)}")
     return SceneView(json.loads(done.stdout))
 
 
 def _reason(done: subprocess.CompletedProcess[str]) -> str:
-    """The last line of its log: one of JSON, unless it did not come so far."""
+    """Return the last line of its log: a record in JSON, unless it failed earlier."""
     lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
     try:
         return str(json.loads(lines[-1])["message"])
@@ -111,7 +112,7 @@ def _reason(done: subprocess.CompletedProcess[str]) -> str:
 
 
 def _is_on_path(parts: list[str], path: str) -> bool:
-    """Whether the last part is the object, and the others are above it in this order."""
+    """Return whether the last part is the object, and the others are above it in this order."""
     names = [_INDEX.sub("", name) for name in path.strip("/").split("/")]
     if not matches(parts[-1], names[-1]):
         return False

@@ -1,4 +1,4 @@
-"""Scopes, names and calls of a program: what ``names`` finds and the others read."""
+"""Scopes, names and calls of a program: ``names`` finds them and the other modules read them."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class Scope:
     parent: Scope | None
     function: Function | None
     is_method: bool = False
-    """Its first parameter is the object, or the class, that it is called of."""
+    """The first parameter is the object, or the class, of the call."""
 
     owner: Class | None = None
-    """Whose method it is."""
+    """Class of the method."""
 
     @property
     def module(self) -> Scope:
@@ -37,14 +37,14 @@ class Class:
 
     node: ast.ClassDef
     scope: Scope
-    """Where it is defined."""
+    """Scope in which it is defined."""
 
     methods: dict[str, Scope] = field(default_factory=dict[str, Scope])
 
 
 @dataclass(frozen=True)
 class Import:
-    """What an import statement gives to a name: a module, or something of it."""
+    """Name bound by an import statement: a module, or something of it."""
 
     level: int
     module: str
@@ -53,25 +53,25 @@ class Import:
 
 @dataclass(frozen=True)
 class Bound:
-    """Something that a name may be."""
+    """A possible value of a name."""
 
     node: ast.expr | None
-    """None: it is not known what."""
+    """None: unknown."""
 
     scope: Scope
     is_element: bool = False
-    """An element of `node` is meant; of a dictionary a key."""
+    """The value is an element of `node`; of a dictionary a key."""
 
     is_value: bool = False
-    """A value of a dictionary is meant."""
+    """The value is a value of a dictionary."""
 
     is_entered: bool = False
-    """What its ``__enter__`` gives is meant."""
+    """The value is the result of ``__enter__``."""
 
 
 @dataclass(frozen=True)
 class Called:
-    """One call, and where it stands."""
+    """One call, and its position."""
 
     node: ast.Call
     scope: Scope
@@ -80,7 +80,7 @@ class Called:
 
     @property
     def name(self) -> str:
-        """The last part of what is called."""
+        """Return the last part of the called expression."""
         return last_name(self.node.func)
 
     @property
@@ -99,34 +99,34 @@ class Names:
 
     attributes: dict[str, list[Bound]] = field(default_factory=lambda: defaultdict(list[Bound]))
     appended: dict[str, list[Bound]] = field(default_factory=lambda: defaultdict(list[Bound]))
-    """By the list's last name: what ``.append`` adds."""
+    """Values that ``.append`` adds, by the list's last name."""
 
     calls: list[Called] = field(default_factory=list[Called])
     by_called: dict[str, list[Called]] = field(default_factory=lambda: defaultdict(list[Called]))
     functions: dict[str, list[Scope]] = field(default_factory=lambda: defaultdict(list[Scope]))
-    """By the name under which they are called; a class's ``__init__`` under the class's."""
+    """By the name in calls; a class's ``__init__`` under the class's name."""
 
     defined: dict[tuple[Scope, str], list[Scope | Class]] = field(
         default_factory=lambda: defaultdict(list[Scope | Class])
     )
-    """Functions and classes by scope and name; not the methods."""
+    """Functions and classes by scope and name, without methods."""
 
     classes: list[Class] = field(default_factory=list[Class])
     returned: dict[Scope, list[ast.expr]] = field(default_factory=lambda: defaultdict(list[ast.expr]))
     imports: dict[tuple[Scope, str], list[Import]] = field(default_factory=lambda: defaultdict(list[Import]))
     stars: dict[Scope, list[Import]] = field(default_factory=lambda: defaultdict(list[Import]))
-    """Modules all of whose names a file imports."""
+    """Modules from which a file imports all names."""
 
     lines: dict[Import, tuple[Path, int]] = field(default_factory=dict[Import, tuple[Path, int]])
-    """Where something is first imported."""
+    """First import of each."""
 
     aliases: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set[str]))
-    """Other names that a function or class is given somewhere."""
+    """Other names that are assigned to a function or class."""
 
     read: list[tuple[ast.Attribute, Scope]] = field(default_factory=list[tuple[ast.Attribute, Scope]])
 
     def all_names(self, name: str) -> set[str]:
-        """A name with its aliases, and theirs."""
+        """Return a name with its aliases, and theirs."""
         found: set[str] = set()
         waiting = [name]
         while waiting:
@@ -138,7 +138,7 @@ class Names:
 
 
 def last_name(node: ast.expr) -> str:
-    """``c`` of ``a.b.c``; empty for what has no name."""
+    """Return ``c`` for ``a.b.c``; empty for an expression without a name."""
     if isinstance(node, ast.Attribute):
         return node.attr
     return node.id if isinstance(node, ast.Name) else ""

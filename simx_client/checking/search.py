@@ -1,4 +1,4 @@
-"""Where a program's modules are: beside it, on paths it adds, on PYTHONPATH, installed ones that wrap a binding."""
+"""Find a program's modules: beside it, on paths it adds, on PYTHONPATH, installed ones that wrap a binding."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from functools import cache
 from pathlib import Path
 
 _SPEAKS = re.compile(rb"\bsimx[A-Z]\w|\bRemoteAPIClient\b")
-"""What a package that wraps a remote API has in some file of it."""
+"""Text in some file of a package that wraps a remote API."""
 
 _LARGEST = 250
-"""Files of a package that may be a wrapper; larger ones, such as NumPy, are not looked into."""
+"""Maximum number of files of a package that may be a wrapper; larger ones, such as NumPy, are not read."""
 
 _OURS = ("simx_client", "simx_server")
 
 
 class Search:
-    """The folders of one program, in the order in which Python looks into them."""
+    """The folders of one program, in the order in which Python searches them."""
 
     def __init__(self, script: Path) -> None:
         self._script = script.absolute().parent
@@ -27,9 +27,10 @@ class Search:
         self.folders += [Path(each) for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each]
 
     def add(self, folder: str) -> bool:
-        """Look also into a folder that the program adds, in either way of writing it; whether it is there and new.
+        """Add a folder that the program adds; return whether it exists and is new.
 
-        A relative one is meant from the working folder, and often written for the script's.
+        A relative path starts at the working folder, and is often written for the script's folder; both are
+        tried.
         """
         found = False
         for written in dict.fromkeys((folder, folder.replace("\\", "/"))):
@@ -37,7 +38,7 @@ class Search:
                 path = (base / written).absolute()
                 try:
                     is_new = path not in self.folders and path.is_dir()
-                except (OSError, ValueError):  # a NUL, a name that is too long
+                except (OSError, ValueError):  # a NUL, or too long a name
                     continue
                 if is_new:
                     self.folders.append(path)
@@ -45,12 +46,13 @@ class Search:
         return found
 
     def own(self, module: str, importer: Path, level: int, *, is_python2: bool) -> Path | None:
-        """The file, or the folder, of a module of the program.
+        """Return the file, or the folder, of a module of the program.
 
         Args:
             module: dotted; may be empty where only dots are written.
-            level: the number of dots before it.
-            is_python2: modules of the importer's own folder are found without a dot.
+            importer: file with the import.
+            level: number of dots before it.
+            is_python2: modules of the importer's folder are found without a dot.
         """
         if level:
             base = importer.absolute().parent
@@ -62,7 +64,7 @@ class Search:
 
     @staticmethod
     def installed(module: str) -> Path | None:
-        """The file of an installed module, if its package wraps a remote API."""
+        """Return the file of an installed module, if its package wraps a remote API."""
         top, _, rest = module.partition(".")
         found = _wrapper(top)
         if found is None or not rest:
@@ -71,7 +73,7 @@ class Search:
 
 
 def in_folder(folder: Path, module: str) -> Path | None:
-    """The file of a module, or the folder of a package without ``__init__.py``."""
+    """Return the file of a module, or the folder of a package without ``__init__.py``."""
     base = folder.joinpath(*module.split(".")) if module else folder
     try:
         for file in (base / "__init__.py", *([base.with_name(base.name + ".py")] if module else [])):
@@ -83,7 +85,7 @@ def in_folder(folder: Path, module: str) -> Path | None:
 
 
 def is_installed(name: str) -> bool:
-    """Whether Python would find a top-level module; nothing of it is run."""
+    """Return whether Python would find a top-level module, without running it."""
     try:
         return importlib.util.find_spec(name) is not None
     except (ImportError, ValueError, AttributeError):
@@ -110,7 +112,7 @@ def _wrapper(top: str) -> Path | None:
 
 
 def is_wrapper(folder: Path) -> bool:
-    """Whether a package has to do with a remote API."""
+    """Return whether a package uses a remote API."""
     files: list[Path] = []
     for where, folders, names in os.walk(folder):
         folders.sort()
@@ -121,7 +123,7 @@ def is_wrapper(folder: Path) -> bool:
 
 
 def speaks(files: list[Path]) -> bool:
-    """Whether one of these files names functions of a remote API."""
+    """Return whether one of these files names functions of a remote API."""
     for file in files:
         try:
             if _SPEAKS.search(file.read_bytes()):

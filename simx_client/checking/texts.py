@@ -1,4 +1,4 @@
-"""Which texts an expression may be. What is known only at run time, a loop's index for one, becomes ``*``."""
+"""Possible texts of an expression. Parts known only at run time, such as a loop's index, become ``*``."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .scopes import Bound, Called, Names, Scope
 from .things import Foreign, Meaning
 
 ANY = "*"
-"""In a text: something; a text of its own: nothing is known."""
+"""Unknown part of a text; alone: the whole text is unknown."""
 
 DEEPEST = 12
-"""Steps from name to name; scripts need four."""
+"""Maximum number of steps from name to name; scripts need four."""
 
 MOST_STEPS = 20_000
-"""Steps for one expression, with all that it leads to."""
+"""Maximum number of steps for one expression and everything it refers to."""
 
 MOST = 60
-"""Texts of one expression; of more it is not worth naming each."""
+"""Maximum number of texts of one expression; more are not worth listing."""
 
 _PERCENT = re.compile(r"%(?:\((?P<name>\w+)\))?[-+ #0]*\d*(?:\.\d+)?(?P<kind>[a-zA-Z%])")
 _BRACES = re.compile(r"\{\{|\}\}|\{(?P<field>[^{}:!]*)(?P<rest>[^{}]*)\}")
@@ -38,14 +38,14 @@ class Texts:
         self._names = names
         self._meaning = meaning or Meaning(names)
         self._open: list[ast.expr | None] = []
-        """What is being evaluated just now."""
+        """Expressions under evaluation."""
 
         self._steps = 0
 
     def of(self, node: ast.expr | None, scope: Scope, depth: int = 0) -> frozenset[str]:
-        """What an expression may be; a text with ANY in it is a pattern."""
+        """Return the possible values of an expression; a text with ANY in it is a pattern."""
         self._steps = self._steps + 1 if self._open else 0
-        # The second: a name that is made of itself.
+        # The second condition: a name that refers to itself.
         if depth >= DEEPEST or node in self._open or self._steps > MOST_STEPS:
             return frozenset((ANY,))
         self._open.append(node)
@@ -55,17 +55,17 @@ class Texts:
             self._open.pop()
 
     def elements(self, node: ast.expr, scope: Scope) -> frozenset[str]:
-        """What the elements of a list may be."""
+        """Return the possible elements of a list."""
         return _tidy(self._elements(node, scope, 0, values=True))
 
     def argument(self, call: Called, name: str, parameters: tuple[str, ...]) -> frozenset[str]:
-        """What one argument of a call may be; ANY where the call does not show it."""
+        """Return the possible values of one argument of a call; ANY if the call does not show it."""
         node = self.written(call, name, parameters)
         return frozenset((ANY,)) if node is None else self.of(node, call.scope)
 
     @staticmethod
     def written(call: Called, name: str, parameters: tuple[str, ...]) -> ast.expr | None:
-        """What is written for one argument of a call; None where the call does not show it."""
+        """Return the expression of one argument of a call; None if the call does not show it."""
         for keyword in call.node.keywords:
             if keyword.arg == name:
                 return keyword.value
@@ -81,12 +81,8 @@ class Texts:
             return (_constant(node.value),)
         if isinstance(node, ast.JoinedStr):
             return _joined(self._piece(each, scope, deeper) for each in node.values)
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-            if _is_number(node.left) or _is_number(node.right):
-                return (ANY,)  # a sum
-            return _joined((self.of(node.left, scope, deeper), self.of(node.right, scope, deeper)))
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod):
-            return self._percent(node, scope, deeper)
+        if isinstance(node, ast.BinOp):
+            return self._binary(node, scope, deeper)
         if isinstance(node, ast.Call):
             return self._call(node, scope, deeper)
         if isinstance(node, (ast.Name, ast.Attribute)) and (numbers := self._constants(node, scope)):
@@ -103,8 +99,16 @@ class Texts:
             return itertools.chain.from_iterable(self.of(each, scope, deeper) for each in node.values)
         return (ANY,)
 
+    def _binary(self, node: ast.BinOp, scope: Scope, depth: int) -> Iterable[str]:
+        """Return the possible texts of ``left + right`` and ``form % values``."""
+        if isinstance(node.op, ast.Mod):
+            return self._percent(node, scope, depth)
+        if not isinstance(node.op, ast.Add) or _is_number(node.left) or _is_number(node.right):
+            return (ANY,)
+        return _joined((self.of(node.left, scope, depth), self.of(node.right, scope, depth)))
+
     def _constants(self, node: ast.expr, scope: Scope) -> list[str]:
-        """The numbers of the binding's constants that an expression stands for."""
+        """Return the numbers of the binding's constants that an expression means."""
         paths = [each.path for each in self._meaning.of(node, scope) if isinstance(each, Foreign)]
         values = [
             getattr(constants, path.rpartition(".")[2], None)
@@ -125,11 +129,11 @@ class Texts:
         return self.of(bound.node, bound.scope, depth)
 
     def _bound(self, name: str, scope: Scope) -> list[Bound]:
-        """What a name may be, as seen from a scope."""
+        """Return the possible values of a name, as seen from a scope."""
         return self._meaning.bounds(name, scope)
 
     def _elements(self, node: ast.expr | None, scope: Scope, depth: int, *, values: bool) -> Iterable[str]:
-        """What the elements of an expression may be; of a dictionary its keys, or `values`."""
+        """Return the possible elements of an expression; of a dictionary its keys, or `values`."""
         self._steps += 1
         if depth >= DEEPEST or node is None or self._steps > MOST_STEPS:
             return (ANY,)
@@ -177,7 +181,7 @@ class Texts:
         return (ANY,)
 
     def _piece(self, node: ast.expr, scope: Scope, depth: int) -> frozenset[str]:
-        """A part of an f-string."""
+        """Return the possible values of a part of an f-string."""
         if isinstance(node, ast.FormattedValue):
             return frozenset((ANY,)) if node.format_spec is not None else self.of(node.value, scope, depth)
         return self.of(node, scope, depth)
@@ -239,12 +243,12 @@ class Texts:
 
 
 def is_known(text: str) -> bool:
-    """Whether at least a part of it is known."""
+    """Return whether at least a part of a text is known."""
     return bool(text.strip(ANY))
 
 
 def matches(pattern: str, name: str) -> bool:
-    """Whether a text that is known in parts may be this one."""
+    """Return whether a text with unknown parts may be this name."""
     return re.fullmatch(".*".join(map(re.escape, pattern.split(ANY))), name, re.DOTALL) is not None
 
 
@@ -267,7 +271,7 @@ def _is_plain(text: str) -> bool:
 def _filled(
     form: str, blanks: re.Pattern[str], value: Callable[[re.Match[str]], frozenset[str]]
 ) -> Iterable[str]:
-    """A form with what may stand in each of its blanks, which are asked for in their order."""
+    """Yield a form with the possible values of each blank, requested in their order."""
     pieces: list[frozenset[str]] = []
     end = 0
     for found in blanks.finditer(form):

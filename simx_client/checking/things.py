@@ -1,7 +1,7 @@
-"""What an expression stands for: a module, a class, a function, or something of another library.
+"""Meaning of an expression: a module, a class, a function, or something of another library.
 
-So a call is known by what is called and not by its name: a wrapper's ``simxStart`` is no call of the remote API, and
-``api = vrep; f = api.simxStart; f(…)`` is one.
+So a call is recognised by the function and not by its name: a wrapper's ``simxStart`` does not count as a
+call of the remote API, but ``api = vrep; f = api.simxStart; f(…)`` does.
 """
 
 from __future__ import annotations
@@ -15,21 +15,22 @@ from .program import BINDING, BINDINGS, Folder, Library, Module, Source, importe
 from .scopes import Bound, Class, Import, Names, Scope, last_name
 
 _DEEPEST = 24
-"""Steps from name to name."""
+"""Maximum number of steps from name to name."""
 
 _MOST_STEPS = 1000
-"""Steps for one expression, with all that it leads to; a program of a few thousand lines needs hundreds."""
+"""Maximum number of steps for one expression and everything it refers to; a program of a few thousand lines
+needs hundreds."""
 
 _MOST_STEPS_IN_ALL = 200_000
-"""For a whole program."""
+"""Maximum number of steps for a whole program."""
 
 _LONGEST = 200
 
 _MEANT = (ast.Name, ast.Attribute, ast.Call, ast.IfExp, ast.BoolOp, ast.Await, ast.NamedExpr, ast.Subscript)
-"""What may stand for one of these."""
+"""Expressions that may mean one of these."""
 
 _GIVING = ("require", "getObject")
-"""Methods of foreign things of which the text that they are given matters: ``client.require('sim')``."""
+"""Methods of other libraries whose text argument matters: ``client.require('sim')``."""
 
 _PROPERTIES = ("property", "cached_property")
 _SAME = ("list", "tuple", "sorted", "reversed", "set", "iter", "next", "enumerate")
@@ -37,7 +38,8 @@ _SAME = ("list", "tuple", "sorted", "reversed", "set", "iter", "next", "enumerat
 
 @dataclass(frozen=True)
 class Foreign:
-    """Something of a library: ``vrep.simxStart``, ``zmqRemoteApi.RemoteAPIClient().require('sim').getObject``."""
+    """Something of a library: ``vrep.simxStart``,
+    ``zmqRemoteApi.RemoteAPIClient().require('sim').getObject``."""
 
     path: str
 
@@ -56,21 +58,21 @@ NOTHING: Things = frozenset()
 
 
 class Meaning:
-    """Finds what expressions of one program stand for. Nothing is found for what is known only at run time."""
+    """Finds the meanings of expressions of one program. Expressions known only at run time have none."""
 
     def __init__(self, names: Names) -> None:
         self._names = names
         self._passing = Passing(names, self.of)
         self._known: dict[tuple[ast.expr, Scope], Things] = {}
         self._open: set[ast.expr] = set()
-        """What is being looked at just now."""
+        """Expressions under evaluation."""
 
         self._steps = self._in_all = 0
         self._cuts = 0
-        """How often something was not followed, so that what depends on it is not known for good."""
+        """Number of expressions not followed: results that depend on them are not final."""
 
     def of(self, node: ast.expr | None, scope: Scope) -> Things:
-        """What an expression may stand for."""
+        """Return the possible meanings of an expression."""
         if node is None:
             return NOTHING
         key = node, scope
@@ -122,7 +124,7 @@ class Meaning:
     # --- names -------------------------------------------------------------------------------------
 
     def named(self, name: str, scope: Scope) -> Things:
-        """What a name stands for, as seen from a scope."""
+        """Return the meanings of a name, as seen from a scope."""
         place: Scope | None = scope
         while place is not None:
             found: set[Thing] = set(self._names.defined.get((place, name), ()))
@@ -152,7 +154,7 @@ class Meaning:
         return frozenset(found)
 
     def imported(self, each: Import, scope: Scope) -> Things:
-        """What an import statement gives."""
+        """Return the meanings of an import statement."""
         links, file = self._names.program.links, scope.file
         module = links.get((file, each.level, each.module))
         if not each.attribute:
@@ -174,7 +176,7 @@ class Meaning:
         return found
 
     def _entered(self, thing: Thing) -> Things:
-        """What ``with`` gives: what ``__enter__`` returns, else the thing itself."""
+        """Return the value that ``with`` binds: the result of ``__enter__``, else the object itself."""
         method = self.method(thing.of, "__enter__", set()) if isinstance(thing, Instance) else None
         return (
             frozenset((thing,))
@@ -187,7 +189,7 @@ class Meaning:
     def _all_members(self, things: Things, name: str, base: ast.expr) -> Things:
         if not things and not isinstance(
             base, ast.Constant
-        ):  # of what is not known: what is assigned to that name
+        ):  # of an unknown value: anything that is assigned to that name
             return frozenset(t for bound in self._names.attributes.get(name, ()) for t in self._bound(bound))
         return frozenset(member for thing in things for member in self._member(thing, name))
 
@@ -204,7 +206,8 @@ class Meaning:
         return NOTHING
 
     def _of_class(self, owner: Class, name: str, seen: set[Class]) -> Things:
-        """A method, else what is assigned to an attribute of this name, else what ``__getattr__`` gives."""
+        """Return a method, else the values assigned to an attribute of this name, else the result of
+        ``__getattr__``."""
         if (method := self.method(owner, name, seen)) is not None:
             function = method.function
             if function and any(last_name(each) in _PROPERTIES for each in function.decorator_list):
@@ -221,7 +224,7 @@ class Meaning:
         return frozenset(found)
 
     def method(self, owner: Class, name: str, seen: set[Class]) -> Scope | None:
-        """A method of a class or of the classes above it."""
+        """Return a method of a class or of its base classes."""
         if owner in seen:
             return None
         seen.add(owner)
@@ -233,7 +236,7 @@ class Meaning:
         return None
 
     def bases(self, owner: Class) -> list[Class]:
-        """The classes of the program that a class is derived from."""
+        """Return the base classes in the program."""
         found = self._union(owner.node.bases, owner.scope)
         return [each for each in found if isinstance(each, Class)]
 
@@ -263,7 +266,7 @@ class Meaning:
         return found
 
     def _written(self, node: ast.expr, scope: Scope) -> Iterator[str]:
-        """The texts that a name is given as such, by assignments or by callers."""
+        """Yield the texts that a name gets directly, by assignments or from callers."""
         bounds = self.bounds(node.id, scope) if isinstance(node, ast.Name) else [Bound(node, scope)]
         for each in bounds:
             nodes = (
@@ -286,7 +289,7 @@ class Meaning:
         return repr(node.args[0].value)
 
     def _elements(self, node: ast.expr, scope: Scope) -> Things:
-        """What the elements of a list, or the values of a dictionary, stand for."""
+        """Return the meanings of the elements of a list, or of the values of a dictionary."""
         if isinstance(node, (ast.List, ast.Tuple, ast.Set)):
             return self._union(node.elts, scope)
         if isinstance(node, ast.Dict):
@@ -325,7 +328,7 @@ class Meaning:
     # --- what names are bound to --------------------------------------------------------------------
 
     def bounds(self, name: str, scope: Scope) -> list[Bound]:
-        """The expressions that a name may be, as seen from a scope, in other modules too."""
+        """Return the possible expressions of a name, as seen from a scope, in other modules too."""
         place: Scope | None = scope
         while place is not None:
             found = [*self._names.bound.get((place, name), ()), *self._passing.passed(name, place)]
@@ -341,7 +344,8 @@ class Meaning:
         return [bound for module in links for bound in self._bounds_in(module, name)]
 
     def bounds_of_member(self, node: ast.Attribute, scope: Scope) -> list[Bound]:
-        """The expressions that an attribute may be: of a module's name, else of any attribute called so."""
+        """Return the possible expressions of an attribute: of a module's name, else of any attribute of that
+        name."""
         modules = [each for each in self.of(node.value, scope) if isinstance(each, Source)]
         found = [bound for module in modules for bound in self._bounds_in(module, node.attr)]
         return found or self._names.attributes.get(node.attr, [])

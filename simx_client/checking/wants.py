@@ -1,4 +1,4 @@
-"""What a program asks of the remote API: the functions it calls, and what it names in them."""
+"""The needs of a program: the functions of the remote API that it calls, and the things that it names in them."""
 
 from __future__ import annotations
 
@@ -60,21 +60,21 @@ class Use:
 
     @property
     def function(self) -> str:
-        """Its first name in the table."""
+        """Return its first name in the table."""
         return BY_NAME[self.called].name
 
     def argument(self, name: str) -> ast.expr | None:
-        """What is written for a parameter; None where the call does not show it."""
+        """Return the expression for a parameter; None where the call does not show it."""
         return self._texts.written(self.call, name, self._parameters) if name in self._parameters else None
 
     def values(self, name: str) -> frozenset[str]:
-        """What an argument may be as text; `ANY` for what is not known."""
+        """Return the possible texts of an argument; `ANY` for an unknown one."""
         node = self.argument(name)
         return frozenset((ANY,)) if node is None else self._texts.of(node, self.call.scope)
 
     @cached_property
     def modes(self) -> frozenset[int]:
-        """Its operation modes, as far as they are known."""
+        """Return its operation modes, as far as they are known."""
         node = self.argument("operationMode")
         if isinstance(node, ast.BinOp):  # a rate is added
             node = node.left
@@ -84,16 +84,16 @@ class Use:
 
 @dataclass
 class Wants:
-    """All of it, each thing once with the place where it is first named."""
+    """All needs of a program, each once with the place where it is first named."""
 
     functions: dict[str, Place] = field(default_factory=dict[str, Place])
-    """Of the table, under the name that the program uses."""
+    """Functions of the table, under the name that the program uses."""
 
     unknown: dict[str, Place] = field(default_factory=dict[str, Place])
-    """Called as if they were functions of the remote API."""
+    """Names called like functions of the remote API, but missing in the table."""
 
     doubtful: dict[str, Place] = field(default_factory=dict[str, Place])
-    """As `unknown`, but called on something that is known only at run time, and may have them."""
+    """As `unknown`, but called on an object that is known only at run time, and may have them."""
 
     uses: list[Use] = field(default_factory=list["Use"])
     """All calls of functions of the table."""
@@ -102,7 +102,7 @@ class Wants:
     """Methods of `simx_client.Client` that it calls."""
 
     elsewhere: dict[str, dict[str, Place]] = field(default_factory=dict[str, dict[str, Place]])
-    """What it calls of other remote APIs, by the module of their client."""
+    """Functions of other remote APIs that it calls, by the module of their client."""
 
     constants: dict[str, Place] = field(default_factory=dict[str, Place])
     """Constants of the binding that do not exist."""
@@ -119,24 +119,24 @@ class Wants:
 
     ports: dict[int, Place] = field(default_factory=dict[int, Place])
     unclear: dict[str, list[Place]] = field(default_factory=dict[str, list[Place]])
-    """What is named only at run time, and where."""
+    """Kinds of things that are named only at run time, and where."""
 
     def of_kind(self, kind: str) -> list[Wanted]:
         return [each for each in self.named if each.kind == kind]
 
     @property
     def brings_objects(self) -> bool:
-        """Whether it loads or makes objects itself."""
+        """Return whether it loads or makes objects itself."""
         return any(BY_NAME[name].adds_objects for name in self.functions)
 
     @property
     def is_of_a_remote_api(self) -> bool:
-        """Whether anything of it was found that can be served here."""
+        """Return whether it calls a function or a method that simx has."""
         return bool(self.functions or self.client)
 
 
 def wants_of(program: Program, names: Names) -> Wants:
-    """Read them off the calls."""
+    """Return the needs of a program, read from its calls."""
     wants = Wants()
     meaning = Meaning(names)
     texts = Ports(names, meaning)
@@ -161,10 +161,10 @@ def wants_of(program: Program, names: Names) -> Wants:
 
 
 def called_functions(call: Called, names: Names, meaning: Meaning) -> Iterator[tuple[str, bool]]:
-    """(function of the remote API, whether it surely is one) for what a call may call.
+    """Yield (function of the remote API, whether that is certain) for each function that a call may call.
 
-    What is called on something that is known only at run time counts by its name, unless the program has a function
-    or method of that name itself.
+    A call on an object that is known only at run time counts by its name, unless the program has a function or
+    method of that name.
     """
     things = meaning.of(call.node.func, call.scope)
     for thing in things:
@@ -181,8 +181,8 @@ def called_functions(call: Called, names: Names, meaning: Meaning) -> Iterator[t
 
 
 def _parameters(name: str, call: Called, *, is_sure: bool) -> tuple[str, ...]:
-    """What the call has to give: in a batch (`simx_client.batch`) neither client id nor operation mode; a wrapper
-    often gives the client id itself."""
+    """Return the parameters that the call must give. A batch (`simx_client.batch`) takes neither client id nor
+    operation mode; a wrapper often adds the client id."""
     command = BY_NAME[name]
     if is_sure or any(each.arg in ("clientID", "operationMode") for each in call.node.keywords):
         return command.parameters
@@ -295,7 +295,7 @@ def _read_names(wants: Wants, names: Names, meaning: Meaning) -> None:
 
 
 def _take(wants: Wants, name: str, place: Place, *, is_call: bool) -> None:
-    """One name of the binding; a function that is called and not there is told by the call."""
+    """Note one name of the binding; the call itself reports a function that does not exist."""
     if name in BY_NAME:
         wants.functions.setdefault(name, place)
     elif _FUNCTION.match(name):
@@ -306,7 +306,7 @@ def _take(wants: Wants, name: str, place: Place, *, is_call: bool) -> None:
 
 
 def _once(named: Iterable[Wanted]) -> list[Wanted]:
-    """Each once, with its first place. A pattern that knows less than ANY-free texts stays: both may be meant."""
+    """Return each thing once, with its first place. A pattern stays beside a text that it matches."""
     found: dict[tuple[str, str], Wanted] = {}
     for each in named:
         found.setdefault((each.kind, each.name), each)

@@ -1,4 +1,4 @@
-"""Whether a program opens windows of OpenCV, which the package that comes with the server cannot open by itself."""
+"""Find windows of OpenCV in a program, which the package that comes with the server cannot open."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TEXT = (
 
 
 def windows_of(program: Program) -> Iterator[tuple[Place, str]]:
-    """The first call that needs a window, and what to do; nothing for a program without one."""
+    """Yield the first call that needs a window, with what to do; nothing for a program without windows."""
     for source in program.sources:
         modules, functions = _names_of_cv2(source.tree)
         for node in ast.walk(source.tree):
@@ -35,7 +35,7 @@ def windows_of(program: Program) -> Iterator[tuple[Place, str]]:
 
 
 def _names_of_cv2(tree: ast.Module) -> tuple[set[str], dict[str, str]]:
-    """Names that stand for the module, and those that stand for a function of it."""
+    """Return the names that mean the module, and those that mean a function of it."""
     modules: set[str] = set()
     functions: dict[str, str] = {}
     for node in ast.walk(tree):

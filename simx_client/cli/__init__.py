@@ -1,7 +1,8 @@
-"""The commands that talk to one simulator from a shell: call, watch, image; and the shells' completion.
+"""The commands that talk to one simulator from a shell: call, watch, image; and completion scripts for
+shells.
 
-connecting   which simulator is meant, and a connection to it
+connecting   selects the simulator and connects to it
 arguments    words of a command line as arguments of a function, by their kinds in the table
-showing      values as text that can be given back as an argument, or as JSON
-png          a picture as a file, without any image library
+formatting   values as text that can be passed back as an argument, or as JSON
+png          an image as a file, without an image library
 """

@@ -40,17 +40,18 @@ def add_arguments(parser: argparse.ArgumentParser, function: str) -> None:
 
 
 def shielded(words: Sequence[str]) -> list[str]:
-    """The words with those like ``-1,2`` made such that argparse takes them for no flags; `bare` takes it back."""
+    """Return the words, with words like ``-1,2`` marked so that argparse reads no flags in them; `bare` removes the
+    marks."""
     return [f" {word}" if _NEGATIVE.match(word) else word for word in words]
 
 
 def bare(words: Sequence[str]) -> list[str]:
-    """The words as they were typed."""
+    """Return the words as they were typed."""
     return [word[1:] if word.startswith(" ") and _NEGATIVE.match(word[1:]) else word for word in words]
 
 
 def is_callable(command: Command) -> bool:
-    """Whether the function asks a server something, so that it can be called in a connection of its own."""
+    """Return whether the function sends a request to a server, so that a separate connection can call it."""
     return command.effect is not Effect.NOTHING
 
 
@@ -68,12 +69,12 @@ def command_named(name: str) -> Command:
 
 
 def wanted(command: Command) -> list[Value]:
-    """The arguments that are given by hand."""
+    """Return the arguments that the user types."""
     return [each for each in command.arguments if not each.meaning.automatic]
 
 
 def parse(command: Command, words: Sequence[str], look_up: LookUp) -> list[Any]:
-    """The arguments out of words, in order.
+    """Return the arguments parsed from words, in order.
 
     Raises:
         WrongUse: there are too few or too many, or one cannot be read.
@@ -93,12 +94,12 @@ def parse(command: Command, words: Sequence[str], look_up: LookUp) -> list[Any]:
 
 
 def check(command: Command, words: Sequence[str]) -> None:
-    """What is wrong with the words by themselves, before a simulator is asked for names. Raises WrongUse."""
+    """Check the words alone, before the names are looked up in a simulator. Raises WrongUse."""
     parse(command, words, lambda finder, name: 0)
 
 
 def usage(command: Command) -> str:
-    """How the function is called, in words."""
+    """Return the usage of the function, in words."""
     arguments = wanted(command)
     if not arguments:
         return f"{command.name} takes no arguments"

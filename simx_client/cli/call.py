@@ -1,4 +1,4 @@
-"""``python -m simx_client call FUNCTION ARGS...``: one call to a simulator, from a shell."""
+"""Implement ``python -m simx_client call FUNCTION ARGS...``: make one call from a shell."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ exit codes: 0 the function returned 0, 1 it did not or there is no simulator, 2 
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "call",
         "Call one function of the legacy remote API, and print its results.",
         examples=EXAMPLES,
-        usage="FUNCTION [ARGS...] [--at PLACE] [--json]",
+        usage="FUNCTION [ARGS...] [--at SIMULATOR] [--json]",
     )
     add_arguments(parser, "its name, as simxGetObjectPosition")
     connecting.add_flags(parser)
@@ -44,7 +44,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Call and print. Returns the exit code."""
+    """Make the call and print its results; return the exit code."""
     options = parse_words(make_parser(), argv)
     try:
         command = command_named(options.function)

@@ -1,4 +1,4 @@
-"""The parsers of the client's own commands, and the name by which help and messages call the program."""
+"""The parsers of the client's commands, and the program's name in help and messages."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from pathlib import Path
 from simx_client.protocol.cli.parser import Parser
 
 SCRIPT = "simx"
-"""The console script that is ``python -m simx_client``."""
+"""The console script for ``python -m simx_client``."""
 
 MODULE = "python -m simx_client"
-"""How texts spell the program before `called` has put in how it was started."""
+"""The program's name in texts, which `called` replaces with the way it was started."""
 
 
 def program() -> str:
-    """How this process was started: by the script, or by Python itself (also by a program that imports this)."""
+    """Return how this process was started: by the script, or by Python (also by a program that imports this)."""
     return SCRIPT if Path(sys.argv[0]).stem == SCRIPT else MODULE
 
 
 def called(text: str) -> str:
-    """The text with the program called as it was started."""
+    """Return the text with the program's name as it was started."""
     return text.replace(MODULE, program())
 
 
 def command_parser(
     name: str, description: str, *, examples: str | None = None, usage: str | None = None
 ) -> argparse.ArgumentParser:
-    """A parser for ``python -m simx_client NAME``; flags must be written out.
+    """Return a parser for ``python -m simx_client NAME``; flags must be written in full.
 
     Args:
-        examples: come last in the help, line for line.
-        usage: the words that follow the name, where argparse's own usage says too little.
+        examples: the last part of the help, line by line.
+        usage: the words after the name, where argparse's usage is not enough.
     """
     prog = f"{program()} {name}"
     return Parser(

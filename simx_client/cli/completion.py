@@ -1,7 +1,8 @@
-"""``python -m simx_client completion SHELL``: what a shell needs to complete the programs' flags and names.
+"""Implement ``python -m simx_client completion SHELL``: completion of the programs' flags and names in a
+shell.
 
-Everything is read from the programs' own parsers and from the table, so nothing here has to be kept up to date.
-The server's flags are known where the server is installed.
+Everything is read from the programs' parsers and from the table. The server's flags are included if the
+server is installed.
 """
 
 from __future__ import annotations
@@ -39,36 +40,36 @@ _PATHS = {"FILE": FILE, "FILE.png": FILE, "SCRIPT": FILE, "SCENE": FILE, "ARGS":
 
 
 class Value(NamedTuple):
-    """What may stand in one place of a command line."""
+    """Words that are valid at one position of a command line."""
 
     words: tuple[str, ...] = ()
     path: str = ""
-    """FILE or FOLDER where one may be named."""
+    """FILE or FOLDER where a path is valid."""
 
 
 class Flag(NamedTuple):
-    """One flag in all its spellings."""
+    """A flag in all its spellings."""
 
     spellings: tuple[str, ...]
     help: str
     value: Value | None
-    """None: it takes none."""
+    """None: the flag takes no value."""
 
 
 class Program(NamedTuple):
-    """One program, or one command of it."""
+    """A program, or a command of it."""
 
     name: str
     flags: Sequence[Flag] = ()
     value: Value = Value()
-    """What its words without a dash may be."""
+    """Valid words without a dash."""
 
     commands: Mapping[str, tuple[str, Program]] = MappingProxyType({})
-    """Name to help and what it takes."""
+    """Name to help and flags."""
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "completion",
         "Print a script by which a shell completes simx-server, simx-run, simx-check and simx.",
@@ -79,7 +80,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Print the script. Returns the exit code."""
+    """Print the script; return the exit code."""
     from . import completion_scripts
 
     options = make_parser().parse_args(argv)
@@ -89,13 +90,13 @@ def main(argv: Sequence[str]) -> int:
 
 
 def programs() -> list[Program]:
-    """All of them that are installed."""
+    """Return all installed programs."""
     found: list[Program] = []
     for name, module in PROGRAMS.items():
         try:
             found.append(_described(name, import_module(module).make_parser()))
         except ImportError:
-            continue  # the client alone
+            continue  # only the client is installed
     commands = import_module("simx_client.__main__").COMMANDS
     parts = {
         name: (meaning, _described(f"{SCRIPT}-{name}", import_module(module).make_parser()))
@@ -147,6 +148,6 @@ def _scenes() -> tuple[str, ...]:
 
 
 def _words_of_settings() -> dict[str, tuple[str, ...]]:
-    """By field: the values that a setting can have, where these are words."""
+    """Return the valid values of settings that take words, by field."""
     settings: Any = import_module("simx_server.app.settings")
     return {name: setting.words for name, setting in settings.SETTINGS.items()}

@@ -1,4 +1,4 @@
-"""The programs as scripts for bash, zsh and fish, which those shells read by ``source``."""
+"""Completion scripts for bash, zsh and fish, which those shells read by ``source``."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def zsh(programs: Sequence[Program]) -> Iterator[str]:
 
 
 def _functions(programs: Sequence[Program], shell: _Bash) -> Iterator[str]:
-    """One function for each program and each command, the commands' first."""
+    """Yield the lines: a function for each command, then for its program."""
     yield HEAD.format(shell=shell.NAME)
     for program in programs:
         for each in (*(command for _, command in program.commands.values()), program):
@@ -95,7 +95,7 @@ def _body(program: Program, shell: _Bash) -> Iterator[str]:
 
 
 def fish(programs: Sequence[Program]) -> Iterator[str]:
-    """For fish 3 and newer."""
+    """Yield the lines for fish 3 and newer."""
     yield HEAD.format(shell="fish")
     for program in programs:
         start = f"complete -c {program.name}"
@@ -136,5 +136,5 @@ def _function(program: Program) -> str:
 
 
 def _quoted(text: str) -> str:
-    """For bash, zsh and fish alike, in which a quote ends a quoted text."""
+    """Quote a text for bash, zsh and fish, in which a quote ends a quoted text."""
     return "'" + text.replace("'", "'\\''") + "'"

@@ -1,4 +1,4 @@
-"""Which simulator a command line means, and a connection to it for as long as the command runs."""
+"""Select the simulator that a command line names, and connect to it while the command runs."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ from .command_parser import program
 from .discovery_flags import add_waiting
 
 USUAL_PORT = 19997
-"""Where old scripts look for a simulator that runs all the time."""
+"""Port of a simulator that runs permanently, for old scripts."""
 
 VALID = "PORT, HOST:PORT, REALM or REALM@HOST:PORT"
 
 
 class Unclear(SimxError):
-    """It does not follow from what was said which simulator is meant."""
+    """The arguments do not select a single simulator."""
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add ``--at``, ``--timeout`` and ``--json``."""
     parser.add_argument(
-        "--at", metavar="PLACE", help=f"{VALID}; else the one at port {USUAL_PORT}, or the only one here"
+        "--at", metavar="SIMULATOR", help=f"{VALID}; else the one at port {USUAL_PORT}, or the only one here"
     )
     add_waiting(parser, "an answer", DEFAULT_TIMEOUT)
 
 
 @contextlib.contextmanager
-def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connection]]:
-    """A client id and its connection; the log on stderr tells what went wrong in sentences.
+def connected(simulator: str | None, timeout: float) -> Generator[tuple[int, Connection]]:
+    """Connect; yield the client id and the connection. Errors are logged to stderr as sentences.
 
     Raises:
-        Unclear: no single simulator is meant.
-        ConnectionFailed: it could not be reached; the log has said why.
+        Unclear: the arguments do not select a single simulator.
+        ConnectionFailed: it could not be reached; the log contains the reason.
     """
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
-    host, port = address(place, timeout)
+    host, port = address(simulator, timeout)
     client = simxStart(host, port, True, True, max(1, int(timeout * 1000)), 5)
     connection = CLIENTS.get(client)
     if connection is None:
@@ -62,19 +62,19 @@ def connected(place: str | None, timeout: float) -> Generator[tuple[int, Connect
         simxFinish(client)
 
 
-def address(place: str | None, timeout: float) -> tuple[str, int]:
-    """Address and port as simxStart takes them. Raises Unclear."""
-    if place is None:
+def address(simulator: str | None, timeout: float) -> tuple[str, int]:
+    """Return address and port as simxStart takes them. Raises Unclear."""
+    if simulator is None:
         return _usual()
-    realm, at, rest = place.rpartition("@")
+    realm, at, rest = simulator.rpartition("@")
     if rest.isdecimal() and int(rest) <= 65535:
         return f"{realm}{at}127.0.0.1", int(rest)
     host, colon, port = rest.rpartition(":")
     if colon and port.isdecimal() and int(port) <= 65535:
         return f"{realm}{at}{host or '127.0.0.1'}", int(port)
     if colon or at:
-        raise Unclear(f"--at: {place!r} names no place; valid: {VALID}")
-    return _called(place, timeout)
+        raise Unclear(f"--at: {simulator!r} does not name a simulator; valid: {VALID}")
+    return _called(simulator, timeout)
 
 
 def _usual() -> tuple[str, int]:
@@ -97,9 +97,9 @@ def _called(realm: str, timeout: float) -> tuple[str, int]:
         return f"{realm}@", USUAL_PORT
     found, unreachable = find_servers(roster.endpoints(), timeout)
     for server in found:
-        place = host_and_port(server.endpoint)
-        if server.realm == realm and place is not None:
-            return place
+        endpoint = host_and_port(server.endpoint)
+        if server.realm == realm and endpoint is not None:
+            return endpoint
     there = ", ".join(server.realm for server in found) or "none"
     silent = "".join(f"; {sentence}" for sentence in silent_servers(unreachable))
     raise Unclear(

@@ -1,4 +1,4 @@
-"""The flags of the commands that ask live servers: where they are looked for, and how long."""
+"""Flags of the commands that search for live servers: where to search, and the time-out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
 
 
 def add_waiting(parser: argparse.ArgumentParser, awaited: str, usual: float) -> None:
-    """Add ``--timeout`` and ``--json``, which every command has that asks a server."""
+    """Add ``--timeout`` and ``--json``, which every command has that sends requests to a server."""
     parser.add_argument(
         "--timeout",
         type=seconds,
@@ -33,7 +33,8 @@ def add_waiting(parser: argparse.ArgumentParser, awaited: str, usual: float) -> 
 
 
 def endpoints(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[str]:
-    """The Zenoh endpoints that were named, by flag or variable; none for this host. Wrong ones end the program."""
+    """Return the Zenoh endpoints given by flag or variable; empty for this host. Invalid ones end the
+    program."""
     try:
         return [check_endpoint(text, "--connect") for text in options.connect or ()] or list(
             connect_endpoints()
@@ -43,7 +44,7 @@ def endpoints(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
 
 
 def seconds(text: str) -> float:
-    """A type for argparse."""
+    """Convert a number of seconds, for argparse."""
     number = float(text)
     if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")

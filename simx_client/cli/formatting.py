@@ -1,4 +1,4 @@
-"""Values as text: in the form in which they can be given back as an argument, or for JSON."""
+"""Values as text: in the form of an argument, or for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .command_parser import program
 
 
 def as_lines(command: Command, values: Sequence[Any]) -> Iterator[str]:
-    """One result as it is; several with their names, a line each."""
+    """Yield one result as it is; several with their names, one per line."""
     names = _names(command)
     if len(names) == 1:
         yield as_text(values[0])
@@ -22,12 +22,13 @@ def as_lines(command: Command, values: Sequence[Any]) -> Iterator[str]:
 
 
 def as_record(command: Command, values: Sequence[Any]) -> dict[str, Any]:
-    """Results by name, ready for json.dumps."""
+    """Return results by name, ready for json.dumps."""
     return {name: _plain(value) for name, value in zip(_names(command), values, strict=True)}
 
 
 def as_text(value: Any) -> str:
-    """Numbers with six digits, single precision has no more; lists as ``1,2,3``, lists of lists with ``;`` between."""
+    """Format a value: numbers with six digits, as in single precision; lists as ``1,2,3``, nested ones with
+    ``;``."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
@@ -55,7 +56,7 @@ def _plain(value: Any) -> Any:
 
 
 def _readable(data: bytes) -> str:
-    """Text if it is text, else its bytes in hexadecimal digits."""
+    """Return bytes as text if they are text, else in hexadecimal digits."""
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError:

@@ -1,4 +1,5 @@
-"""``python -m simx_client image CAMERA FILE.png``: what a vision sensor sees, the right way up."""
+"""Implement ``python -m simx_client image CAMERA FILE.png``: save the image of a vision sensor, top row
+first."""
 
 from __future__ import annotations
 
@@ -27,19 +28,19 @@ exit codes: 0 the file is written, 1 it is not, 2 wrong usage
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
-    parser = command_parser(
-        "image", "Write the picture of a vision sensor into a PNG file.", examples=EXAMPLES
-    )
+    """Return the parser with the flags of the command."""
+    parser = command_parser("image", "Write the image of a vision sensor into a PNG file.", examples=EXAMPLES)
     parser.add_argument("camera", metavar="CAMERA", help="name, path or handle of a vision sensor")
-    parser.add_argument("file", metavar="FILE.png", type=Path, help="is replaced if it is there")
-    parser.add_argument("--depth", action="store_true", help="its depths in place of its colours")
+    parser.add_argument(
+        "file", metavar="FILE.png", type=Path, help="file to write; an existing one is replaced"
+    )
+    parser.add_argument("--depth", action="store_true", help="write depths instead of colours")
     connecting.add_flags(parser)
     return parser
 
 
 def main(argv: Sequence[str]) -> int:
-    """Fetch and write. Returns the exit code."""
+    """Fetch and write the image; return the exit code."""
     options = make_parser().parse_args(argv)
     if options.file.suffix.lower() != ".png":
         sys.stderr.write(
@@ -69,9 +70,9 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _colours(client: int, handle: int) -> tuple[int, int, bytes]:
-    (width, height), picture = ask(client, BY_NAME["simxGetVisionSensorImage"], [handle, 0])
-    rows = _top_first(picture.tobytes(), height)
-    return width, height, png(rows, width, height, is_colour=picture.channels == 3)
+    (width, height), image = ask(client, BY_NAME["simxGetVisionSensorImage"], [handle, 0])
+    rows = _top_first(image.tobytes(), height)
+    return width, height, png(rows, width, height, is_colour=image.channels == 3)
 
 
 def _depth(client: int, handle: int) -> tuple[int, int, bytes]:
@@ -81,6 +82,6 @@ def _depth(client: int, handle: int) -> tuple[int, int, bytes]:
 
 
 def _top_first(data: bytes, height: int) -> list[bytes]:
-    """The rows of a picture that came with its bottom row first."""
+    """Return the rows of an image, received bottom row first, with the top row first."""
     length = len(data) // max(1, height)
     return [data[row * length : (row + 1) * length] for row in reversed(range(height))]

@@ -1,4 +1,4 @@
-"""``python -m simx_client list``: all live simulators, for people or as JSON."""
+"""Implement ``python -m simx_client list``: list all live simulators as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_ANSWER = "no answer"
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "list", "List the live simulators: those of this host, or those behind the given routers."
     )
@@ -29,7 +29,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str]) -> int:
-    """List them; 0 also when there are none, 1 when a router or server could not be reached."""
+    """List the simulators; return 0 also without any, 1 if a router or server could not be reached."""
     parser = make_parser()
     options = parser.parse_args(argv)
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
@@ -49,7 +49,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _record(server: Found) -> dict[str, object]:
-    """What is known of one: with ``state`` alone telling that it did not answer."""
+    """Return the record of a simulator; only ``state`` if it did not answer."""
     status = server.status
     if status is None:
         return {"realm": server.realm, "endpoint": server.endpoint, "state": NO_ANSWER}
@@ -98,7 +98,7 @@ def _row(server: Found) -> tuple[str, ...]:
 
 
 def age(seconds: float) -> str:
-    """For people: in the largest unit that gives a whole number."""
+    """Format a duration in its largest unit that gives a whole number."""
     whole = int(seconds)
     if whole < 60:
         return f"{whole} s"

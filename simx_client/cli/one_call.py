@@ -1,4 +1,4 @@
-"""One question to one simulator: a function of the table is called, and its answer comes, or a sentence why not."""
+"""Make one call of a function of the table to one simulator; return its results, or raise with the reason."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .arguments import bare, shielded, wanted
 
 
 class Refused(SimxError):
-    """The simulator said no; the text is its own."""
+    """The simulator refused the call; the text is the simulator's."""
 
     def __init__(self, text: str, code: int) -> None:
         super().__init__(text)
@@ -30,17 +30,17 @@ class Refused(SimxError):
 
 
 def parse_words(parser: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
-    """Parse a command line with flags anywhere, in which words such as ``-0.5`` are no flags."""
+    """Parse a command line with flags in any position, in which words such as ``-0.5`` are not flags."""
     options = parser.parse_intermixed_args(shielded(argv))
     options.arguments = bare(options.arguments)
     return options
 
 
 def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
-    """Call a function and wait: its results without the return code.
+    """Call a function and wait; return its results without the return code.
 
     Raises:
-        Refused: there are none.
+        Refused: the call failed.
     """
     connection = CLIENTS.get(client)
     assert connection is not None
@@ -58,7 +58,8 @@ def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
 
 
 def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
-    """What takes a file along, or is put together in the client. The connection's log says what was refused."""
+    """Call a function that sends a file, or works in the client. The connection's log contains the reason of
+    a refusal."""
     named = dict(zip((each.name for each in wanted(command)), arguments, strict=True))
     filled = {"clientID": client}
     if "operationMode" in command.parameters:
@@ -71,7 +72,7 @@ def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
 
 
 def meaning(code: int) -> str:
-    """A simx_return_ code in words."""
+    """Describe a simx_return_ code in words."""
     if code & c.simx_return_remote_error_flag:
         return f"the simulator refused it (code {code}); its reason is above"
     if code & c.simx_return_timeout_flag:
@@ -82,10 +83,10 @@ def meaning(code: int) -> str:
 
 
 def handle_of(client: int, finder: str, name: str) -> int:
-    """Look up a name. Raises Refused, whose text has the nearest names."""
+    """Look up a name. Raises Refused, whose text contains the nearest names."""
     return int(ask(client, BY_NAME[finder], [name])[0])
 
 
 def alive(connection: Connection) -> bool:
-    """Whether the simulator is still there."""
+    """Return whether the simulator is still connected."""
     return connection.connection_id != -1

@@ -1,4 +1,4 @@
-"""A picture as a PNG file (W3C PNG specification, third edition), written with the standard library alone."""
+"""Write an image as a PNG file (W3C PNG specification, third edition), with the standard library only."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _NO_FILTER = b"\0"
 
 
 def png(rows: Iterable[bytes], width: int, height: int, *, is_colour: bool, bits: int = 8) -> bytes:
-    """The file's bytes.
+    """Return the bytes of the file.
 
     Args:
-        rows: from the top one, each of width * (3 or 1) samples; those of 16 bits have their high byte first.
-        bits: of a sample, 8 or 16.
+        rows: from the top, each of width * (3 or 1) samples; samples of 16 bits have their high byte first.
+        bits: bits of a sample, 8 or 16.
 
     Raises:
-        ValueError: the rows are not as many or as long as they should be.
+        ValueError: the number or length of the rows is wrong.
     """
     given = list(rows)
     length = width * (3 if is_colour else 1) * bits // 8
@@ -33,7 +33,7 @@ def png(rows: Iterable[bytes], width: int, height: int, *, is_colour: bool, bits
 
 
 def samples_16(depths: Iterable[float]) -> bytes:
-    """Numbers from 0 to 1 as samples of 16 bits; what lies beyond is cut."""
+    """Convert numbers from 0 to 1 to samples of 16 bits; values outside are clipped."""
     samples = array.array("H", (round(65535 * min(1.0, max(0.0, depth))) for depth in depths))
     if sys.byteorder == "little":
         samples.byteswap()

@@ -1,8 +1,9 @@
-"""``python -m simx_client shims FOLDER``: stand-ins for the legacy files, for those who want no launcher.
+"""Implement ``python -m simx_client shims FOLDER``: write shims for the legacy files, for use without the
+launcher.
 
-Each stand-in is a few lines that can lie in any folder or package under the old name. They are real modules
-that hold every function and constant by name (``from simx_client import *`` with its complete ``__all__``),
-so that programs which walk ``dir(vrep)`` and type checkers see the same as in the original.
+Each shim is a few lines that work in any folder or package under the old name. They are real modules that
+contain every function and constant by name (``from simx_client import *`` with its complete ``__all__``), so
+that programs which read ``dir(vrep)`` and type checkers find the same as in the original.
 """
 
 from __future__ import annotations
@@ -41,9 +42,9 @@ FILES = {"vrep.py": SURFACE, "sim.py": SURFACE, "vrepConst.py": CONSTANTS, "simC
 
 
 def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
-    """Write the stand-ins into `folder`; returns those that were written or already there in this form.
+    """Write the shims into `folder`; return those that were written or already existed in this form.
 
-    Nothing is written if one would replace another file: FileExistsError names them, unless `force`.
+    Nothing is written if a shim would replace another file: FileExistsError names them, unless `force`.
     """
     texts = {
         folder / name: text.format(name=name, variable=VARIABLE, pace=OLD_SCRIPTS)
@@ -60,19 +61,21 @@ def write_shims(folder: Path, *, force: bool = False) -> list[Path]:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "shims",
         "Write stand-ins for vrep.py, sim.py, vrepConst.py and simConst.py on simx_client.",
         examples=EXAMPLES,
     )
-    parser.add_argument("folder", metavar="FOLDER", type=Path, help="where the script looks for them")
+    parser.add_argument(
+        "folder", metavar="FOLDER", type=Path, help="folder from which the script imports them"
+    )
     parser.add_argument("--force", action="store_true", help="replace files of these names")
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code is 0, 1 if nothing was written, 2 for a folder that is none."""
+    """Run the command line; return 0, 1 if nothing was written, 2 if the folder does not exist."""
     parser = make_parser()
     options = parser.parse_args(argv)
     if not options.folder.is_dir():

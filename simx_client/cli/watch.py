@@ -1,4 +1,5 @@
-"""``python -m simx_client watch FUNCTION ARGS...``: what a reading function gives, a line whenever it changes."""
+"""Implement ``python -m simx_client watch FUNCTION ARGS...``: print the results of a reading function when
+they change."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from .formatting import as_record, as_text
 from .one_call import Refused, alive, ask, handle_of, parse_words
 
 PAUSE = 0.01
-"""Seconds between two looks at a stream that has nothing new, short against a pass."""
+"""Seconds between two polls of a stream without news; short compared to a simulation step."""
 
 EXAMPLES = """\
 examples:
@@ -38,24 +39,27 @@ exit codes: 0 all lines are there, 1 the function failed or the simulator went a
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "watch",
         "Stream what a reading function gives, and print a line whenever it changes.",
         examples=EXAMPLES,
-        usage="FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at PLACE] [--json]",
+        usage="FUNCTION [ARGS...] [--every SECONDS] [--count N] [--at SIMULATOR] [--json]",
     )
     add_arguments(parser, "one that reads, as simxGetObjectPosition")
     parser.add_argument(
-        "--every", type=seconds, metavar="SECONDS", help="a line so often, changed or not, in wall time"
+        "--every",
+        type=seconds,
+        metavar="SECONDS",
+        help="print a line at this interval of wall time, changed or not",
     )
-    parser.add_argument("--count", type=int, metavar="N", help="leave after so many lines")
+    parser.add_argument("--count", type=int, metavar="N", help="exit after this number of lines")
     connecting.add_flags(parser)
     return parser
 
 
 def main(argv: Sequence[str]) -> int:
-    """Print until there are enough lines. Returns the exit code."""
+    """Print up to the number of lines; return the exit code."""
     parser = make_parser()
     options = parse_words(parser, argv)
     if options.count is not None and options.count < 1:
@@ -65,7 +69,7 @@ def main(argv: Sequence[str]) -> int:
         check(command, options.arguments)
         with connecting.connected(options.at, options.timeout) as (client, connection):
             arguments = parse(command, options.arguments, partial(handle_of, client))
-            ask(client, command, arguments)  # refused now, with the reason, if ever
+            ask(client, command, arguments)  # a refusal is printed now, with its reason
             for number, (instant, values) in enumerate(
                 _values(connection, Shape(command), tuple(arguments), options.every), 1
             ):
@@ -92,7 +96,7 @@ def _reading(name: str) -> Command:
     ):
         raise WrongUse(
             f"{name} cannot be watched; valid: functions that only read, such as simxGetJointPosition, "
-            f"and for pictures {program()} image"
+            f"and for images {program()} image"
         )
     return command
 
@@ -100,12 +104,12 @@ def _reading(name: str) -> Command:
 def _values(
     connection: Connection, shape: Shape, arguments: tuple[Any, ...], every: float | None
 ) -> Iterator[tuple[float, list[Any]]]:
-    """Simulation time (s) and results: whenever these change, or every so many seconds of wall time.
+    """Yield simulation time (s) and results: when they change, or at an interval in seconds of wall time.
 
-    Raises Refused when there are none any more.
+    Raises Refused when the results end.
     """
     connection.invoke(shape, arguments, c.simx_opmode_streaming)
-    patience = time.monotonic() + connection.timeout
+    deadline = time.monotonic() + connection.timeout
     due, before = 0.0, None
     while True:
         code, *values = connection.invoke(shape, arguments, c.simx_opmode_buffer)
@@ -113,7 +117,7 @@ def _values(
         if not alive(connection):
             raise Refused(f"the simulator at {connection.where} went away", c.simx_return_novalue_flag)
         if code == 0:
-            patience = now + connection.timeout
+            deadline = now + connection.timeout
             if now >= due if every else values != before:
                 due = max(due + every, now) if every and due else now + (every or 0.0)
                 before = values
@@ -121,7 +125,7 @@ def _values(
                 continue
         elif code & c.simx_return_remote_error_flag:
             raise Refused(f"{shape.command.name}: the simulator refuses it by now; its reason is above", code)
-        elif now > patience:
+        elif now > deadline:
             raise Refused(f"{shape.command.name}: no value within {connection.timeout:g} s", code)
         time.sleep(PAUSE)
 

@@ -1,14 +1,14 @@
-"""For new code: objects with types, arrays and exceptions, over the same table as the legacy functions.
+"""Provide typed objects, arrays and exceptions for new code, over the same table as the legacy functions.
 
     from simx_client import Client
 
     with Client("127.0.0.1", 19997) as client:
         print(client.joint("UR5_joint1").position, client.camera("kinect_rgb").rgb().shape)
 
-``client`` is the door; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
-``channel`` makes the calls, ``stepping`` puts a whole pass into one of its messages;
-``servers`` steps many servers together. ``docs/python.md`` has each legacy
-call beside its counterpart here. What can go wrong is in ``simx_client.errors``.
+``client`` is the entry point; ``scene`` finds objects, which are in ``objects``, ``joints``, ``camera``, ``sensors``;
+``channel`` makes the calls, ``stepping`` puts a simulation step into one message; ``servers`` steps many servers
+together. ``docs/python.md`` lists each legacy call beside its counterpart here. The exceptions are in
+``simx_client.errors``.
 """
 
 from simx_client.connection.answers import Answer

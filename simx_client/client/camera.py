@@ -1,4 +1,4 @@
-"""What V-REP calls a vision sensor: colours and depths as arrays, as one looks at a picture."""
+"""Cameras (V-REP: vision sensors): images and depths as arrays."""
 
 from __future__ import annotations
 
@@ -17,30 +17,43 @@ if TYPE_CHECKING:
 
 _GREY = 1
 _HANDLES = 2
-"""The render mode in which each pixel is the handle of what is seen; V-REP's name is `sim_rendermode_colorcoded`."""
+"""Render mode in which each pixel is the handle of the visible shape; V-REP's name is
+`sim_rendermode_colorcoded`."""
 _NOTHING = 0xFFFFFF
 
 
 class Camera(Object):
-    """A camera: it looks along its frame's +z axis, up in the picture is +y, right is -x."""
+    """A camera. It looks along its frame's +z axis; +y is up in the image, -x is right."""
 
     __slots__ = ()
     object_type = c.sim_object_visionsensor_type
 
     def rgb(self) -> NDArray[np.uint8]:
-        """Height × width × 3, red, green, blue; the top row first, each from left to right. The array is your own."""
-        return self._picture(0)
+        """Return the colour image.
+
+        Returns:
+            uint8, height × width × 3: red, green, blue. The top row is first, each row from left to right.
+            The array is a copy.
+        """
+        return self._image(0)
 
     def grey(self) -> NDArray[np.uint8]:
-        """Height × width, the mean of the three colours; the top row first."""
-        return self._picture(_GREY)
+        """Return the grey image: the mean of the three colours.
+
+        Returns:
+            uint8, height × width, the top row first.
+        """
+        return self._image(_GREY)
 
     def depth(self) -> NDArray[np.float32]:
-        """Height × width, metres along the viewing axis (not along each ray); the top row first.
+        """Return the depth image.
 
-        It is near + (far - near) * value: the buffer of the legacy call is linear between the clipping planes,
-        for perspective and for orthographic cameras. Where nothing is nearer it is ``far``, what is too near is
-        ``near``.
+        Returns:
+            float32, height × width, the top row first: metres along the viewing axis (not along each ray).
+            Pixels without a surface are `far`, surfaces before the near clipping plane are `near`.
+
+        The depth is near + (far - near) * value: the buffer of the legacy call is linear between the clipping
+        planes, for perspective and for orthographic cameras.
         """
         import numpy as np
 
@@ -55,32 +68,36 @@ class Camera(Object):
         return np.float32(near.value) + upright * np.float32(far.value - near.value)
 
     def objects(self) -> NDArray[np.int32]:
-        """Height × width, the handle of the shape that each pixel shows, -1 where there is none; the top row first.
+        """Return which shape each pixel shows.
 
-        What belongs to no shape, a cloth for example, is -1 too. The sensor shows handles (its render mode is 2) for
-        the time of one message, which nothing comes between. A picture that a script has made or kept for it is
-        dropped by that, and a sensor which is handled explicitly only sees nothing.
+        The camera renders handles (render mode 2) for the time of one message; no other call is executed in
+        between. This drops an image that a script has made or kept for the camera. A camera with explicit
+        handling sees nothing.
+
+        Returns:
+            int32, height × width, the top row first: the handle of the shape, -1 for none, also for bodies
+            that are not shapes, such as a cloth.
         """
         import numpy as np
 
-        mode = self._ask(
+        mode = self._request(
             lambda calls: calls.simxGetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode)
         )
 
-        def look(calls: Calls) -> Answer[Any]:
+        def render(calls: Calls) -> Answer[Any]:
             calls.simxSetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode, _HANDLES)
-            picture = calls.simxGetVisionSensorImage(self.handle, 0)
+            image = calls.simxGetVisionSensorImage(self.handle, 0)
             calls.simxSetObjectIntParameter(self.handle, c.sim_visionintparam_render_mode, mode)
-            return picture
+            return image
 
-        _, image = self._ask(look)
+        _, image = self._request(render)
         codes = image.upright().astype(np.int32) @ np.array([1, 256, 65536], np.int32)
         codes[codes == _NOTHING] = -1
         return codes
 
     @property
     def resolution(self) -> tuple[int, int]:
-        """Width and height in pixels. An array's shape is the other way round."""
+        """Return width and height in pixels. The shape of an array has them in the other order."""
         width, height = self._gather(
             lambda calls: (
                 calls.simxGetObjectIntParameter(self.handle, c.sim_visionintparam_resolution_x),
@@ -91,25 +108,25 @@ class Camera(Object):
 
     @property
     def near(self) -> float:
-        """Metres to the near clipping plane."""
+        """Return the distance to the near clipping plane in metres."""
         return self._parameter(c.sim_visionfloatparam_near_clipping)
 
     @property
     def far(self) -> float:
-        """Metres to the far clipping plane."""
+        """Return the distance to the far clipping plane in metres."""
         return self._parameter(c.sim_visionfloatparam_far_clipping)
 
     @property
     def perspective_angle(self) -> float:
-        """Radians across the larger side of the picture."""
+        """Return the opening angle across the larger side of the image in radians."""
         return self._parameter(c.sim_visionfloatparam_perspective_angle)
 
     def _parameter(self, number: int) -> float:
-        return self._ask(lambda calls: calls.simxGetObjectFloatParameter(self.handle, number))
+        return self._request(lambda calls: calls.simxGetObjectFloatParameter(self.handle, number))
 
-    def _picture(self, options: int) -> NDArray[np.uint8]:
+    def _image(self, options: int) -> NDArray[np.uint8]:
         import numpy as np
 
-        _, image = self._ask(lambda calls: calls.simxGetVisionSensorImage(self.handle, options))
+        _, image = self._request(lambda calls: calls.simxGetVisionSensorImage(self.handle, options))
         # A copy: the view has negative strides, which OpenCV and PyTorch do not take.
         return np.ascontiguousarray(image.upright())

@@ -1,7 +1,7 @@
-"""How `Client` calls the table: at once, held back to go out together, or answered by what came with a step.
+"""Make the calls of a `Client`: at once, batched, or answered from the results of a step.
 
-Built on what batches are made of: calls are noted on ``Calls``, sent as one message by an ``Exchange``, and failures
-become exceptions.
+Built like batches: ``Calls`` notes the calls, an ``Exchange`` sends them as one message, and failures become
+exceptions.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from simx_client.protocol import constants as c
 T = TypeVar("T")
 
 Generation = tuple[int, int]
-"""Number of the connection and of the scene: handles mean something within one of these."""
+"""Number of the connection and of the scene. A handle is valid within one generation."""
 
 Reads = dict[tuple[Any, ...], Answer[Any]]
 """Calls that only read, by function and arguments."""
 
 
 class Subject(Protocol):
-    """What calls are about, so that it can be told when it has gone."""
+    """The object that calls use; it is notified when the object was removed from the scene."""
 
     @property
     def handle(self) -> int: ...
@@ -36,25 +36,25 @@ class Subject(Protocol):
     def generation(self) -> Generation: ...
     def __str__(self) -> str: ...
     def forget(self) -> None:
-        """It has gone."""
+        """Handle the removal of the object."""
         ...
 
 
 class Channel:
-    """Calls of one client. Not for several threads at a time: each makes a client of its own."""
+    """The calls of one client. Not thread-safe: each thread needs its own client."""
 
     def __init__(self, connection: Connection, timeout: float) -> None:
         self.timeout = timeout
         self.generation: Generation = (-1, -1)
-        """As of the newest answer."""
+        """Generation of the newest answer."""
 
         self._connection = connection
-        self._held: list[Answer[Any]] = []
-        self._holds = 0
+        self._batched: list[Answer[Any]] = []
+        self._batching_depth = 0
         self.is_closed = False
         self.is_stepping = False
         self._known: Reads | None = None
-        """Answers that are at hand, while what a step brought is looked at."""
+        """Available answers, while the results of a step are read."""
 
         self._looked_at: Reads = {}
 
@@ -64,26 +64,30 @@ class Channel:
 
     @property
     def state(self) -> str:
-        """Where the server is, and what is known of the connection, for ``repr``; nothing is asked for."""
+        """Return the address and the state of the connection, for ``repr``; sends nothing."""
         condition = "closed" if self.is_closed else self._connection.condition
         return f"at {self.where}" + ("" if condition == "connected" else f", {condition}")
 
     # --- calling ---------------------------------------------------------------------------------
 
-    def ask(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
-        """Make a call and give its result. Raises as ``gather``."""
+    def request(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
+        """Make a call and return its result. Raises as ``gather``."""
         return self.gather(note, *subjects).value
 
     def gather(self, note: Callable[[Calls], T], *subjects: Subject) -> T:
-        """Make calls, one message for all, together with what is held back.
+        """Make calls in one message, together with the batched ones.
 
         Args:
-            note: notes the calls; its result comes back as it is, with answers that have their values by then.
+            note: notes the calls and returns their answers, which have values when `gather` returns.
             subjects: the objects whose handles are used.
 
+        Returns:
+            The result of `note`.
+
         Raises:
-            RemoteError: the server refused one of them. TimedOut, NotConnected: an answer is missing.
-            ObjectGone: a subject is no longer there.
+            RemoteError: the server refused one of the calls.
+            TimedOut, NotConnected: an answer is missing.
+            ObjectGone: a subject was removed, or its scene was replaced.
         """
         calls = Calls(0, self.where)
         result = self._make(calls, note, subjects)
@@ -91,7 +95,7 @@ class Channel:
         return result
 
     def try_all(self, note: Callable[[Calls], T]) -> T:
-        """As ``gather``, but these calls may be refused: ask each answer for its code."""
+        """Make calls that the server may refuse: read the code of each answer. Otherwise as ``gather``."""
         return self._make(Calls(0, self.where), note, ())
 
     def _make(self, calls: Calls, note: Callable[[Calls], T], subjects: Sequence[Subject]) -> T:
@@ -118,30 +122,30 @@ class Channel:
         if check:
             self._raise([answer for answer in calls.noted if answer.code])
 
-    def tell(self, note: Callable[[Calls], object], *subjects: Subject) -> None:
-        """Make calls without a result; within ``holding`` they go out later. Raises as ``gather``."""
-        if not self._holds:
+    def send(self, note: Callable[[Calls], object], *subjects: Subject) -> None:
+        """Make calls without a result; within ``batching`` they are sent later. Raises as ``gather``."""
+        if not self._batching_depth:
             self.gather(note, *subjects)
             return
         self._check(subjects)
         calls = Calls(0, self.where)
         note(calls)
-        self._held += calls.noted
+        self._batched += calls.noted
 
     @property
-    def held_back(self) -> int:
-        """How many calls wait for the next message."""
-        return len(self._held)
+    def batched_count(self) -> int:
+        """Return how many calls wait for the next message."""
+        return len(self._batched)
 
     def exchange(self, answers: Sequence[Answer[Any]]) -> None:
-        """Send what is held back and these calls, and wait for the answers.
+        """Send the batched calls and these calls, and wait for the answers.
 
         Raises:
-            RemoteError: a call that was held back was refused. Refusals of the others are left to the caller.
+            RemoteError: the server refused a batched call. The caller handles refusals of the others.
             TimedOut, NotConnected: an answer is missing.
         """
-        held, self._held = self._held, []
-        sent = [*held, *answers]
+        batched, self._batched = self._batched, []
+        sent = [*batched, *answers]
         if not sent:
             return
         if self.is_closed:
@@ -158,30 +162,31 @@ class Channel:
             raise (NotConnected if now == -1 or now != before else TimedOut)(missing)
         if header := self._connection.newest_header():
             self.generation = (before, header.scene_id)
-        self._raise([answer for answer in held if answer.code])
+        self._raise([answer for answer in batched if answer.code])
 
-    # --- holding back ----------------------------------------------------------------------------
+    # --- batching --------------------------------------------------------------------------------
 
     @contextmanager
-    def holding(self) -> Generator[None]:
-        """What is told goes out with the next call that has a result, or at the end."""
-        self._holds += 1
+    def batching(self) -> Generator[None]:
+        """Batch calls without a result: send them with the next call that has one, or at the end of the
+        block."""
+        self._batching_depth += 1
         try:
             yield
-            if self._holds == 1:
+            if self._batching_depth == 1:
                 self.exchange([])
         finally:
-            self._holds -= 1
-            if not self._holds:
-                self._held = []  # after an error nothing of it is done any more
+            self._batching_depth -= 1
+            if not self._batching_depth:
+                self._batched = []  # an error drops the calls that were not sent
 
-    # --- looking at what a step brought ----------------------------------------------------------
+    # --- reading the results of a step -----------------------------------------------------------
 
     def look(self, read: Callable[[], T], known: Reads) -> tuple[T, Reads]:
-        """Run a function whose reading calls are answered by those that are known; the others are made.
+        """Run a function that reads; take known answers from `known` and make the other calls.
 
         Returns:
-            Its result, and all reads that it made.
+            The function's result, and all reads that it made.
         """
         outer = self._known, self._looked_at
         self._known, self._looked_at = known, {}
@@ -202,7 +207,7 @@ class Channel:
             self._looked_at[key] = answer
         self.exchange(new)
 
-    # --- what goes wrong -------------------------------------------------------------------------
+    # --- errors ----------------------------------------------------------------------------------
 
     def _check(self, subjects: Iterable[Subject]) -> None:
         for subject in subjects:

@@ -1,4 +1,4 @@
-"""``Client``: a connection, and the way to everything in the scene."""
+"""Provide ``Client``: a connection, and access to everything in the scene."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 class Results(NamedTuple):
-    """What a function of a script returned."""
+    """Results of a script function."""
 
     ints: list[int]
     floats: list[float]
@@ -52,12 +52,12 @@ class Results(NamedTuple):
 
 
 class Client(Strict):
-    """One client of one server; a context manager that closes the connection.
+    """A client of one server; a context manager that closes the connection.
 
         with Client("127.0.0.1", 19997) as client:
             client.joint("UR5_joint1").target_position = 0.5
 
-    Not for several threads at a time: each makes a client of its own. Legacy functions take its ``id``.
+    Not thread-safe: each thread needs its own client. Legacy functions take its ``id``.
     """
 
     __slots__ = ("__weakref__", "_channel", "_close", "_connection", "_scene", "signals", "simulation")
@@ -65,12 +65,13 @@ class Client(Strict):
     def __init__(
         self, address: str = "127.0.0.1", port: int | None = None, *, timeout: float = DEFAULT_TIMEOUT
     ) -> None:
-        """Connect.
+        """Connect to a server.
 
         Args:
-            address: host, ``HOST:PORT``, or ``REALM@ROUTER:PORT`` for a simulator by its name behind a router.
+            address: host, ``HOST:PORT``, or ``REALM@ROUTER:PORT`` for a simulator by its name behind a
+                router.
             port: 19997 unless it is given here or in the address.
-            timeout: seconds to connect, and for each answer.
+            timeout: time-out in seconds, to connect and for each answer.
 
         Raises:
             ConnectionFailed: with what was tried, what was found and what to do.
@@ -78,15 +79,15 @@ class Client(Strict):
         """
         connection = open_connection(*split_port(address, port), timeout)
         self._take(connection, timeout)
-        # When nobody holds this client any more, and at the program's end.
+        # Closes when this client is garbage-collected, and at the end of the program.
         self._close = weakref.finalize(self, CLIENTS.discard, connection)
 
     @classmethod
     def of(cls, client_id: int) -> Client:
-        """The client of a connection that simxStart made; closing that stays with simxFinish.
+        """Return a client for a connection made by simxStart; simxFinish closes that connection.
 
         Raises:
-            ValueError: there is no such client.
+            ValueError: no client has this id.
         """
         self = cls.__new__(cls)
         connection = connection_of(client_id)
@@ -127,25 +128,25 @@ class Client(Strict):
         self.close()
 
     def close(self) -> None:
-        """Leave the server; the simulation stays as it is. Idempotent."""
+        """Close the connection; the simulation continues unchanged. Idempotent."""
         self._channel.is_closed = True
         if self._close is not None:
             self._close()
 
     def __repr__(self) -> str:
-        """What is known of it; nothing is asked for."""
+        """Return the state that is known without a request."""
         if not hasattr(self, "_channel"):
             return "<Client, never connected>"
         return f"<Client {self._channel.state}, id {self.id}>"
 
     @property
     def id(self) -> int:
-        """What legacy functions know this connection by; -1 when closed."""
+        """Return the client id for legacy functions; -1 when closed."""
         return CLIENTS.id_of(self._connection)
 
     @property
     def timeout(self) -> float:
-        """Seconds to wait for each answer."""
+        """Return the time-out for each answer in seconds."""
         return self._channel.timeout
 
     @timeout.setter
@@ -155,35 +156,35 @@ class Client(Strict):
     # --- objects: each raises NoSuchObject, with the nearest names, or WrongKind ---------------------
 
     def object(self, name: str) -> Object:
-        """An object of any kind, by its name or path."""
+        """Return an object of any kind by its name or path."""
         return self._scene.find(Object, name)
 
     def joint(self, name: str) -> Joint:
-        """A joint."""
+        """Return a joint by its name or path."""
         return self._scene.find(Joint, name)
 
     def joints(self, *names: str) -> Joints:
-        """Several joints, read and set together."""
+        """Return several joints, to read and set together."""
         return Joints(self._channel, [self.joint(name) for name in names])
 
     def camera(self, name: str) -> Camera:
-        """What V-REP calls a vision sensor."""
+        """Return a camera (V-REP: vision sensor) by its name or path."""
         return self._scene.find(Camera, name)
 
     def shape(self, name: str) -> Shape:
-        """A shape."""
+        """Return a shape by its name or path."""
         return self._scene.find(Shape, name)
 
     def dummy(self, name: str) -> Dummy:
-        """A dummy."""
+        """Return a dummy by its name or path."""
         return self._scene.find(Dummy, name)
 
     def proximity_sensor(self, name: str) -> ProximitySensor:
-        """A proximity sensor."""
+        """Return a proximity sensor by its name or path."""
         return self._scene.find(ProximitySensor, name)
 
     def force_sensor(self, name: str) -> ForceSensor:
-        """A force sensor."""
+        """Return a force sensor by its name or path."""
         return self._scene.find(ForceSensor, name)
 
     @overload
@@ -191,19 +192,19 @@ class Client(Strict):
     @overload
     def objects(self, kind: type[S]) -> Objects[S]: ...
     def objects(self, kind: type[SceneObject] = SceneObject) -> Objects[Any]:
-        """All objects of the scene, each as what it is: joints, cameras, shapes, …; one message.
+        """Return all objects of the scene with their classes: joints, cameras, shapes, …; one message.
 
             for joint in client.objects(Joint):
                 print(joint.name, joint.position)
 
         Args:
-            kind: a class of ``simx_client.client``; only these.
+            kind: a class of ``simx_client.client``; return only objects of this class.
 
         Returns:
             A sequence in the scene's order, which also takes a name: ``client.objects()["UR5_joint1"]``.
 
         Raises:
-            TypeError: that is not a class of objects.
+            TypeError: `kind` is not a class of objects.
         """
         if not (isinstance(kind, type) and issubclass(kind, SceneObject)):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise TypeError(f"objects() takes a class such as simx_client.client.Joint, not {kind!r}")
@@ -225,14 +226,17 @@ class Client(Strict):
         """Call a function of a script of the scene.
 
         Args:
-            script: the object that carries it.
+            script: the object that carries the script, or its name.
             script_type: a sim_scripttype_ constant.
 
+        Returns:
+            The function's lists and buffer.
+
         Raises:
-            RemoteError: there is no such script or function, or it failed; with the script's error.
+            RemoteError: no such script or function, or it failed; with the script's error.
         """
         name = script.name if isinstance(script, SceneObject) else script
-        results = self._channel.ask(
+        results = self._channel.request(
             lambda calls: calls.simxCallScriptFunction(
                 name, script_type, function, ints, floats, strings, buffer
             )
@@ -259,21 +263,21 @@ class Client(Strict):
         return self._channel.noting(check=check)
 
     def together(self) -> AbstractContextManager[None]:
-        """What is set within the ``with`` block goes out as one message, with no pass in between.
+        """Send everything set in the ``with`` block as one message, applied in one simulation step.
 
-        That happens at the end of the block, or with the first thing that is read in it. After an exception what has
-        not gone out by then is dropped.
+        The message is sent at the end of the block, or with the first read in it. An exception drops the
+        calls that were not sent.
         """
-        return self._channel.holding()
+        return self._channel.batching()
 
     def watching(self, read: Callable[[], T]) -> Watch[T]:
-        """Read much of one instant with one message.
+        """Return a callable that reads many values of one instant with one message.
 
-            look = client.watching(lambda: (arm.positions, ball.position))
-            angles, place = look()
+            read = client.watching(lambda: (arm.positions, ball.position))
+            angles, position = read()
 
         Args:
-            read: reads what ``look()`` is to return. All that it read the last time is fetched together.
+            read: reads the values. The values that it read the last time are fetched together.
         """
         return Watch(self._channel, read)
 
@@ -282,18 +286,18 @@ class Client(Strict):
     @overload
     def stepping(self, watch: Callable[[], T]) -> Stepping[T]: ...
     def stepping(self, watch: Callable[[], Any] = lambda: None) -> Stepping[Any]:
-        """Stepped mode for a ``with`` block: time stands still but for ``step()``.
+        """Turn on stepped mode for a ``with`` block: only ``step()`` advances the simulation.
 
             with client.stepping(lambda: (arm.positions, ball.position)) as step:
                 angles, goal = step.latest
                 arm.target_positions = angles + 0.01
                 angles, goal = step()
 
-        The simulation is started if it does not run, and afterwards is stopped, paused or runs on as before. What is
-        set waits for the step. So a pass costs one message, however much is set and watched.
+        The block starts the simulation if it does not run; its end restores the state before: stopped, paused or
+        running. Calls that set something wait for the step, so a simulation step costs one message.
 
         Args:
-            watch: reads what ``step()`` is to return. All that it read the last time comes with the step.
+            watch: reads the values that ``step()`` returns. The values read the last time come with the step.
 
         Raises:
             RuntimeError: entered while another such block of this client is open.
@@ -302,4 +306,4 @@ class Client(Strict):
 
     def message(self, text: str) -> None:
         """Add a line to the server's status bar."""
-        self._channel.tell(lambda calls: calls.simxAddStatusbarMessage(text))
+        self._channel.send(lambda calls: calls.simxAddStatusbarMessage(text))

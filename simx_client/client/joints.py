@@ -1,4 +1,7 @@
-"""Joints: one, and several that are read and set together. Radians, rad/s and N m; metres, m/s and N for prismatic."""
+"""Joints: single ones, and several that are read and set together.
+
+Units: radians, rad/s and N m for revolute joints; metres, m/s and N for prismatic joints.
+"""
 
 from __future__ import annotations
 
@@ -30,18 +33,18 @@ class Joint(SceneObject):
 
     @property
     def position(self) -> float:
-        """Angle or displacement. Setting it puts the joint there at once, within its limits; its motor may drive
-        it away again."""
-        return self._ask(lambda calls: calls.simxGetJointPosition(self.handle))
+        """Return the joint position in rad or m. Setting it moves the joint at once, within its limits; its
+        motor may then move it again."""
+        return self._request(lambda calls: calls.simxGetJointPosition(self.handle))
 
     @position.setter
     def position(self, position: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointPosition(self.handle, position))
+        self._send(lambda calls: calls.simxSetJointPosition(self.handle, position))
 
     @property
     def velocity(self) -> float:
-        """How fast the position changes."""
-        return self._ask(
+        """Return the joint velocity in rad/s or m/s."""
+        return self._request(
             lambda calls: calls.simxGetObjectFloatParameter(self.handle, c.sim_jointfloatparam_velocity)
         )
 
@@ -51,38 +54,38 @@ class Joint(SceneObject):
 
         The sign is V-REP's, as in `simxGetJointForce`: negative while the motor pushes towards greater positions.
         """
-        return self._ask(lambda calls: calls.simxGetJointForce(self.handle))
+        return self._request(lambda calls: calls.simxGetJointForce(self.handle))
 
     @property
     def max_force(self) -> float:
-        """The most that the motor can exert."""
-        return self._ask(lambda calls: calls.simxGetJointMaxForce(self.handle))
+        """Return the motor's maximum force in N or torque in N m."""
+        return self._request(lambda calls: calls.simxGetJointMaxForce(self.handle))
 
     @max_force.setter
     def max_force(self, force: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointMaxForce(self.handle, force))
+        self._send(lambda calls: calls.simxSetJointMaxForce(self.handle, force))
 
     @property
     def target_position(self) -> NoReturn:
-        """Where the motor is to bring it, when it is controlled in position. Write only."""
+        """Set the motor's target position in rad or m, for position control. Write only."""
         raise AttributeError(_TARGETS)
 
     @target_position.setter
     def target_position(self, position: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointTargetPosition(self.handle, position))
+        self._send(lambda calls: calls.simxSetJointTargetPosition(self.handle, position))
 
     @property
     def target_velocity(self) -> NoReturn:
-        """How fast the motor is to turn it, when it is controlled in velocity. Write only."""
+        """Set the motor's target velocity in rad/s or m/s, for velocity control. Write only."""
         raise AttributeError(_TARGETS)
 
     @target_velocity.setter
     def target_velocity(self, velocity: SupportsFloat) -> None:
-        self._tell(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
+        self._send(lambda calls: calls.simxSetJointTargetVelocity(self.handle, velocity))
 
 
 class Joints(Strict, Sequence[Joint]):
-    """Several joints: each property is one message and an array, in the order they were named in."""
+    """Several joints. Each property is one message and an array, in the order of the names."""
 
     __slots__ = ("_channel", "_joints")
 
@@ -110,7 +113,8 @@ class Joints(Strict, Sequence[Joint]):
 
     @property
     def positions(self) -> Array:
-        """All positions of one instant. Setting them puts the joints there at once."""
+        """Return all joint positions of one instant, float64, one per joint. Setting them moves the joints at
+        once."""
         return self._read(lambda calls, joint: calls.simxGetJointPosition(joint.handle))
 
     @positions.setter
@@ -119,7 +123,7 @@ class Joints(Strict, Sequence[Joint]):
 
     @property
     def velocities(self) -> Array:
-        """How fast the positions change."""
+        """Return all joint velocities of one instant in rad/s or m/s."""
         return self._read(
             lambda calls, joint: calls.simxGetObjectFloatParameter(
                 joint.handle, c.sim_jointfloatparam_velocity
@@ -133,7 +137,7 @@ class Joints(Strict, Sequence[Joint]):
 
     @property
     def target_positions(self) -> NoReturn:
-        """Where the motors are to bring them. Write only."""
+        """Set the motors' target positions in rad or m. Write only."""
         raise AttributeError(_TARGETS)
 
     @target_positions.setter
@@ -144,7 +148,7 @@ class Joints(Strict, Sequence[Joint]):
 
     @property
     def target_velocities(self) -> NoReturn:
-        """How fast the motors are to turn them. Write only."""
+        """Set the motors' target velocities in rad/s or m/s. Write only."""
         raise AttributeError(_TARGETS)
 
     @target_velocities.setter
@@ -163,7 +167,7 @@ class Joints(Strict, Sequence[Joint]):
         numbers = [float(value) for value in values]
         if len(numbers) != len(self):
             raise ValueError(f"{len(self)} joints need as many numbers, got {len(numbers)}")
-        self._channel.tell(
+        self._channel.send(
             lambda calls: [note(calls, joint, value) for joint, value in zip(self, numbers, strict=True)],
             *self,
         )

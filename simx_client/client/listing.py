@@ -16,13 +16,13 @@ from .objects import SceneObject
 S = TypeVar("S", bound=SceneObject, covariant=True)
 
 _SHOWN = 8
-"""Objects in a repr."""
+"""Number of objects in a repr."""
 
 
 class Objects(Strict, Sequence[S]):
-    """Objects in the scene's order, each as what it is, as they were when they were listed.
+    """Objects in the scene's order, as they were when they were listed.
 
-    ``objects[0]`` and ``objects["UR5_joint1"]`` give one, ``"UR5" in objects`` says whether it is among them.
+    ``objects[0]`` and ``objects["UR5_joint1"]`` return one object, ``"UR5" in objects`` whether it is listed.
     """
 
     __slots__ = ("_by_name", "_objects", "_where")
@@ -40,7 +40,7 @@ class Objects(Strict, Sequence[S]):
     @overload
     def __getitem__(self, index: slice) -> Objects[S]: ...
     def __getitem__(self, index: int | str | slice) -> S | Objects[S]:
-        """By place or by name. Raises IndexError, or NoSuchObject with the nearest name."""
+        """Return an object by index or name. Raises IndexError, or NoSuchObject with the nearest name."""
         if isinstance(index, slice):
             return Objects(self._objects[index], self._where)
         if not isinstance(index, str):
@@ -59,7 +59,7 @@ class Objects(Strict, Sequence[S]):
 
     @property
     def names(self) -> list[str]:
-        """Their names, in this order."""
+        """Return the names, in this order."""
         return [each.name for each in self._objects]
 
     def __repr__(self) -> str:

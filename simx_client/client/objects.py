@@ -1,4 +1,4 @@
-"""Objects of the scene: where they are, how they move, whose children they are. SI units, radians, xyzw."""
+"""Objects of the scene: poses, velocities, parents. SI units, radians, quaternions x, y, z, w."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ KINDS: Mapping[int, str] = MappingProxyType(
         c.sim_object_light_type: "light",
     }
 )
-"""Kinds of objects in the words of this face: what V-REP calls a vision sensor is a camera."""
+"""Names of the kinds of objects in this package: V-REP's vision sensor is a camera."""
 
 _PHYSICAL = 0x400000
-"""Added to a handle: the physical angular velocity instead of Euler rates."""
+"""Added to a handle: return the physical angular velocity instead of Euler rates."""
 
 
 class SceneOfObjects(Protocol):
-    """What objects need of their scene; see `scene.Scene`."""
+    """The part of the scene that its objects use; see `scene.Scene`."""
 
     @property
     def channel(self) -> Channel: ...
@@ -47,7 +47,8 @@ class SceneOfObjects(Protocol):
 
 
 class SceneObject(Strict):
-    """What all kinds of objects have. Made by ``Client``, looked up once; equal names give the same one."""
+    """Base of all kinds of objects. ``Client`` makes them and looks each up once; equal names return the same
+    object."""
 
     __slots__ = ("__weakref__", "_name", "_scene", "_type", "generation", "handle")
 
@@ -61,12 +62,12 @@ class SceneObject(Strict):
         self._name = name
         self._type = self.object_type if object_type is None else object_type
         self.handle = handle
-        """What the legacy functions know it by."""
+        """Handle for the legacy functions."""
 
         self.generation = scene.channel.generation
 
     def __repr__(self) -> str:
-        """What is known of it; nothing is asked for."""
+        """Return the state that is known without a request."""
         own = self._type == self.object_type
         replaced = (
             "" if self.generation == self._scene.channel.generation else ", of a scene that was replaced"
@@ -80,7 +81,7 @@ class SceneObject(Strict):
         return f"{self.kind} {self.label}"
 
     def _hint(self, name: str) -> str:
-        """Where another class has an attribute of this name: the one for this kind of object, or another kind."""
+        """Return which class has an attribute of this name: the one for this kind of object, or another kind."""
         others = [each for each in kinds_of(SceneObject) if hasattr(each, name) and not name.startswith("_")]
         if any(each.object_type == self._type for each in others):
             return f"client.{self.kind.replace(' ', '_')}({self.label}) has it"
@@ -91,12 +92,12 @@ class SceneObject(Strict):
 
     @property
     def kind(self) -> str:
-        """What it is: "joint", "shape", "camera", …; "object" where only its handle is known."""
+        """Return the kind: "joint", "shape", "camera", …; "object" if only the handle is known."""
         return "object" if self._type is None else KINDS.get(self._type, "object")
 
     @property
     def label(self) -> str:
-        """Its name in quotes as far as it is known without asking, else its handle."""
+        """Return the name in quotes if it is known without a request, else the handle."""
         return repr(self._name) if self._name else str(self.handle)
 
     def __eq__(self, other: object) -> bool:
@@ -112,47 +113,48 @@ class SceneObject(Strict):
     def _gather(self, note: Callable[[Calls], T]) -> T:
         return self._scene.channel.gather(note, self)
 
-    def _ask(self, note: Callable[[Calls], Answer[T]]) -> T:
-        return self._scene.channel.ask(note, self)
+    def _request(self, note: Callable[[Calls], Answer[T]]) -> T:
+        return self._scene.channel.request(note, self)
 
-    def _tell(self, note: Callable[[Calls], object]) -> None:
-        self._scene.channel.tell(note, self)
+    def _send(self, note: Callable[[Calls], object]) -> None:
+        self._scene.channel.send(note, self)
 
     def forget(self) -> None:
-        """Look its name up anew the next time."""
+        """Look the name up again the next time."""
         self._scene.forget(self)
 
     @property
     def name(self) -> str:
-        """As it was looked up, or as the scene has it."""
+        """Return the name, as it was looked up or as the scene has it."""
         if self._name is None:
             self._name = self._scene.names().get(self.handle, "")
         return self._name
 
     @property
     def parent(self) -> Object | None:
-        """What it is attached to; None for the world. Set it to attach it where it is, keeping its place."""
+        """Return the parent, None for the world. Setting it attaches the object; its pose in the world stays."""
         parent, _ = self._gather(
             lambda calls: (
                 calls.simxGetObjectParent(self.handle),
                 calls.simxGetObjectPosition(
                     self.handle, -1
-                ),  # to the other an object that has gone has no parent
+                ),  # raises for a removed object, for which the first call returns -1
             )
         )
         return None if parent.value == -1 else Object(self._scene, parent.value)
 
     @parent.setter
     def parent(self, parent: SceneObject | None) -> None:
-        self._tell(lambda calls: calls.simxSetObjectParent(self.handle, handle_of(parent), True))
+        self._send(lambda calls: calls.simxSetObjectParent(self.handle, handle_of(parent), True))
 
     def relative_to(self, other: SceneObject | None) -> Place:
-        """Where it is as seen from another object's frame, or from the world (None); can be set, too."""
+        """Return the pose of the object in the frame of another object, or of the world (None); it can also
+        be set."""
         return Place(self._scene.channel, self, other)
 
     @property
     def pose(self) -> Pose:
-        """Position and quaternion in the world, of one instant. Setting it places the object."""
+        """Return position and quaternion in the world, of one instant. Setting it moves the object."""
         return self.relative_to(None).pose
 
     @pose.setter
@@ -160,19 +162,20 @@ class SceneObject(Strict):
         self.relative_to(None).pose = pose
 
     def remove(self) -> None:
-        """Take it out of the scene; its children move up to its parent. What a run removed is back after the stop."""
-        self._tell(lambda calls: calls.simxRemoveObject(self.handle))
+        """Remove the object from the scene; its children get its parent. A stop restores objects that the run
+        removed."""
+        self._send(lambda calls: calls.simxRemoveObject(self.handle))
         self.forget()
 
 
 class Object(SceneObject):
-    """An object of any kind, as a thing that has a place in the world and a velocity."""
+    """An object of any kind, with a pose in the world and a velocity."""
 
     __slots__ = ()
 
     @property
     def position(self) -> Array:
-        """x, y, z in the world, metres."""
+        """Return the position in the world: x, y, z in metres."""
         return self.relative_to(None).position
 
     @position.setter
@@ -181,7 +184,7 @@ class Object(SceneObject):
 
     @property
     def quaternion(self) -> Array:
-        """x, y, z, w in the world."""
+        """Return the orientation in the world: quaternion x, y, z, w."""
         return self.relative_to(None).quaternion
 
     @quaternion.setter
@@ -190,17 +193,17 @@ class Object(SceneObject):
 
     @property
     def velocity(self) -> Array:
-        """Linear velocity in world axes, m/s, measured over the last pass."""
-        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle))[0])
+        """Return the linear velocity in m/s along world axes, measured over the last simulation step."""
+        return as_array(self._request(lambda calls: calls.simxGetObjectVelocity(self.handle))[0])
 
     @property
     def angular_velocity(self) -> Array:
-        """In world axes, rad/s, measured over the last pass."""
-        return as_array(self._ask(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
+        """Return the angular velocity in rad/s along world axes, measured over the last simulation step."""
+        return as_array(self._request(lambda calls: calls.simxGetObjectVelocity(self.handle | _PHYSICAL))[1])
 
 
 class Shape(Object):
-    """A body: what has a surface, and perhaps a mass."""
+    """A body with a surface, and possibly a mass."""
 
     __slots__ = ()
     object_type = c.sim_object_shape_type
@@ -214,5 +217,5 @@ class Dummy(Object):
 
 
 def kinds_of(base: type[SceneObject]) -> list[type[SceneObject]]:
-    """All classes of objects."""
+    """Return all classes derived from a class of objects."""
     return [each for direct in base.__subclasses__() for each in (direct, *kinds_of(direct))]

@@ -1,4 +1,4 @@
-"""From an address to a connection, with the reason as an exception when there is none."""
+"""Open a connection for an address; raise an exception with the reason when that fails."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import re
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.errors import ConnectionFailed
 from simx_client.transport.zenoh import ZenohTransport
 
 DEFAULT_PORT = 19997
-"""Where V-REP's continuous service listened, and a server of this project does."""
+"""Port of V-REP's continuous service and of a server of this project."""
 
 
 def split_port(address: str, port: int | None) -> tuple[str, int]:
-    """Host, or realm and host, and port; the port may stand in the address: ``lab-3@router:7447``, ``[::1]:19997``.
+    """Return host (or realm and host) and port; the address may contain the port: ``lab-3@router:7447``,
+    ``[::1]:19997``.
 
     Raises:
-        ValueError: the port stands in both places, or is no port.
+        ValueError: the port is given twice, or is not valid.
     """
     written = re.fullmatch(r"(.*[^:]):(\d+)", address) if address.count(":") == 1 or "]:" in address else None
     if written is not None:
@@ -32,15 +33,18 @@ def split_port(address: str, port: int | None) -> tuple[str, int]:
 
 
 def open_connection(address: str, port: int, timeout: float) -> Connection:
-    """Connect; a server that goes away is not waited for.
+    """Connect to a server. The connection does not wait for a server that exits.
+
+    Args:
+        timeout: time-out in seconds.
 
     Raises:
         ConnectionFailed: with what was tried, what was found and what to do.
         ValueError: the address or a variable of the environment cannot be read.
     """
-    place = find_place(address, port)
+    server = find_address(address, port)
     connection = Connection(
-        lambda: ZenohTransport(place, connect_timeout=timeout, retry=False, asked_port=port),
+        lambda: ZenohTransport(server, connect_timeout=timeout, retry=False, asked_port=port),
         where=f"{address}:{port}",
         timeout=timeout,
         may_reconnect=False,
@@ -50,7 +54,7 @@ def open_connection(address: str, port: int, timeout: float) -> Connection:
         connection.connect(timeout)
     except ConnectionFailed as error:
         CLIENTS.discard(connection)
-        raise ConnectionFailed(f"no connection: tried {place} over Zenoh; {error}") from None
+        raise ConnectionFailed(f"no connection: tried {server} over Zenoh; {error}") from None
     except BaseException:
         CLIENTS.discard(connection)
         raise

@@ -1,4 +1,4 @@
-"""Where things are: metres, quaternions x, y, z, w, and the frames they are seen from."""
+"""Poses: metres, quaternions x, y, z, w, and their reference frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Numbers = Sequence[SupportsFloat] | NDArray[np.floating | np.integer]
-    """What a vector may be given as."""
+    """Types accepted for a vector."""
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ _WORLD = -1
 
 
 class Pose(NamedTuple):
-    """Where something is and how it is turned."""
+    """Position and orientation of an object."""
 
     position: Array
     """x, y, z in metres."""
@@ -39,7 +39,7 @@ class Pose(NamedTuple):
 
     @property
     def matrix(self) -> Array:
-        """4×4: takes points of the object's frame to the frame that the pose was given in."""
+        """Return the 4×4 matrix that transforms points of the object's frame to the pose's reference frame."""
         import numpy as np
 
         x, y, z, w = self.quaternion
@@ -54,7 +54,7 @@ class Pose(NamedTuple):
 
 
 class Place(Strict):
-    """Where one object is, in the frame of another. Each property is one message, and can be set."""
+    """Pose of one object in the frame of another. Each property is one message, and can be set."""
 
     __slots__ = ("_channel", "_handles", "_subjects")
 
@@ -70,39 +70,39 @@ class Place(Strict):
     def _gather(self, note: Callable[[Calls], T]) -> T:
         return self._channel.gather(note, *self._subjects)
 
-    def _tell(self, note: Callable[[Calls], object]) -> None:
-        self._channel.tell(note, *self._subjects)
+    def _send(self, note: Callable[[Calls], object]) -> None:
+        self._channel.send(note, *self._subjects)
 
     @property
     def position(self) -> Array:
-        """x, y, z in metres."""
+        """Return the position: x, y, z in metres."""
         return as_array(self._gather(lambda calls: calls.simxGetObjectPosition(*self._handles)).value)
 
     @position.setter
     def position(self, position: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectPosition(*self._handles, _exactly(3, position)))
+        self._send(lambda calls: calls.simxSetObjectPosition(*self._handles, _exactly(3, position)))
 
     @property
     def quaternion(self) -> Array:
-        """x, y, z, w, of unit length."""
+        """Return the orientation: unit quaternion x, y, z, w."""
         return as_array(self._gather(lambda calls: calls.simxGetObjectQuaternion(*self._handles)).value)
 
     @quaternion.setter
     def quaternion(self, quaternion: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectQuaternion(*self._handles, _exactly(4, quaternion)))
+        self._send(lambda calls: calls.simxSetObjectQuaternion(*self._handles, _exactly(4, quaternion)))
 
     @property
     def euler_angles(self) -> Array:
-        """alpha, beta, gamma in radians, as V-REP counts them: R = Rx(alpha) Ry(beta) Rz(gamma)."""
+        """Return V-REP's Euler angles alpha, beta, gamma in radians: R = Rx(alpha) Ry(beta) Rz(gamma)."""
         return as_array(self._gather(lambda calls: calls.simxGetObjectOrientation(*self._handles)).value)
 
     @euler_angles.setter
     def euler_angles(self, angles: Numbers) -> None:
-        self._tell(lambda calls: calls.simxSetObjectOrientation(*self._handles, _exactly(3, angles)))
+        self._send(lambda calls: calls.simxSetObjectOrientation(*self._handles, _exactly(3, angles)))
 
     @property
     def pose(self) -> Pose:
-        """Position and quaternion of one instant."""
+        """Return position and quaternion of one instant."""
         position, quaternion = self._gather(
             lambda calls: (
                 calls.simxGetObjectPosition(*self._handles),
@@ -114,7 +114,7 @@ class Place(Strict):
     @pose.setter
     def pose(self, pose: tuple[Numbers, Numbers]) -> None:
         position, quaternion = _exactly(3, pose[0]), _exactly(4, pose[1])
-        self._tell(
+        self._send(
             lambda calls: (
                 calls.simxSetObjectQuaternion(*self._handles, quaternion),
                 calls.simxSetObjectPosition(*self._handles, position),
@@ -123,19 +123,20 @@ class Place(Strict):
 
 
 def handle_of(frame: Subject | None) -> int:
-    """What calls name a frame by."""
+    """Return the handle that calls take for a frame; -1 for the world."""
     return _WORLD if frame is None else frame.handle
 
 
 def as_array(numbers: Sequence[float]) -> Array:
-    """A vector of a legacy call."""
+    """Return a vector of a legacy call as a float64 array."""
     import numpy as np
 
     return np.array(numbers, dtype=np.float64)
 
 
 def _exactly(count: int, numbers: Numbers) -> list[float]:
-    """The legacy functions would fill a short vector with zeros."""
+    """Return the numbers as floats; raise ValueError for another count. The legacy functions would fill up
+    with zeros."""
     values = [float(number) for number in numbers]
     if len(values) != count:
         raise ValueError(f"needs {count} numbers, got {len(values)}")

@@ -1,4 +1,4 @@
-"""The objects of the loaded scene by name: each is looked up once, as what it is."""
+"""The objects of the loaded scene by name. Each is looked up once and gets the class of its kind."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ S = TypeVar("S", bound=SceneObject)
 CLASSES: Mapping[int | None, type[SceneObject]] = MappingProxyType(
     {each.object_type: each for each in (Shape, Joint, Camera, Dummy, ProximitySensor, ForceSensor)}
 )
-"""By V-REP's type of object; what is not here is an ``Object``."""
+"""Class by V-REP's object type; other types are an ``Object``."""
 
 _EVERY = c.sim_appobj_object_type
 _NAMES, _TYPES = 0, 1
@@ -31,7 +31,7 @@ _NAMES, _TYPES = 0, 1
 
 
 class Scene(Strict):
-    """Names to objects. An object is found again without a message, until it or its scene has gone."""
+    """Objects by name. A known object is found without a message, until it or its scene was removed."""
 
     __slots__ = ("_found", "_generation", "channel")
 
@@ -41,10 +41,11 @@ class Scene(Strict):
         self._generation: Generation = channel.generation
 
     def find(self, kind: type[S], name: str) -> S:
-        """The object with this name or path.
+        """Return the object with this name or path.
 
         Raises:
-            NoSuchObject: there is none. WrongKind: it is something else.
+            NoSuchObject: no object has this name.
+            WrongKind: the object is of another kind.
         """
         self._forget_other_scenes()
         found = self._found.get((kind, name))
@@ -54,7 +55,7 @@ class Scene(Strict):
         return cast(S, found)
 
     def every(self, kind: type[S]) -> Objects[S]:
-        """All objects of a class and of those derived from it, each as what it is; one message."""
+        """Return all objects of a class and its subclasses; one message."""
         listing = self.listing()
         self._forget_other_scenes()
         objects = [self._listed(*each) for each in listing]
@@ -73,7 +74,7 @@ class Scene(Strict):
             self._found.clear()
 
     def forget(self, gone: SceneObject) -> None:
-        """Its name may be another's from now on."""
+        """Forget an object: another one may get its name."""
         self._found = {key: found for key, found in self._found.items() if found.handle != gone.handle}
 
     def _look_up(self, kind: type[S], name: str) -> S:
@@ -93,11 +94,11 @@ class Scene(Strict):
         return kind(self, handle.value, name, object_type)
 
     def names(self) -> dict[int, str]:
-        """Of all objects, by handle."""
+        """Return the names of all objects by handle."""
         return {handle: name for handle, name, _ in self.listing()}
 
     def listing(self) -> list[tuple[int, str, int]]:
-        """Handle, name and sim_object_..._type of all objects, in the scene's order; one message."""
+        """Return handle, name and sim_object_..._type of all objects, in the scene's order; one message."""
         named, typed = self.channel.gather(
             lambda calls: (
                 calls.simxGetObjectGroupData(_EVERY, _NAMES),

@@ -17,16 +17,16 @@ _HAS_VALUES, _IS_BROKEN = 1, 2
 
 
 class Detection(NamedTuple):
-    """What a proximity sensor sees, as of the last pass."""
+    """Detection of a proximity sensor in the last simulation step."""
 
     point: Array
-    """The nearest one, metres in the sensor's frame."""
+    """Nearest point, in metres in the sensor's frame."""
 
     normal: Array
-    """Of the surface there, of unit length, in the sensor's frame."""
+    """Unit normal of the surface at that point, in the sensor's frame."""
 
     object: Object
-    """Whose surface it is."""
+    """Detected object."""
 
     if not TYPE_CHECKING:
 
@@ -35,7 +35,7 @@ class Detection(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Metres from the sensor's origin."""
+        """Return the distance from the sensor's origin in metres."""
         return float((self.point**2).sum() ** 0.5)
 
 
@@ -46,12 +46,13 @@ class ProximitySensor(Object):
     object_type = c.sim_object_proximitysensor_type
 
     def read(self) -> Detection | None:
-        """What it sees; None when there is nothing.
+        """Return the detection, None without one.
 
         Raises:
-            RemoteError: it was not handled yet, in the first pass of a run or for an explicitly handled one.
+            RemoteError: the sensor was not handled yet: before the first simulation step of a run, or with
+                explicit handling.
         """
-        is_detecting, point, handle, normal = self._ask(
+        is_detecting, point, handle, normal = self._request(
             lambda calls: calls.simxReadProximitySensor(self.handle)
         )
         if not is_detecting:
@@ -60,13 +61,13 @@ class ProximitySensor(Object):
 
 
 class Wrench(NamedTuple):
-    """What a force sensor feels, in its frame."""
+    """Force and torque on a force sensor, in its frame."""
 
     force: Array
-    """N."""
+    """Force in N."""
 
     torque: Array
-    """N m."""
+    """Torque in N m."""
 
     if not TYPE_CHECKING:
 
@@ -75,21 +76,21 @@ class Wrench(NamedTuple):
 
 
 class ForceSensor(Object):
-    """A sensor of what one part exerts on another."""
+    """A sensor for force and torque between two connected parts."""
 
     __slots__ = ()
     object_type = c.sim_object_forcesensor_type
 
     def read(self) -> Wrench | None:
-        """What it feels; None when there are no values, as while stopped."""
-        state, force, torque = self._ask(lambda calls: calls.simxReadForceSensor(self.handle))
+        """Return force and torque, None without values, as while stopped."""
+        state, force, torque = self._request(lambda calls: calls.simxReadForceSensor(self.handle))
         return Wrench(as_array(force), as_array(torque)) if state & _HAS_VALUES else None
 
     @property
     def is_broken(self) -> bool:
-        """Whether what it held together has come apart."""
-        return bool(self._ask(lambda calls: calls.simxReadForceSensor(self.handle))[0] & _IS_BROKEN)
+        """Return whether the sensor's connection has broken."""
+        return bool(self._request(lambda calls: calls.simxReadForceSensor(self.handle))[0] & _IS_BROKEN)
 
     def break_apart(self) -> None:
-        """Let what it holds come apart until the simulation stops."""
-        self._tell(lambda calls: calls.simxBreakForceSensor(self.handle))
+        """Break the sensor's connection until the simulation stops."""
+        self._send(lambda calls: calls.simxBreakForceSensor(self.handle))

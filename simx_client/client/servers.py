@@ -1,7 +1,8 @@
-"""Many servers driven from one process in lock-step, with what they observe gathered as arrays.
+"""Many servers driven from one process in lock-step; their observations are gathered as arrays.
 
-To all of them something is sent before any answer is awaited, so they compute at the same time. One message per
-server and pass carries what is written, the trigger and what is read after it; one brings the answers.
+All servers get their message before the first answer is awaited, so they compute at the same time. One
+message per server and simulation step carries the writes, the trigger and the reads after it; one message
+returns the answers.
 """
 
 from __future__ import annotations
@@ -24,34 +25,34 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Record = Callable[[Calls, int], T]
-"""Notes the calls for one server: gets the recorder and the server's place, from 0."""
+"""Notes the calls for one server. Arguments: the recorder and the server's index, from 0."""
 
 
 class Servers(Strict):
-    """Servers that take their steps together. A context manager: leaving it closes the connections.
+    """Servers that step together. A context manager: leaving it closes the connections.
 
-    Whatever fails is raised as ``CallsFailed`` when all other servers have answered. A server that has gone, or did
-    not answer in time, is in ``lost`` from then on: it is told once, gets no more calls, and its rows
-    are NaN. So is the row of a server where a call failed.
+    A failure raises ``CallsFailed`` when all other servers have answered. A server that is gone, or did not
+    answer in time, is in ``lost`` from then on: it is reported once and gets no more calls, and its rows are
+    NaN. The row of a server where a call failed is NaN too.
     """
 
     __slots__ = ("__weakref__", "_connections", "_observations", "_watched", "clients", "lost", "timeout")
 
     def __init__(self, clients: Iterable[int], *, timeout: float = DEFAULT_TIMEOUT) -> None:
-        """Servers that simxStart has connected.
+        """Drive servers that simxStart has connected.
 
         Args:
-            clients: what simxStart returned for each.
-            timeout: seconds that all of them together may take for their answers.
+            clients: client ids that simxStart returned.
+            timeout: time-out in seconds for the answers of all servers together.
 
         Raises:
-            ValueError: one is no client.
+            ValueError: one of the ids is not a client.
         """
         self.clients = tuple(clients)
         self.timeout = timeout
         self._connections = [connection_of(client) for client in self.clients]
         self.lost: dict[int, Failure] = {}
-        """Servers that are left out, by place, and why."""
+        """Lost servers by index, with the reason."""
 
         self._watched: list[list[Answer[Any]]] = [[] for _ in self.clients]
         self._observations: NDArray[np.float64] | None = None
@@ -83,7 +84,7 @@ class Servers(Strict):
         self.close()
 
     def close(self) -> None:
-        """Close the connections. Idempotent. The simulations stay as they are."""
+        """Close the connections. Idempotent. The simulations continue unchanged."""
         for client in self.clients:
             simxFinish(client)
 
@@ -92,10 +93,11 @@ class Servers(Strict):
 
     @property
     def observations(self) -> NDArray[np.float64]:
-        """What is watched, as after the newest step: servers × values, NaN where there is none.
+        """Return the watched values after the newest step: float64, servers × values, NaN where a value is
+        missing.
 
         Raises:
-            RuntimeError: nothing is watched.
+            RuntimeError: `watch` was not called.
         """
         if self._observations is None:
             raise RuntimeError("nothing is watched; say what with watch()")
@@ -105,11 +107,14 @@ class Servers(Strict):
         """Make calls on every server, one message each.
 
         Args:
-            record: its results come back as they are; answers in them have their values by then.
-            check: raise when any call failed; otherwise ask each answer for its code.
+            record: notes the calls and returns their answers, which have values when `each` returns.
+            check: raise if a call failed; otherwise read the code of each answer.
+
+        Returns:
+            The results of `record`, one per server.
 
         Raises:
-            CallsFailed: servers have gone or refused calls; all the others have executed theirs.
+            CallsFailed: servers are gone or refused calls; the others have executed theirs.
         """
         recorders = self._recorders()
         results = [record(calls, place) for place, calls in enumerate(recorders)]
@@ -119,33 +124,34 @@ class Servers(Strict):
         return results
 
     def watch(self, record: Record[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
-        """Say what ``step`` is to return: it makes these calls after every pass.
+        """Set the values that ``step`` returns: it makes these calls after every simulation step.
 
         Args:
-            record: the calls whose numbers make a server's row, in this order; a list of three makes three.
-                It replaces what was watched before.
+            record: returns the answers whose numbers form a server's row, in this order; a list of three
+                numbers fills three columns. It replaces the values watched before.
 
         Returns:
-            servers × values, as they are now.
+            float64, servers × values: the present values.
 
         Raises:
             CallsFailed: as ``each``.
-            ValueError: the servers' rows differ in length, or hold something else than numbers.
+            ValueError: the servers' rows differ in length, or contain something other than numbers.
         """
         recorders = self._recorders()
         self._watched = [list(record(calls, place)) for place, calls in enumerate(recorders)]
         return self._look([calls.noted for calls in recorders])
 
     def step(self, record: Record[object] | None = None) -> NDArray[np.float64]:
-        """One pass of every server: all are sent their calls before any answer is awaited.
+        """Make one simulation step on every server: all get their calls before the first answer is awaited.
 
         Needs stepped mode and a running simulation.
 
         Args:
-            record: notes what to write before the pass; reads belong into ``watch``.
+            record: notes the writes before the step; reads belong into ``watch``.
 
         Returns:
-            servers × values, new: what is watched, as after this pass. Without ``watch``: servers × 0.
+            float64, servers × values, a new array: the watched values after this step. Without ``watch``:
+            servers × 0.
 
         Raises:
             CallsFailed: as ``each``; ``observations`` has the rows of the others.
@@ -160,7 +166,7 @@ class Servers(Strict):
         )
 
     def _look(self, noted: Sequence[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
-        """Make calls, among them those that are watched; gather what these bring."""
+        """Make calls, including the watched ones, and gather the watched values."""
         failures = self._exchange(noted)
         self._observations = self._gather({failure.server for failure in failures}.union(self.lost))
         if failures:
@@ -168,7 +174,7 @@ class Servers(Strict):
         return self._observations
 
     def _gather(self, failed: Set[int]) -> NDArray[np.float64]:
-        """The rows of the servers where nothing failed; the others are NaN."""
+        """Return the rows of all servers; NaN for those where a call failed."""
         import numpy as np
 
         rows = [
@@ -191,7 +197,8 @@ class Servers(Strict):
         return [Calls(place, connection.where) for place, connection in enumerate(self._connections)]
 
     def _exchange(self, noted: Sequence[Sequence[Answer[Any]]]) -> list[Failure]:
-        """Send to all, then wait for all. Returns what failed; who did not answer is lost from now on."""
+        """Send to all servers, then wait for all. Return the failures; servers without an answer count as
+        lost."""
         exchanges: dict[int, Exchange] = {}
         for place, answers in enumerate(noted):
             if place in self.lost:
@@ -211,10 +218,10 @@ class Servers(Strict):
 
 
 def _numbers(answer: Answer[Any]) -> Iterator[float]:
-    """What a watched call brought, one number after the other.
+    """Yield the numbers in the answer to a watched call.
 
     Raises:
-        ValueError: it brings something else, a text or a picture.
+        ValueError: the answer is something else, such as a text or an image.
     """
     for value in answer.reply.values if answer.reply is not None else ():
         for number in cast(list[Any], value) if isinstance(value, list) else (value,):

@@ -1,4 +1,4 @@
-"""Signals: values that clients and scripts leave for each other, by name, in three kinds."""
+"""Signals: named values shared by clients and scripts, in three kinds."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ T = TypeVar("T")
 D = TypeVar("D")
 
 Value = SupportsIndex | SupportsFloat | str | bytes | bytearray
-"""NumPy's numbers are among them."""
+"""NumPy's numbers are included."""
 
 
 class _Named(ABC, Strict, Generic[T]):
-    """What follows from brackets that raise NoSuchSignal, as for a dictionary."""
+    """Mapping methods built on brackets that raise NoSuchSignal."""
 
     __slots__ = ()
 
@@ -32,7 +32,7 @@ class _Named(ABC, Strict, Generic[T]):
         return self.get(name, None) is not None
 
     def get(self, name: str, default: D) -> T | D:
-        """Its value, or the default when there is none."""
+        """Return a value, or the default when the signal is not set."""
         try:
             return self[name]
         except NoSuchSignal:
@@ -40,7 +40,7 @@ class _Named(ABC, Strict, Generic[T]):
 
 
 class _OfKind(_Named[T]):
-    """Signals of one kind as a dictionary would have them; each access is one message."""
+    """Signals of one kind with the methods of a dictionary; each access is one message."""
 
     __slots__ = ("_channel", "_clear", "_get", "_kind", "_put", "_read")
 
@@ -67,19 +67,19 @@ class _OfKind(_Named[T]):
 
     def __setitem__(self, name: str, value: T) -> None:
         _check(name)
-        self._channel.tell(lambda calls: self._put(calls, name, value))
+        self._channel.send(lambda calls: self._put(calls, name, value))
 
     def __delitem__(self, name: str) -> None:
-        """Remove it; it is no error if there is none."""
+        """Clear a signal; succeeds if it is not set."""
         _check(name)
-        self._channel.tell(lambda calls: self._clear(calls, name))
+        self._channel.send(lambda calls: self._clear(calls, name))
 
 
 class Signals(_Named[int | float | str]):
-    """All signals. ``signals["x"] = 1`` sets an integer one, ``1.0`` a float one, a text or bytes a string one.
+    """All signals. ``signals["x"] = 1`` sets an integer signal, ``1.0`` a float signal, text or bytes a string signal.
 
-    A name is of one kind for those who use these brackets: setting it removes signals of the other kinds. Where a
-    script of the scene expects a kind, ``ints``, ``floats``, ``strings`` and ``buffers`` say it, and leave the others.
+    With these brackets a name has one kind: setting it clears signals of the other kinds. Where a script of the scene
+    expects a kind, use ``ints``, ``floats``, ``strings`` or ``buffers``, which leave the other kinds unchanged.
     """
 
     __slots__ = ("_channel", "buffers", "floats", "ints", "strings")
@@ -101,7 +101,8 @@ class Signals(_Named[int | float | str]):
         return f"<Signals {self._channel.state}>"
 
     def __getitem__(self, name: str) -> int | float | str:
-        """The value of the kind it has, one message. Raises NoSuchSignal for none, ValueError for several."""
+        """Return the value in the kind that is set; one message. Raises NoSuchSignal for none, ValueError for
+        several."""
         answers = self._channel.try_all(
             lambda calls: (
                 calls.simxGetIntegerSignal(name),
@@ -131,12 +132,12 @@ class Signals(_Named[int | float | str]):
             else:
                 calls.simxSetFloatSignal(name, value)
 
-        self._channel.tell(note)
+        self._channel.send(note)
 
     def __delitem__(self, name: str) -> None:
-        """Remove it in all kinds; it is no error if there is none."""
+        """Clear a signal in all kinds; succeeds if it is not set."""
         _check(name)
-        self._channel.tell(lambda calls: self._clear(calls, name))
+        self._channel.send(lambda calls: self._clear(calls, name))
 
     def _clear(self, calls: Calls, name: str) -> None:
         calls.simxClearIntegerSignal(name)
@@ -145,7 +146,7 @@ class Signals(_Named[int | float | str]):
 
 
 def _check(name: str) -> None:
-    """To the legacy functions an empty name means all signals, or nothing."""
+    """Raise ValueError for an empty name, which the legacy functions take for all signals, or ignore."""
     if not name:
         raise ValueError("a signal needs a name; got an empty text")
 

@@ -12,11 +12,11 @@ from simx_client.protocol import constants as c
 from .channel import Channel
 
 _NOT_STOPPED, _PAUSED = 1, 2
-"""Bits of the state in the header of a message."""
+"""Bits of the simulation state in a message header."""
 
 
 class State(StrEnum):
-    """What the simulation does."""
+    """State of the simulation."""
 
     STOPPED = "stopped"
     RUNNING = "running"
@@ -24,7 +24,7 @@ class State(StrEnum):
 
 
 class Simulation(Strict):
-    """Runs, pauses and ends the simulation that all clients of a server share."""
+    """Starts, pauses and stops the simulation that all clients of a server share."""
 
     __slots__ = ("_channel", "_connection")
 
@@ -32,52 +32,52 @@ class Simulation(Strict):
         self._channel, self._connection = channel, connection
 
     def __repr__(self) -> str:
-        """With the state that the newest answer told; nothing is asked for."""
+        """Return the state of the newest answer; sends nothing."""
         header = self._connection.last_header
         known = "" if header is None else f": {_state_of(header.server_state)} at the newest answer"
         return f"<Simulation {self._channel.state}{known}>"
 
     def start(self) -> None:
-        """Start, or go on after a pause; nothing when it runs."""
-        self._channel.tell(lambda calls: calls.simxStartSimulation())
+        """Start the simulation, or continue after a pause; no effect while it runs."""
+        self._channel.send(lambda calls: calls.simxStartSimulation())
 
     def pause(self) -> None:
-        """Stand still until the next start."""
-        self._channel.tell(lambda calls: calls.simxPauseSimulation())
+        """Pause the simulation until the next start."""
+        self._channel.send(lambda calls: calls.simxPauseSimulation())
 
     def stop(self) -> None:
-        """End the run: everything is again as it was at the start. Ends stepped mode, too."""
-        self._channel.tell(lambda calls: calls.simxStopSimulation())
+        """Stop the simulation and restore the state of the start. Also ends stepped mode."""
+        self._channel.send(lambda calls: calls.simxStopSimulation())
 
     @property
     def state(self) -> State:
-        """Asks the server."""
-        self._ask_time_ms()
+        """Request the state from the server."""
+        self._request_time_ms()
         header = self._connection.newest_header()
         return _state_of(0 if header is None else header.server_state)
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the start, in whole milliseconds as messages carry them; 0 while stopped."""
-        return self._ask_time_ms() / 1000
+        """Return the simulation time in seconds, in whole milliseconds as messages carry it; 0 while stopped."""
+        return self._request_time_ms() / 1000
 
     @property
     def time_step(self) -> float:
-        """Simulated seconds of one pass. To be set while stopped."""
-        seconds = self._channel.ask(
+        """Return the duration of a simulation step in simulated seconds. Set it while stopped."""
+        seconds = self._channel.request(
             lambda calls: calls.simxGetFloatingParameter(c.sim_floatparam_simulation_time_step)
         )
-        return float(f"{seconds:.6g}")  # it came in single precision; 0.05 is not 0.0500000007
+        return float(f"{seconds:.6g}")  # the server sends single precision: 0.05 instead of 0.0500000007
 
     @time_step.setter
     def time_step(self, seconds: float) -> None:
-        if self.state is not State.STOPPED:  # the server would pass over it without a word, as V-REP did
+        if self.state is not State.STOPPED:  # the server ignores it silently, as V-REP did
             raise SimxError("the time step cannot be changed while a simulation runs; stop it first")
-        self._channel.tell(
+        self._channel.send(
             lambda calls: calls.simxSetFloatingParameter(c.sim_floatparam_simulation_time_step, seconds)
         )
 
-    def _ask_time_ms(self) -> int:
+    def _request_time_ms(self) -> int:
         answer = self._channel.gather(
             lambda calls: calls.simxGetIntegerParameter(c.sim_intparam_program_version)
         )

@@ -1,4 +1,4 @@
-"""Stepped mode: nothing moves but by ``step()``, and one message takes everything there and back."""
+"""Stepped mode: only ``step()`` advances the simulation, with one message per step."""
 
 from __future__ import annotations
 
@@ -19,73 +19,78 @@ T = TypeVar("T")
 
 
 class Stepping(Strict, Generic[T]):
-    """The ``with`` block of ``Client.stepping``, and what it gives: call it to make a pass."""
+    """The ``with`` block of ``Client.stepping``. Call the object to make a simulation step."""
 
-    __slots__ = ("_before", "_channel", "_hold", "_simulation", "_watch", "latest")
+    __slots__ = ("_batching", "_before", "_channel", "_simulation", "_watch", "latest")
 
     def __init__(self, channel: Channel, simulation: Simulation, watch: Callable[[], T]) -> None:
         self._channel, self._simulation = channel, simulation
         self._watch = Watch(channel, watch)
         self._before = State.STOPPED
-        self._hold: AbstractContextManager[None] = nullcontext()
+        self._batching: AbstractContextManager[None] = nullcontext()
 
     def __repr__(self) -> str:
-        held = f", {self._channel.held_back} calls set for the next step" if self._channel.held_back else ""
+        batched = (
+            f", {self._channel.batched_count} calls set for the next step"
+            if self._channel.batched_count
+            else ""
+        )
         mode = "in stepped mode" if self._channel.is_stepping else "not in stepped mode"
-        return f"<Stepping {self._channel.state}, {mode}{held}>"
+        return f"<Stepping {self._channel.state}, {mode}{batched}>"
 
     def __enter__(self) -> Stepping[T]:
-        """Stepped mode begins, and with it the simulation, if it does not run yet."""
+        """Turn on stepped mode, and start the simulation if it does not run yet."""
         if self._channel.is_stepping:
             raise RuntimeError("this client is stepping already; leave that block before entering another")
         self._before = self._simulation.state
         self._channel.is_stepping = True
         try:
-            self._channel.gather(_begin)
+            self._channel.gather(_start)
             self.latest = self._watch.look()
         except BaseException:
             self._end()
             raise
-        self._hold = self._channel.holding()
-        self._hold.__enter__()
+        self._batching = self._channel.batching()
+        self._batching.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """What was set since the last step is sent; then the simulation stops, pauses or runs on, as it did before."""
+        """Send the calls set since the last step; then stop, pause or continue the simulation, as before the
+        block."""
         try:
-            self._hold.__exit__(kind, error, trace)
+            self._batching.__exit__(kind, error, trace)
         finally:
             self._end()
 
     def __call__(self) -> T:
-        """Make one pass with everything that was set before it.
+        """Make one simulation step with everything that was set before it.
 
         Returns:
-            What is watched, as after this pass.
+            The watched values after this step.
 
         Raises:
-            RemoteError: something that was set was refused, or the simulation does not run; the pass was made if it
-                could be.
+            RemoteError: the server refused a call that was set, or the simulation does not run; the step was
+                made if possible.
         """
         return self._make(lambda calls: calls.simxSynchronousTrigger())
 
     def restart(self) -> T:
-        """Stop, so that everything is as it was at the start, and begin again; one message.
+        """Stop the simulation, which restores the state of the start, and start it again; one message.
 
         Returns:
-            What is watched, as before the first pass.
+            The watched values before the first step.
         """
 
         def note(calls: Calls) -> None:
             calls.simxStopSimulation()
-            _begin(calls)
+            _start(calls)
 
         return self._make(note)
 
     latest: T
-    """What is watched, as after the newest pass, or as before the first one."""
+    """The watched values after the newest step, or before the first one."""
 
     def _make(self, note: Callable[[Calls], object]) -> T:
         calls = Calls(0, self._channel.where)
@@ -109,6 +114,6 @@ class Stepping(Strict, Generic[T]):
         self._channel.gather(note)
 
 
-def _begin(calls: Calls) -> None:
+def _start(calls: Calls) -> None:
     calls.simxSynchronous(True)
     calls.simxStartSimulation()

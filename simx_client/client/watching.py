@@ -1,4 +1,5 @@
-"""Reading much with one message: what a function read the last time is asked for before it is called again."""
+"""Read many values with one message: request the values that a function read the last time before calling it
+again."""
 
 from __future__ import annotations
 
@@ -14,8 +15,11 @@ T = TypeVar("T")
 
 
 class Watch(Strict, Generic[T]):
-    """A function that reads, with its answers fetched together: all of one instant, and one message from the second
-    time on. What it reads for the first time costs a message of its own."""
+    """A function that reads, with its answers fetched together.
+
+    All values are of one instant. From the second call on they take one message; a value that is read for the
+    first time takes a separate message.
+    """
 
     __slots__ = ("_channel", "_read", "_reads")
 
@@ -27,15 +31,15 @@ class Watch(Strict, Generic[T]):
         return f"<Watch {self._channel.state}, {len(self._reads)} calls in its message>"
 
     def __call__(self) -> T:
-        """What the function returns now. Raises what reading raises."""
+        """Return the function's result of now. Raises the errors of reading."""
         self.fetch()
         return self.look()
 
     def fetch(self, before: Sequence[Answer[Any]] = ()) -> None:
-        """Make calls, and after them those that the function will; all in one message."""
+        """Make the calls `before`, and after them those that the function will make; all in one message."""
         self._channel.exchange([*before, *self._reads.values()])
 
     def look(self) -> T:
-        """Call the function with what was fetched."""
+        """Call the function with the fetched answers."""
         value, self._reads = self._channel.look(self._read, self._reads)
         return value

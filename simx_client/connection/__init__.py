@@ -1,1 +1,1 @@
-"""One client of a server: connecting, the order of its calls, time-outs, liveness, many clients at once."""
+"""One client of a server: connecting, the order of calls, time-outs, liveness, several clients at once."""

@@ -1,4 +1,5 @@
-"""The answer to one call of a batch: nothing before the batch was sent, then a value, or the reason for none."""
+"""The answer to one call of a batch: empty before the batch is sent, then a value or the reason for its
+absence."""
 
 from __future__ import annotations
 
@@ -16,10 +17,10 @@ T = TypeVar("T")
 
 
 class Answer(Explained, Generic[T]):
-    """What one call of a batch brings.
+    """Answer to one call of a batch.
 
-    ``simxGetObjectPosition`` gives a list of three floats,
-    a function without results ``None``, one with several a tuple of them.
+    ``value`` of ``simxGetObjectPosition`` is a list of three floats, of a function without results ``None``,
+    of one with several results a tuple.
     """
 
     __slots__ = ("_reason", "arguments", "reply", "server", "shape", "where")
@@ -39,24 +40,24 @@ class Answer(Explained, Generic[T]):
         return f"<Answer of {call}: none, {self.failure.reason}>"
 
     def take(self, reply: Reply) -> None:
-        """The server has answered."""
+        """Store the server's reply."""
         self.reply = reply
 
     def give_up(self, reason: str) -> None:
-        """No answer will come, or none came in time."""
+        """Store the reason why no answer came."""
         self.reply, self._reason = None, reason
 
     @property
     def code(self) -> int:
-        """0, or the code that the legacy function would have returned: 8 refused, 2 no answer."""
+        """Return 0, or the code of the legacy function: 8 refused, 2 no answer."""
         return c.simx_return_timeout_flag if self.reply is None else self.reply.status
 
     @property
     def value(self) -> T:
-        """The result.
+        """Return the result.
 
         Raises:
-            CallsFailed: there is none; it says which server, which call and why.
+            CallsFailed: the call has no result; names the server, the call and the reason.
         """
         reply = self.reply
         if reply is None or reply.status:
@@ -68,9 +69,9 @@ class Answer(Explained, Generic[T]):
 
     @property
     def failure(self) -> Failure:
-        """Why there is no value."""
+        """Return the reason for the missing value."""
         reply, name = self.reply, self.shape.command.name
-        # The server's text begins with the function's name, as simxGetLastErrors gives it.
+        # The server's text starts with the function's name, as simxGetLastErrors returns it.
         told = reply is not None and [str(value) for value in reply.values[:1]]
         reason = told[0].removeprefix(f"{name}: ") if told else self._reason
         call = f"{name}({', '.join(map(reprlib.repr, self.arguments))})"

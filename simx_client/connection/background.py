@@ -1,4 +1,4 @@
-"""The first connection made in the background, while the script goes on."""
+"""Make the first connection in the background, while the script continues."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ logger = logging.getLogger(__name__)
 
 
 class Attempts:
-    """A thread that tries to connect until it succeeds or nobody wants it any more."""
+    """A thread that tries to connect until it succeeds or the client closes the connection."""
 
     def __init__(
         self,
@@ -25,12 +25,13 @@ class Attempts:
         where: str,
         is_only_one: bool,
     ) -> None:
-        """Start it.
+        """Start the thread.
 
         Args:
             connect: makes the connection within a time-out in seconds; raises ConnectionFailed.
+            is_given_up: returns whether the connection was closed.
             where: the address for messages.
-            is_only_one: there is to be one attempt, whose failure is logged.
+            is_only_one: make one attempt only, and log its failure.
         """
         self._connect = connect
         self._is_given_up = is_given_up
@@ -40,9 +41,9 @@ class Attempts:
         self._thread.start()
 
     def join(self) -> None:
-        """Wait for its end, after it was given up.
+        """Wait for the end of the thread, after the connection was closed.
 
-        At exit, a thread that comes back from Zenoh into an interpreter that has ended aborts the process.
+        At exit, a thread that returns from Zenoh into an interpreter that has ended aborts the process.
         """
         self._thread.join(WELCOME_TIMEOUT)
 

@@ -1,7 +1,7 @@
 """Every remote function of the table as a method that notes the call instead of making it.
 
-Client id and operation mode are left out: the one is the batch's, the other has no meaning in it. The types
-are in ``calls.pyi``, made from the table by ``python -m simx_client.legacy.stubs``.
+Methods take neither client id nor operation mode: the batch has the id, and a mode has no meaning in it. The
+types are in ``calls.pyi``, made from the table by ``python -m simx_client.legacy.stubs``.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from .strict import Explained
 
 
 def is_batched(command: Command) -> bool:
-    """Whether a function can be part of a batch: it is remote, and no file of the client's goes with it."""
+    """Return whether a function can be part of a batch: it is remote and sends no file of the client."""
     return command.place in (Place.REMOTE, Place.WAITING) and not command.loads_file
 
 
 class Calls(Explained):
-    """Calls to one server, in order; each method returns the ``Answer`` that will come."""
+    """Calls to one server, in order; each method returns the ``Answer`` to come."""
 
     __slots__ = ("__weakref__", "_server", "_where", "noted")
 
@@ -30,7 +30,7 @@ class Calls(Explained):
         """Note calls for one of several servers.
 
         Args:
-            server: its place among them, for messages.
+            server: index of the server, for messages.
             where: its address, for messages.
         """
         self._server, self._where = server, where
@@ -43,7 +43,7 @@ class Calls(Explained):
         """Add one call.
 
         Raises:
-            TypeError, IndexError: an argument is none; the text names function and argument.
+            TypeError, IndexError: an argument is not valid; the text names function and argument.
         """
         answer: Answer[Any] = Answer(shape, shape.coerce(arguments), self._server, self._where)
         self.noted.append(answer)
@@ -63,7 +63,7 @@ def _compile(name: str, shape: Shape) -> Callable[..., Answer[Any]]:
     namespace: dict[str, Any] = {"_shape": shape}
     exec(
         compile(source, f"<simx_client.connection.calls {name}>", "exec"), namespace
-    )  # the table is ours, no input
+    )  # the text comes from the table, not from input
     function = namespace[name]
     function.__doc__ = shape.command.doc
     function.__module__, function.__qualname__ = __name__, f"Calls.{name}"

@@ -1,4 +1,4 @@
-"""The connections of this process by client id: the one piece of global state the legacy API has."""
+"""The connections of this process by client id: the only global state of the legacy API."""
 
 from __future__ import annotations
 
@@ -23,25 +23,26 @@ class Clients:
     """The connections of this process by client id."""
 
     MAX_CLIENTS = 255
-    """As many as the shipped builds of the original library could hold."""
+    """Number of ids in the shipped builds of the original library."""
 
     def __init__(self) -> None:
         self._connections: dict[int, Connection] = {}
-        self._lock = threading.RLock()  # garbage collection may finish a script's robot at any moment
+        self._lock = threading.RLock()  # reentrant: garbage collection may close a client at any time
         self._process: int | None = None
-        """The one that connects: Zenoh's threads live there, and do not follow into a forked child."""
+        """Id of the process that connects: Zenoh's threads run there and do not exist in a forked child."""
 
         self._of_parent: dict[int, Connection] = {}
 
     def get(self, client_id: Any) -> Connection | None:
-        """The connection with this id; ids may come as numpy integers or bools."""
+        """Return the connection with this id; ids may be numpy integers or bools."""
         try:
             return self._connections.get(client_id)
         except TypeError:  # an array cannot be a dictionary key
             return self._connections.get(to_int32(client_id))
 
     def add(self, connection: Connection) -> int:
-        """Give a connection the lowest free id; -1 when there is none or this place has one already."""
+        """Give a connection the lowest free id; -1 if no id is free or a connection to the same server
+        exists."""
         try:
             with self._lock:
                 self._refuse_second(connection)
@@ -51,10 +52,10 @@ class Clients:
             return -1
 
     def admit(self, connection: Connection) -> int:
-        """Give a connection the lowest free id, be there another to the same place or not.
+        """Give a connection the lowest free id, even if another connection to the same server exists.
 
         Raises:
-            ConnectionFailed: no id is free, or this process is a fork of one that has connected.
+            ConnectionFailed: no id is free, or this process is a fork of a process that has connected.
         """
         with self._lock:
             if self._process not in (None, os.getpid()):
@@ -79,7 +80,7 @@ class Clients:
                 )
 
     def id_of(self, connection: Connection) -> int:
-        """The id that a connection has; -1 when it has none any more."""
+        """Return the id of a connection, -1 when it has none."""
         with self._lock:
             return next((each for each, other in self._connections.items() if other is connection), -1)
 
@@ -89,17 +90,18 @@ class Clients:
             return [each for _, each in sorted(self._connections.items())]
 
     def remove(self, client_id: int) -> None:
-        """Close one connection, or all with -1. Unknown ids are ignored."""
+        """Close one connection, or all with -1. Ignore unknown ids."""
         with self._lock:
             ids = list(self._connections) if client_id == -1 else [client_id]
             connections = [self._connections.pop(i) for i in ids if i in self._connections]
-        # However many there are: servers that do not answer share one time-out.
+        # Servers that do not answer share one time-out, whatever their number.
         deadline = time.monotonic() + FLUSH_TIMEOUT
         for connection in connections:
             connection.close(max(FLUSH_TIMEOUT / 10, deadline - time.monotonic()))
 
     def discard(self, connection: Connection) -> None:
-        """Close a connection and free its id, unless simxFinish has and it is another's by now."""
+        """Close a connection and free its id, unless simxFinish did so and the id belongs to another
+        connection."""
         with self._lock:
             for client_id, other in list(self._connections.items()):
                 if other is connection:
@@ -107,8 +109,10 @@ class Clients:
         connection.close()
 
     def forget_parent(self) -> None:
-        """In a forked child: the parent's connections are none here. They are kept, for closing one would wait
-        for threads that did not come along."""
+        """Remove the parent's connections in a forked child.
+
+        They are kept alive: closing one would wait for threads that do not exist in the child.
+        """
         self._lock = threading.RLock()
         self._of_parent, self._connections = self._connections, {}
 
@@ -116,12 +120,12 @@ class Clients:
 CLIENTS = Clients()
 """The legacy API has one table of clients per process."""
 
-if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+if hasattr(os, "register_at_fork"):  # Windows cannot fork
     os.register_at_fork(after_in_child=CLIENTS.forget_parent)
 
 
 def invoke(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
-    """What every generated function does."""
+    """Execute a generated function."""
     connection = CLIENTS.get(client_id)
     if connection is None:
         return shape.failure(c.simx_return_initialize_error_flag)

@@ -1,4 +1,4 @@
-"""One clientID: its link, the order of its calls, pause and flush, liveness, time-outs."""
+"""A client id: its link, the order of its calls, pause and flush, liveness, time-outs."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from simx_client.transport.zenoh import Transport
 from .background import Attempts
 from .message_header import client_time
 from .timeouts import DEFAULT_TIMEOUT, FLUSH_TIMEOUT, LAST_LOOK, MAX_UNANSWERED, RETRY_PAUSE, WELCOME_TIMEOUT
-from .trigger_batching import Hold
+from .trigger_batching import TriggerBatching
 
 logger = logging.getLogger(__name__)
 
 MESSAGE_ID_MASK = 0x7FFF_FFFF
 
 _ECHO = Shape(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
-"""Asks for nothing but an answer, by ending no stream."""
+"""Requests an answer without any other effect: it ends no stream."""
 
 _NO_STREAM = 0
 
@@ -37,7 +37,7 @@ _STEPPED_MODE = BY_NAME["simxSynchronous"]
 
 
 class Connection:
-    """A client's conversation with one server. Calls of several threads are taken one at a time."""
+    """A client's connection to one server. A lock serialises the calls of several threads."""
 
     def __init__(
         self,
@@ -53,34 +53,34 @@ class Connection:
         Args:
             open_transport: makes the link to the server; raises ConnectionFailed.
             where: the address for messages.
-            timeout: of blocking calls, seconds.
-            may_reconnect: greet a server again that went away and came back.
-            pace: of the blocking legacy functions.
+            timeout: time-out of blocking calls in seconds.
+            may_reconnect: connect again to a server that was lost and came back.
+            pace: pace of the blocking legacy functions.
         """
         self.where = where
         self.timeout = timeout
         self.message_id = 0
         self._executed = 0
-        """The newest batch that the server is known to have executed."""
+        """Newest batch that the server is known to have executed."""
 
         self._header: Delivery | None = None
-        """The newest delivery with replies."""
+        """Newest delivery with replies."""
 
         self._open_transport = open_transport
         self._may_reconnect = may_reconnect
         self._pace = pace
         self._may_connect = True
-        """There may be a connection later, if there is none."""
+        """The connection may be made later, if it does not exist."""
 
         self._connecting: Attempts | None = None
         self._transport: Transport | None = None
         self._modes = Modes()
         self._takers: dict[int, Callable[[Reply], None]] = {}
-        """Who gets the reply to a call that was sent past the operation modes, by call id."""
+        """Receivers of the replies to calls that were sent without an operation mode, by call id."""
 
         self._lock = threading.RLock()
         self._pauses = 0
-        self._hold = Hold(self._modes, self._drain_and_flush, self._send_held)
+        self._batching = TriggerBatching(self._modes, self._drain_and_flush, self._send_batched)
         self._connection_id = -1
         self._connections = 0
         self._next_greeting = 0.0
@@ -90,7 +90,7 @@ class Connection:
     # --- life ------------------------------------------------------------------------------------
 
     def connect(self, timeout: float) -> None:
-        """Open the link and greet the server, both within a time-out.
+        """Open the link and greet the server, both within a time-out in seconds.
 
         Raises:
             ConnectionFailed: with the reason and what to do.
@@ -116,7 +116,7 @@ class Connection:
 
     @staticmethod
     def _greet(transport: Transport, deadline: float) -> Welcome:
-        """Greet the server, again if it is there and only slow, as long as the deadline allows."""
+        """Greet the server; repeat if it is only slow, until the deadline."""
         while True:
             try:
                 return transport.greet(min(WELCOME_TIMEOUT, deadline - time.monotonic()))
@@ -125,14 +125,14 @@ class Connection:
                     raise
 
     def connect_in_background(self) -> None:
-        """As ``connect``, again and again until it succeeds; once if there is to be one attempt only."""
+        """Connect in a thread that tries until it succeeds, or once if only one attempt is allowed."""
         self._connecting = Attempts(
             self.connect, lambda: self._closed, where=self.where, is_only_one=not self._may_reconnect
         )
 
     def _count_connection(self) -> None:
-        """There is a connection, the first or a new one: what was called before it came goes out."""
-        self._executed = self.message_id  # no batch has this id: what still comes of an earlier one is older
+        """Count the connection, the first or a new one, and send the calls made before it."""
+        self._executed = self.message_id  # no batch has this id: deliveries for earlier batches are older
         self._count_message()
         self._connections += 1
         self._connection_id = self._connections
@@ -140,7 +140,8 @@ class Connection:
             self._flush()
 
     def close(self, flush_timeout: float = FLUSH_TIMEOUT) -> None:
-        """Let everything sent so far be executed, then leave. Idempotent. A call that waits in another thread ends."""
+        """Wait until the server has executed everything sent so far, then close. Idempotent. Ends calls of
+        other threads."""
         is_free = self._lock.acquire(timeout=flush_timeout)
         try:
             if is_free and not self._closed and self._check_link():
@@ -151,7 +152,7 @@ class Connection:
             self._connection_id = -1
             if self._transport is not None:
                 self._transport.close()
-            self._hold.close()
+            self._batching.close()
             if is_free:
                 self._lock.release()
         if self._connecting is not None:
@@ -159,23 +160,24 @@ class Connection:
 
     @property
     def connection_id(self) -> int:
-        """-1 while not connected; counts reconnections. Takes up again with a server that came back."""
+        """Return -1 while not connected, else the number of connections. Connects again to a server that came
+        back."""
         with self._lock:
             self._check_link()
             return self._connection_id
 
     def _check_link(self, deadline: float = math.inf) -> bool:
-        """Notice a server that went away, greet one that came back. True when calls can be sent.
+        """Detect a lost server; greet one that came back. Return whether calls can be sent.
 
         Args:
-            deadline: on the monotonic clock; a greeting is given up then.
+            deadline: time-out of a greeting, on the monotonic clock.
         """
         transport = self._transport
         if transport is None or self._closed:
             return False
         if transport.was_lost and self._connection_id != -1:
             self._connection_id = -1
-            self._hold.is_on = False
+            self._batching.is_on = False
             self._modes.lose(arms_again=self._may_reconnect)
             self._takers.clear()
             self._header = None
@@ -203,7 +205,7 @@ class Connection:
     # --- calls -----------------------------------------------------------------------------------
 
     def invoke(self, shape: Shape, arguments: tuple[Any, ...], mode: int) -> Any:
-        """One legacy call in one operation mode; returns what the legacy function returns."""
+        """Make one legacy call in one operation mode; return the result of the legacy function."""
         values = shape.coerce(arguments)
         if mode.__class__ is not int:
             mode = shape.mode(mode)
@@ -214,11 +216,11 @@ class Connection:
         with self._lock:
             if not self._check_link() or self._pauses:
                 return self._modes.call(shape, values, mode)
-            if self._hold.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
-                return self._hold.call(shape, values, mode)
+            if self._batching.is_on and mode == c.simx_opmode_oneshot and shape.is_set:
+                return self._batching.call(shape, values, mode)
             self._drain()
             result = self._modes.call(shape, values, mode)
-            if mode != c.simx_opmode_buffer:  # that adds nothing, and what is held may wait
+            if mode != c.simx_opmode_buffer:  # buffer mode adds no call, and batched calls may wait
                 self._flush()
             return result
 
@@ -226,8 +228,8 @@ class Connection:
         self._drain()
         self._flush()
 
-    def _send_held(self) -> None:
-        """The alarm's thread: no trigger came."""
+    def _send_batched(self) -> None:
+        """Send the batched calls from the alarm's thread: no trigger came."""
         with self._lock:
             if self._check_link() and not self._pauses:
                 self._flush()
@@ -235,10 +237,10 @@ class Connection:
     def blocking(
         self, shape: Shape, values: list[Any], timeout: float | None = None, pace: Pace = Pace.FREE
     ) -> Any:
-        """Send and wait for the reply. Also waits, within the time-out, for a connection that may come."""
+        """Send and wait for the reply. Within the time-out, also wait for a connection in the making."""
         deadline = time.monotonic() + (self.timeout if timeout is None else timeout)
         while True:
-            # Another thread's call may have the lock for all of its own time-out.
+            # A call of another thread may hold the lock for its whole time-out.
             if not self._lock.acquire(timeout=max(0.0, deadline - time.monotonic())):
                 return shape.failure(c.simx_return_timeout_flag | c.simx_return_novalue_flag)
             try:
@@ -251,15 +253,15 @@ class Connection:
                     return self._ask(shape, values, deadline, pace)
             finally:
                 self._lock.release()
-            # Without the lock: the first connection may be being made in the background.
+            # Release the lock: the background thread may need it to make the first connection.
             time.sleep(min(0.02, max(0.0, deadline - time.monotonic())))
 
     def ping(self, timeout: float | None = None) -> int:
-        """Wait until everything sent before has been executed; 0, or the flags of a time-out."""
+        """Wait until the server has executed everything sent before; return 0, or the flags of a time-out."""
         return self.blocking(_ECHO, [_NO_STREAM], timeout)
 
     def paced_ping(self) -> int:
-        """As ``ping``, at the pace of blocking calls."""
+        """Ping at the pace of blocking calls."""
         return self.blocking(_ECHO, [_NO_STREAM], pace=self._pace)
 
     def _ask(self, shape: Shape, values: list[Any], deadline: float, pace: Pace) -> Any:
@@ -277,14 +279,16 @@ class Connection:
             is_soon = shape.command.answers_soon and pace is not Pace.EVERY
             self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
             if shape.command is _STEPPED_MODE and self._modes.is_answered:
-                self._hold.switch(bool(values[0]))
+                self._batching.switch(bool(values[0]))
         return self._modes.answer(shape)
 
     def _receive_until(
         self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool = False
     ) -> None:
-        """Take in replies; ends early when the server is lost. What has come by the deadline is still taken in, but
-        whoever goes on sending is not listened to for long."""
+        """Receive until there is enough, the deadline passes or the server is lost.
+
+        Messages that arrived by the deadline are still processed, but for `LAST_LOOK` seconds at most.
+        """
         transport = self._transport
         assert transport is not None
         while not is_enough():
@@ -301,16 +305,17 @@ class Connection:
         return (self.message_id - 1 - self._executed) & MESSAGE_ID_MASK
 
     def _drain(self) -> None:
-        """Take in everything that has arrived."""
+        """Process everything that has arrived."""
         transport = self._transport
         assert transport is not None
-        # Taken first, stored last: the answer that armed a stream came before its values, and must not follow them.
+        # Taken first, stored last: the reply that started a stream came before its values, and must not
+        # replace them.
         newest = transport.newest()
         while (payload := transport.receive(0)) is not None:
             self._absorb(payload)
         if newest is not None:
             self._absorb(newest)
-        for payload in transport.pictures():
+        for payload in transport.images():
             self._absorb(payload)
 
     def _absorb(self, payload: bytes) -> None:
@@ -319,7 +324,7 @@ class Connection:
         except CodecError as error:
             logger.error("the server at %s sent something unreadable: %s", self.where, error)
             return
-        # What comes by another way, a stream's values, may have been overtaken by the answer to a later call.
+        # Values of a stream come by another way: the reply to a later call may have overtaken them.
         age = (self._executed - delivery.message_id) & MESSAGE_ID_MASK
         if age == 0 or age > MESSAGE_ID_MASK // 2:
             self._executed = delivery.message_id
@@ -333,7 +338,7 @@ class Connection:
                 self._log_once(str(reply.values[0]))
 
     def _log_once(self, text: str) -> None:
-        """The reason behind a remote error, once: loops would repeat it for ever."""
+        """Log the reason of a remote error once: a loop would repeat it in every turn."""
         if text not in self._logged and len(self._logged) < 1000:
             self._logged.add(text)
             logger.warning("%s", text)
@@ -344,8 +349,7 @@ class Connection:
             self._send(calls)
 
     def _send(self, calls: list[Call], deadline: float | None = None) -> None:
-        """Send a message. What does not wait for its answer waits for a slow server or network all the same, for at
-        most the time-out."""
+        """Send a message; wait for a slow server or network at most for the time-out."""
         assert self._transport is not None
         payload = encode(Batch(self.message_id, client_time(), calls))
         if deadline is None:
@@ -361,10 +365,10 @@ class Connection:
     # --- past the operation modes: many calls, one message -----------------------------------------
 
     def send_together(self, calls: Iterable[tuple[Shape, list[Any], Callable[[Reply], None]]]) -> list[int]:
-        """Send calls as one message; each one's reply goes to its last item, whenever it is received.
+        """Send calls as one message; pass each reply to the call's last item, whenever it is received.
 
         Returns:
-            An id for each, for `forget`; none when there is no connection, or communication is paused.
+            An id for each call, for `forget`; none without a connection or while communication is paused.
         """
         with self._lock:
             if not self._check_link() or self._pauses:
@@ -375,17 +379,17 @@ class Connection:
                 call_id = self._modes.new_call_id()
                 self._takers[call_id] = take
                 sent.append(Call(call_id, Operation.EXECUTE, 0, shape.command.name, values))
-            self._send([*self._modes.take_outbox(), *sent])  # what is held was called before these
+            self._send([*self._modes.take_outbox(), *sent])  # the script made the batched calls before these
             return [call.call_id for call in sent]
 
     def forget(self, call_ids: Iterable[int]) -> None:
-        """No replies to these calls are waited for any more; what still comes is dropped."""
+        """Drop replies to these calls that are still to come."""
         with self._lock:
             for call_id in call_ids:
                 self._takers.pop(call_id, None)
 
     def receive_until(self, is_enough: Callable[[], bool], deadline: float, *, is_soon: bool) -> None:
-        """Take in what comes until there is enough, the server is lost or it is too late (monotonic clock)."""
+        """Receive until there is enough, the server is lost or the deadline (monotonic clock) has passed."""
         with self._lock:
             if self._transport is not None:
                 self._receive_until(is_enough, deadline, is_soon=is_soon)
@@ -395,15 +399,15 @@ class Connection:
     # --- what the local functions need -----------------------------------------------------------
 
     def pause(self, enable: bool) -> None:
-        """Hold calls back, or send what was held back. Pauses nest.
+        """Batch calls, or send the batched calls. Pauses nest.
 
-        What has arrived by its beginning is taken in, and nothing meanwhile: what is read during a pause is of one
-        instant, as in the original, and of the newest also where a script reads in pauses only.
+        The connection processes what has arrived before the pause, and nothing during it. So values read
+        during a pause are of one instant, as in the original, also for a script that reads only in pauses.
         """
         with self._lock:
             if enable:
                 if not self._pauses and self._check_link():
-                    self._flush()  # what was held for a trigger was called before the pause
+                    self._flush()  # the script made the calls batched for a trigger before the pause
                     self._drain()
                 self._pauses += 1
             elif self._pauses:
@@ -417,7 +421,7 @@ class Connection:
 
     @property
     def condition(self) -> str:
-        """What is known of it, in words: takes no lock, sends nothing, and so never waits."""
+        """Describe the state of the connection in words. Takes no lock, sends nothing, and so never waits."""
         if self._closed:
             return "closed"
         if self._transport is not None and self._transport.was_lost:
@@ -426,11 +430,11 @@ class Connection:
 
     @property
     def last_header(self) -> Delivery | None:
-        """As ``newest_header``, of what has been taken in already; never waits."""
+        """Return the newest delivery processed so far; never waits."""
         return self._header
 
     def newest_header(self) -> Delivery | None:
-        """The newest delivery with replies, None before there is one."""
+        """Return the newest delivery with replies, None before the first."""
         with self._lock:
             if self._check_link() and not self._pauses:
                 self._drain()

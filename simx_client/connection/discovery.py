@@ -1,6 +1,7 @@
-"""All live simulators within reach: their names from Zenoh's liveliness tokens, the rest by one question to each.
+"""Find all live simulators: their names from Zenoh's liveliness tokens, the rest by one request to each.
 
-One that has a token but does not answer in time is listed as well: it is frozen, busy, or its host was just cut off.
+A simulator that has a token but does not answer in time is listed too: it is frozen or busy, or its host was
+just disconnected.
 """
 
 from __future__ import annotations
@@ -24,37 +25,37 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 TIMEOUT = 2.0
-"""Seconds for an endpoint to tell what is there, and for the simulators to answer."""
+"""Time-out in seconds for an endpoint to list its simulators, and for the simulators to answer."""
 
 SESSIONS = 16
-"""Endpoints that are looked at at the same time."""
+"""Number of endpoints that are searched at the same time."""
 
 
 class Found(NamedTuple):
-    """One live simulator."""
+    """A live simulator."""
 
     realm: str
     endpoint: str
-    """Where it was found; a server's own or a router's."""
+    """Endpoint at which it was found; of the server or of a router."""
 
     status: Status | None
-    """None when it did not answer."""
+    """None if it did not answer."""
 
 
 class Unreachable(NamedTuple):
-    """An endpoint where nothing could be asked."""
+    """An endpoint that did not answer."""
 
     endpoint: str
     reason: str
 
 
 class Measured(NamedTuple):
-    """One live simulator, and what it counts."""
+    """A live simulator with its metrics."""
 
     realm: str
     endpoint: str
     metrics: Metrics | None
-    """None when it did not answer."""
+    """None if it did not answer."""
 
 
 class _Answer(NamedTuple, Generic[T]):
@@ -65,19 +66,19 @@ class _Answer(NamedTuple, Generic[T]):
 
 @dataclass(frozen=True)
 class _Question(Generic[T]):
-    """What each simulator is asked."""
+    """A request to each simulator."""
 
     key: Callable[[str], str]
     read: Callable[[bytes], T]
     process: Callable[[T], tuple[str, int]]
-    """Host and process id: two processes may have been given the same realm by mistake."""
+    """Returns host and process id: two processes may have the same realm by mistake."""
 
     def identity(self, answer: _Answer[T]) -> tuple[str, str, int]:
         return (answer.realm, "", 0) if answer.value is None else (answer.realm, *self.process(answer.value))
 
 
 def silent_servers(unreachable: Iterable[Unreachable]) -> list[str]:
-    """Describe the servers of this host that could not be asked; one that has ended meanwhile is left out."""
+    """Describe the servers of this host that did not answer; leave out servers that have exited."""
     alive = roster.endpoints()
     return [
         f"the server of this host at {one.endpoint} does not answer; it is frozen, or just starts or ends"
@@ -87,14 +88,14 @@ def silent_servers(unreachable: Iterable[Unreachable]) -> list[str]:
 
 
 def find_servers(endpoints: Iterable[str], timeout: float = TIMEOUT) -> tuple[list[Found], list[Unreachable]]:
-    """Every simulator that can be reached by these Zenoh endpoints, each once, by realm.
+    """Find every simulator that these Zenoh endpoints reach, each once, by realm.
 
     Args:
         endpoints: of servers and routers, such as ``tcp/router:7447``.
-        timeout: seconds for each endpoint; they are looked at side by side.
+        timeout: time-out in seconds for each endpoint; all are searched at the same time.
 
     Returns:
-        What is there, and the endpoints that could not be asked.
+        The simulators, and the endpoints that did not answer.
     """
     question = _Question(keys.status, decode_status, lambda status: (status.host, status.process_id))
     answers, unreachable = _ask_all(endpoints, question, timeout)
@@ -104,10 +105,10 @@ def find_servers(endpoints: Iterable[str], timeout: float = TIMEOUT) -> tuple[li
 def measure_servers(
     endpoints: Iterable[str], timeout: float = TIMEOUT, realm: str | None = None
 ) -> tuple[list[Measured], list[Unreachable]]:
-    """As `find_servers`, with their metrics.
+    """Find simulators as `find_servers` does, and request their metrics.
 
     Args:
-        realm: only those of this name.
+        realm: only simulators of this name.
     """
     question = _Question(
         keys.metrics, decode_metrics, lambda metrics: (metrics["host"], metrics["process_id"])
@@ -144,7 +145,7 @@ def _look(
     deadline = time.monotonic() + timeout
     with _session(zenoh, endpoint, timeout) as session:
         realms = living_realms(session, deadline)
-        # All are asked before any answer is awaited.
+        # All are requested before the first answer is awaited.
         asked = [
             (realm, _ask(zenoh, session, question.key(realm), deadline))
             for realm in realms

@@ -1,4 +1,5 @@
-"""One message of calls to one server and its answers; sending and waiting apart, so that many can be on the way."""
+"""One message of calls to one server and its answers. Sending and waiting are separate, so that several can
+run at once."""
 
 from __future__ import annotations
 
@@ -13,10 +14,10 @@ from .connection import Connection
 
 
 def connection_of(client: int) -> Connection:
-    """The connection behind a client id.
+    """Return the connection with this client id.
 
     Raises:
-        ValueError: there is none.
+        ValueError: no connection has this id.
     """
     connection = CLIENTS.get(client)
     if connection is None:
@@ -28,15 +29,15 @@ class Exchange:
     """Calls to one server, sent together."""
 
     def __init__(self, connection: Connection, answers: Sequence[Answer[Any]]) -> None:
-        """Prepare; ``send`` and ``finish`` do the rest. Answers of an earlier exchange may come again."""
+        """Prepare an exchange. The answers may be those of an earlier one."""
         self._connection = connection
         self._answers = answers
         self._ids: list[int] = []
         self._sent_on = -1
-        """Number of the connection; another one means that the server was lost and has come back."""
+        """Number of the connection; another number means that the server was lost and has come back."""
 
     def send(self) -> None:
-        """Send; does not wait. If that is not possible, ``finish`` finds no answers and says why."""
+        """Send the calls; do not wait. If sending fails, ``finish`` stores the reason in the answers."""
         for answer in self._answers:
             answer.reply = None
         self._sent_on = self._connection.connection_id
@@ -45,11 +46,11 @@ class Exchange:
         )
 
     def finish(self, deadline: float, timeout: float) -> None:
-        """Wait until all answers are here, the server is lost, or it is too late.
+        """Wait until all answers are here, the server is lost, or the deadline has passed.
 
         Args:
-            deadline: on the monotonic clock; it may be shared with other servers.
-            timeout: what it was made of, for the message.
+            deadline: on the monotonic clock; several servers may share it.
+            timeout: the time-out in seconds, for the message.
         """
         if self._ids:
             is_soon = all(answer.shape.command.answers_soon for answer in self._answers)
@@ -72,10 +73,10 @@ class Exchange:
 
     @property
     def failures(self) -> list[Failure]:
-        """What went wrong; empty if nothing did."""
+        """Return the failures, empty without any."""
         return [answer.failure for answer in self._answers if answer.code]
 
     @property
     def is_lost(self) -> bool:
-        """Whether an answer is missing, so that nothing is to be expected of this server."""
+        """Return whether an answer is missing, so that the server counts as lost."""
         return not self._is_answered()

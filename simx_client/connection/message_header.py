@@ -1,4 +1,4 @@
-"""What the original's message header told, as far as a script can ask for it."""
+"""Fields of the original's message header, as far as scripts can read them."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from simx_client.protocol import constants as c
 from simx_client.protocol.messages import CLIENT_TIME_MASK, Delivery
 
 PROTOCOL_HEADER_VERSION = 11
-"""What the original library reports as its message version (SIMX_VERSION of the C headers)."""
+"""Message version of the original library (SIMX_VERSION of the C headers)."""
 
 
 def client_time() -> int:
-    """Milliseconds as the message header counts them."""
+    """Return the client's time in milliseconds, as in the message header."""
     return int(time.monotonic() * 1000) & CLIENT_TIME_MASK
 
 
 def header_field(header: Delivery, info_type: int) -> int | None:
-    """A field of a received header, or None for an unknown one."""
+    """Return a field of a received header, None for an unknown field."""
     return {
         c.simx_headeroffset_version: PROTOCOL_HEADER_VERSION,
         c.simx_headeroffset_message_id: header.message_id,

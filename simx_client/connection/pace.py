@@ -1,7 +1,7 @@
-"""How fast blocking calls follow one another: as fast as the server answers, or by V-REP's clock.
+"""Pace of blocking calls: as fast as the server answers, or by V-REP's clock.
 
-In V-REP a blocking call of a running simulation took up to a simulation step, and many programs have a loop that
-nothing else paces: they poll until a value no longer changes, or move an object a little with each blocking set.
+In V-REP a blocking call during a simulation took up to a simulation step, and many programs have a loop without
+other waits: they poll until a value no longer changes, or move an object a little with each blocking set.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from simx_client.protocol.messages import Pace
 VARIABLE = "SIMX_PACE"
 
 PACES = {pace.name.lower(): pace for pace in Pace}
-"""What the variable and the flag of simx-run may say."""
+"""Valid values of the variable and of simx-run's flag."""
 
 OLD_SCRIPTS = "repeat"
-"""The pace of programs that were written for V-REP: under simx-run, and through the stand-ins for vrep.py."""
+"""Pace of programs written for V-REP: under simx-run, and with the shims for vrep.py."""
 
 
 def chosen_pace() -> Pace:
-    """Return the pace that ``SIMX_PACE`` names, `Pace.FREE` where it is not set.
+    """Return the pace that ``SIMX_PACE`` names, `Pace.FREE` if it is not set.
 
     Raises:
-        ValueError: it names none; the text says what is valid.
+        ValueError: the variable has another value; the text says what is valid.
     """
     name = os.environ.get(VARIABLE, "").strip() or "free"
     if name not in PACES:

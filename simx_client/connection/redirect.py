@@ -1,9 +1,9 @@
-"""Sending a script's hard-wired address elsewhere, without an edit.
+"""Redirect the fixed address in a script without an edit.
 
-Old scripts have ``'127.0.0.1', 19997`` written in them. ``SIMX_REDIRECT`` maps ports to places, for example
+Old scripts contain ``'127.0.0.1', 19997``. ``SIMX_REDIRECT`` maps ports to endpoints, for example
 ``19997=lab-pc:19997 19999=127.0.0.1:40123``; ``*=127.0.0.1:40123`` leads all other ports there, which is what
-``simx-run --server`` uses. A redirection counts for every address, except for ``REALM@ROUTER``, which
-``*`` leaves alone.
+``simx-run --server`` uses. A redirection counts for every address, except for ``REALM@ROUTER``, which ``*``
+leaves alone.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 VARIABLE = "SIMX_REDIRECT"
 
 ANY_PORT = "*"
-"""Stands for every port that has no redirection of its own."""
+"""Matches every port without a separate redirection."""
 
 
 Redirects = Mapping[int | str, tuple[str, int]]
@@ -27,10 +27,10 @@ def format_redirects(places: Redirects) -> str:
 
 
 def read_redirects() -> dict[int | str, tuple[str, int]]:
-    """Return what the variable holds; the first of several for one port counts.
+    """Return the content of the variable; the first of several for one port counts.
 
     Raises:
-        ValueError: the variable cannot be read; the text tells what is valid.
+        ValueError: the variable cannot be read; the text says what is valid.
     """
     found: dict[int | str, tuple[str, int]] = {}
     for word in os.environ.get(VARIABLE, "").replace(",", " ").split():
@@ -47,10 +47,10 @@ def read_redirects() -> dict[int | str, tuple[str, int]]:
 
 
 def redirected(address: str, port: int) -> tuple[str, int]:
-    """Return where to connect instead of this address and port: the same place when no redirection applies.
+    """Return the endpoint to use instead of this address and port: the same without a redirection.
 
     Raises:
-        ValueError: the variable cannot be read; the text tells what is valid.
+        ValueError: the variable cannot be read; the text says what is valid.
     """
     places = read_redirects()
     others = (address, port) if "@" in address else places.get(ANY_PORT, (address, port))

@@ -1,4 +1,4 @@
-"""What a client that steps sets between two triggers: it leaves with the next one, in one message."""
+"""Batch the sets of a stepping client between two triggers: they leave with the next trigger in one message."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from simx_client.legacy.marshalling import Shape
 from simx_client.legacy.operation_modes import Modes
 from simx_client.transport.time_limit import Alarm
 
-from .timeouts import HOLD, MAX_HELD
+from .timeouts import BATCHING_TIME, MAX_BATCHED
 
 
-class Hold:
-    """Keeps oneshot sets back in the outbox, for as long as nothing moves before this client's trigger."""
+class TriggerBatching:
+    """Keeps oneshot sets in the outbox while the simulation waits for this client's trigger."""
 
     def __init__(self, modes: Modes, send: Callable[[], None], send_late: Callable[[], None]) -> None:
-        """Hold nothing yet.
+        """Start with batching off.
 
         Args:
-            send: is called under the connection's lock, when very many are held.
-            send_late: is called from another thread, when no trigger came.
+            modes: the client's outbox.
+            send: is called under the connection's lock, when the outbox is full.
+            send_late: is called from another thread, when no trigger came in time.
         """
         self.is_on = False
-        """This client asked for stepped mode."""
+        """Whether this client is in stepped mode."""
 
         self._modes = modes
         self._send = send
@@ -32,22 +33,23 @@ class Hold:
         self._alarm: Alarm | None = None
 
     def switch(self, is_on: bool) -> None:
-        """Stepped mode has begun or ended."""
+        """Turn batching on or off with stepped mode."""
         if self._alarm is None:
             self._alarm = Alarm(self._send_late)
         self.is_on = is_on
 
     def call(self, shape: Shape, values: list[Any], mode: int) -> Any:
-        """A set that waits for the trigger: not for longer because others come after it, and not with very many."""
+        """Make a set that waits for the trigger. Later sets do not extend the wait; a full outbox is sent at
+        once."""
         assert self._alarm is not None
         if not self._modes.unsent:
-            self._alarm.set(time.monotonic() + HOLD)
+            self._alarm.set(time.monotonic() + BATCHING_TIME)
         result = self._modes.call(shape, values, mode)
-        if self._modes.unsent >= MAX_HELD:
+        if self._modes.unsent >= MAX_BATCHED:
             self._send()
         return result
 
     def close(self) -> None:
-        """End the thread that would send late. Idempotent."""
+        """Stop the thread that sends late. Idempotent."""
         if self._alarm is not None:
             self._alarm.close()

@@ -1,6 +1,6 @@
-"""Calls a function with a module as soon as that module has been imported, at once if it already has.
+"""Call a function with a module as soon as that module has been imported, at once if it was imported before.
 
-Importing NumPy or OpenCV ahead, only to patch them, would cost every script that uses neither.
+Importing NumPy or OpenCV ahead, only to patch them, would delay every script that uses neither.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Patch = Callable[[ModuleType], None]
 
 
 def in_turn(*patches: Patch) -> Patch:
-    """Several patches as one."""
+    """Combine several patches into one."""
 
     def patch(module: ModuleType) -> None:
         for each in patches:
@@ -28,9 +28,9 @@ def in_turn(*patches: Patch) -> Patch:
 
 
 class AfterImport(MetaPathFinder):
-    """A finder that finds nothing itself; it has the patch follow the module's own loader.
+    """A finder that finds no module: it applies the patch after the module's loader.
 
-    A patch must bear being applied twice: OpenCV's loader imports a second module under its own name.
+    A patch must work when applied twice: OpenCV's loader imports a second module under the same name.
     """
 
     def __init__(self, patches: dict[str, Patch]) -> None:
@@ -57,14 +57,14 @@ class AfterImport(MetaPathFinder):
 def found_by_others(
     asking: MetaPathFinder, fullname: str, path: Sequence[str] | None, target: ModuleType | None
 ) -> ModuleSpec | None:
-    """What the import would find if the finder `asking` were not there: those ahead of it have been asked."""
+    """Return the spec that the finders behind `asking` find; those before it were called already."""
     behind = sys.meta_path[sys.meta_path.index(asking) + 1 :]
     specs = (finder.find_spec(fullname, path, target) for finder in behind)
     return next((spec for spec in specs if spec is not None), None)
 
 
 def _apply(patch: Patch, module: ModuleType) -> None:
-    """Patch a module. A library that has changed since must still be imported: a patch is a courtesy."""
+    """Patch a module. Log an error of the patch: a module of another version must still be imported."""
     try:
         patch(module)
     except Exception:
@@ -83,5 +83,5 @@ def _follow(spec: ModuleSpec, patch: Patch) -> None:
         exec_module(module)
         _apply(patch, sys.modules[spec.name])
 
-    # on this one loader object, so that everything else about it stays what it was
+    # on this loader object only, so that everything else about it stays unchanged
     setattr(loader, "exec_module", exec_and_patch)  # noqa: B010 - assignment to a method, as intended

@@ -1,11 +1,10 @@
-"""Replaces a carried legacy binding by ``simx_client`` at the moment it is imported.
+"""Replace a script's legacy binding by ``simx_client`` when it is imported.
 
-Scripts carry ``vrep.py`` or ``sim.py`` beside them or inside a package, with a compiled library that is for
-another system more often than not; some carry the binding itself compiled, as ``vrep.pyc``, ``vrep.so`` or
-``vrep.pyd``. The finder here sits before all others, lets them find the file, and looks into it: only a file that *is*
-a legacy binding is replaced, so that somebody's own ``sim.py`` or ``sim.so`` is imported as ever. Where nothing is
-found at all, the four legacy names are ours; so is a folder without an ``__init__.py`` of that name, which keeps its
-own modules besides.
+Scripts come with ``vrep.py`` or ``sim.py`` beside them or in a package, often with a compiled library for
+another system; some contain the binding in compiled form, as ``vrep.pyc``, ``vrep.so`` or ``vrep.pyd``. The
+finder here runs before all others, lets them find the file, and reads it: only a legacy binding is replaced,
+so that another ``sim.py`` or ``sim.so`` is imported as usual. If no file is found, the four legacy names mean
+``simx_client``; so does a folder of that name without an ``__init__.py``, whose modules stay available.
 """
 
 from __future__ import annotations
@@ -29,9 +28,9 @@ logger = logging.getLogger(__name__)
 FUNCTIONS_AND_CONSTANTS = ("vrep", "sim")
 CONSTANTS_ONLY = ("vrepConst", "simConst")
 COMPILED = (".pyc", ".pyo", ".so", ".pyd", ".dylib")
-"""How files of compiled modules end: byte code of any Python, extension modules of any system."""
+"""Endings of compiled modules: byte code of any Python, extension modules of any system."""
 
-# Statements at the left margin, so that a text that only speaks of remoteApi.dll does not count. Bytes and
+# Statements at the left margin, so that a text that only mentions remoteApi.dll does not count. Bytes and
 # regular expressions instead of a syntax tree: old bindings need not be valid Python 3, nor UTF-8.
 _DEFINES_MODES = re.compile(rb"^simx_opmode_\w+[ \t]*=", re.MULTILINE)
 _DEFINES_START = re.compile(rb"^def[ \t]+simxStart\b", re.MULTILINE)
@@ -41,7 +40,8 @@ _LOADS_LIBRARY = re.compile(rb"\b(CDLL|WinDLL|LoadLibrary)\b")
 
 
 def is_legacy_binding(source: bytes) -> bool:
-    """Is this the source of a ``vrep.py``, ``sim.py`` or one of their constants modules, of whatever age?"""
+    """Return whether this is the source of a ``vrep.py``, ``sim.py`` or one of their constants modules, of
+    any age."""
     if _DEFINES_MODES.search(source):
         return True
     if not _DEFINES_START.search(source):
@@ -55,14 +55,16 @@ _MODE = re.compile(rb"simx_opmode_\w")
 _FUNCTION = re.compile(rb"simx[A-Z]\w+")
 _C_LIBRARY = re.compile(rb"\bextApi_\w")
 _MOST_OF_A_PROGRAM = 60
-"""Functions of the remote API that a program or its own wrapper names; a binding has more than a hundred."""
+"""Maximum number of remote functions that a program or its wrapper names; a binding has more than a hundred.
+"""
 
 
 def is_compiled_binding(content: bytes) -> bool:
-    """Is this a binding or constants module as byte code, or as an extension module for any system?
+    """Return whether this is a binding or constants module as byte code, or as an extension module for any
+    system.
 
-    Names survive every compiler. Constants stand without a single function, which a program that uses them would name;
-    functions stand with what loads the library, or with the library itself.
+    Compilers keep names. Constants count if no function is named, which a program that uses them would name;
+    functions count together with the code that loads the library, or with the library.
     """
     if b"simxStart" not in content:
         return bool(_MODE.search(content)) and not _FUNCTION.search(content)
@@ -83,7 +85,7 @@ def fill_with_surface(module: ModuleType, *, constants_only: bool = False) -> No
 
 
 class BindingFinder(MetaPathFinder):
-    """Stands first in ``sys.meta_path`` and answers for legacy bindings only."""
+    """First finder in ``sys.meta_path``; it finds legacy bindings only."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -103,7 +105,7 @@ class BindingFinder(MetaPathFinder):
         elif not _is_binding(found):
             return None
         if found is None:
-            logger.info("simx_client stands in for %s, of which there is no file for this Python", fullname)
+            logger.info("simx_client stands in for %s, which has no file for this Python", fullname)
         else:
             folders = found.submodule_search_locations and list(found.submodule_search_locations)
             logger.info("simx_client replaces %s", found.origin or folders)
@@ -123,7 +125,7 @@ def _is_binding(spec: ModuleSpec) -> bool:
 
 
 def _content(spec: ModuleSpec) -> bytes:
-    """The bytes of a module's file, also of one in an egg; empty where they cannot be read."""
+    """Return the bytes of a module's file, also from an egg; empty if they cannot be read."""
     try:
         return Path(spec.origin or "").read_bytes()
     except OSError:
@@ -135,7 +137,7 @@ def _content(spec: ModuleSpec) -> bytes:
 
 
 def _is_carried_for_others(name: str, path: Sequence[str] | None) -> bool:
-    """Whether a compiled binding of this name lies where an import looks, for another Python or system."""
+    """Return whether a compiled binding of this name, for another Python or system, is in the import path."""
     for folder in sys.path if path is None else path:
         for file in Path(folder or ".").glob(f"{glob.escape(name)}.*"):
             if file.name.endswith(COMPILED):
@@ -146,7 +148,7 @@ def _is_carried_for_others(name: str, path: Sequence[str] | None) -> bool:
 
 
 class _SurfaceLoader(Loader):
-    """Makes a module of its own that holds the drop-in surface."""
+    """Makes a separate module with the functions and constants of the drop-in."""
 
     def __init__(self, *, constants_only: bool) -> None:
         self._constants_only = constants_only

@@ -1,4 +1,4 @@
-"""One line about an exception that ended a script because of a newer library, where nothing can be given back."""
+"""One line about an exception that a newer library caused, where nothing can be restored."""
 
 from __future__ import annotations
 

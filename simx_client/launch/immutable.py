@@ -1,7 +1,7 @@
-"""Sets attributes of types that are written in C, such as NumPy's arrays, which Python itself refuses.
+"""Set attributes of types that are written in C, such as NumPy's arrays, which Python refuses.
 
-Python conversions such as ``float(a)`` ask the type and not the object, so nothing else gives an old conversion back.
-The type's flag "immutable" is taken away for that moment. All of it concerns this process only.
+Conversions such as ``float(a)`` use the type and not the object, so only this restores an old conversion. The
+type's flag "immutable" is cleared for that moment. It applies to this process only.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ _IMMUTABLE = 1 << 8
 """Py_TPFLAGS_IMMUTABLETYPE: since Python 3.10."""
 
 _POINTERS_BEFORE_FLAGS = 18
-"""From tp_name to tp_as_buffer in PyTypeObject, after the header of an object of variable size."""
+"""Number of fields from tp_name to tp_as_buffer in PyTypeObject, after the header of an object of variable
+size."""
 
 
 def set_attributes(kind: type, members: Mapping[str, Any]) -> bool:
-    """Set attributes of a type. Returns whether that was possible: elsewhere than in CPython it may not be."""
+    """Set attributes of a type; return whether that was possible: only CPython allows it."""
     if not members:
         return True
     if not kind.__flags__ & _IMMUTABLE:
@@ -38,12 +39,12 @@ def set_attributes(kind: type, members: Mapping[str, Any]) -> bool:
         for name, value in members.items():
             setattr(kind, name, value)
     finally:
-        flags.value |= _IMMUTABLE  # nothing else: setting an attribute changes other flags
+        flags.value |= _IMMUTABLE  # not the saved value: setting an attribute changes other flags
     return True
 
 
 def _flags(kind: type) -> ctypes.c_ulong | None:
-    """The type's flags in memory; None where they are not found in their place."""
+    """Return the type's flags in memory; None if they are not at the expected offset."""
     if sys.implementation.name != "cpython":
         return None
     header = object.__basicsize__ + ctypes.sizeof(ctypes.c_ssize_t)

@@ -1,4 +1,4 @@
-"""Keyword arguments that a library renamed or dropped are taken again, by functions that no longer know them."""
+"""Make functions accept keyword arguments that a library renamed or removed."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections.abc import Callable
 from typing import Any
 
 DROPPED = None
-"""In place of a new name: the argument no longer means anything."""
+"""Instead of a new name: the argument has no meaning any more."""
 
 
 def take_old_keywords(owner: Any, function: str, **old: str | None) -> None:
-    """Replace a function of a module or class by one that takes old keywords, too.
+    """Replace a function of a module or class by one that also takes old keywords.
 
     Args:
-        owner: where the function is; without it nothing is done.
-        old: old keyword to new one, or DROPPED. One that the function still names is left alone.
+        owner: the module or class; without the function nothing is done.
+        old: old keyword to new one, or DROPPED. A keyword that the function still has stays unchanged.
     """
     plain: Callable[..., Any] | None = getattr(owner, function, None)
     if plain is None or hasattr(plain, "takes_old_keywords"):
@@ -29,7 +29,7 @@ def take_old_keywords(owner: Any, function: str, **old: str | None) -> None:
         for name in renamed.keys() & kwargs.keys():
             value, new = kwargs.pop(name), renamed[name]
             if new is not None:
-                kwargs[new] = value  # also over a default that pyplot passes on
+                kwargs[new] = value  # also replaces a default that pyplot passes on
         return plain(*args, **kwargs)
 
     setattr(with_old_keywords, "takes_old_keywords", True)  # noqa: B010 - its type does not know the attribute

@@ -1,4 +1,4 @@
-"""Gives back what old scripts use of Pillow and SciPy and newer versions dropped, where it is missing.
+"""Restore names of Pillow and SciPy that old scripts use and newer versions removed.
 
 Sources: Pillow's deprecations 10.0 (``ANTIALIAS``); SciPy's release notes 1.2 and 1.3 (the images of ``scipy.misc``,
 which Pillow made), 1.1 (windows), 1.14 (``simps``, ``trapz``, ``cumtrapz``), 1.6 (``from_dcm``).
@@ -45,7 +45,7 @@ def _rotations(module: Any) -> None:
 
 
 def _to_bytes(pixels: Any) -> Any:
-    """Grey values or colours of any range as bytes: those that are no bytes are stretched over 0 to 255."""
+    """Convert grey values or colours of any range to bytes: other types than bytes are scaled to 0..255."""
     import numpy as np
 
     values = cast(Any, np.asarray(pixels))
@@ -82,7 +82,7 @@ def _imsave(name: Any, arr: Any, format: str | None = None) -> None:
 
 
 def _imresize(arr: Any, size: Any, interp: str = "bilinear", mode: str | None = None) -> Any:
-    """``size`` is a percentage, a fraction, or (height, width)."""
+    """Resize an image; ``size`` is a percentage, a fraction, or (height, width)."""
     import numpy as np
     from PIL import Image
 
@@ -103,7 +103,7 @@ def _imrotate(arr: Any, angle: float, interp: str = "bilinear") -> Any:
     return np.array(_toimage(arr).rotate(angle, getattr(Image.Resampling, interp.upper())))
 
 
-def _pictures(module: ModuleType) -> None:
+def _images(module: ModuleType) -> None:
     give_missing(
         module,
         bytescale=_to_bytes, imread=_imread, imresize=_imresize, imrotate=_imrotate, imsave=_imsave, toimage=_toimage,
@@ -113,11 +113,11 @@ def _pictures(module: ModuleType) -> None:
 
 LIBRARIES: dict[str, Patch] = {
     "PIL.Image": _pillow,
-    "scipy.misc": _pictures,
+    "scipy.misc": _images,
     "scipy.signal": _windows,
     "scipy.integrate": _renamed(
         {"simps": "simpson", "trapz": "trapezoid", "cumtrapz": "cumulative_trapezoid"}
     ),
     "scipy.spatial.transform": _rotations,
 }
-"""By the name of the module, what is done to it."""
+"""Patch by the name of the module."""

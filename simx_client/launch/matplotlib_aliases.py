@@ -1,4 +1,4 @@
-"""Gives back what old scripts use of matplotlib and newer versions dropped, module by module, where it is missing.
+"""Restore names of matplotlib that old scripts use and newer versions removed, per module.
 
 Sources: matplotlib's API changes 2.2 (``axisbg``, ``normed``, ``set_color_cycle``), 3.0 (``hold``), 3.3
 (``use(warn=)``, ``annotate(s=)``), 3.6 (``set_window_title`` of a canvas), 3.7 (``gca(projection=)``, lists of
@@ -32,7 +32,7 @@ def _figure(module: ModuleType) -> None:
         return
 
     def gca(self: Any, **kwargs: Any) -> Any:
-        """The current axes, of this projection, or new ones."""
+        """Return the current axes with this projection, or new ones."""
         wanted = kwargs.get("projection")
         current = self.axes and plain(self)
         if not kwargs or (current and wanted in (None, current.name)):
@@ -48,7 +48,7 @@ def _pyplot(pyplot: Any) -> None:
         return
 
     def gca(**kwargs: Any) -> Any:
-        """As the figure's."""
+        """Call the method of the current figure."""
         return pyplot.gcf().gca(**kwargs)
 
     pyplot.gca = gca
@@ -102,7 +102,7 @@ def _axes_3d(module: ModuleType) -> None:
         return
 
     def init(self: Any, fig: Any, *args: Any, **kwargs: Any) -> None:
-        """``Axes3D(fig)`` puts itself into the figure; add_subplot does so a second time, which is harmless."""
+        """Add the axes to the figure, as ``Axes3D(fig)`` did; a second time by add_subplot is harmless."""
         plain(self, fig, *args, **kwargs)
         fig.add_axes(self)
 
@@ -149,7 +149,7 @@ def _tk(module: ModuleType) -> None:
 
 
 def _nothing(*_: Any, **__: Any) -> None:
-    """Stands for what has had no effect since matplotlib 2."""
+    """Do nothing: replaces functions without effect since matplotlib 2."""
 
 
 def _always(*_: Any) -> bool:
@@ -201,7 +201,7 @@ def _delete(self: Any, place: Any) -> None:
 
 
 def _set_artists(name: str, axes: Any, artists: Any) -> None:
-    """``ax.lines = []``; those that stay are taken out and put in again, in their new order."""
+    """Set artists as ``ax.lines = []`` did: remove those that stay and add them again, in their new order."""
     artists = list(artists)
     for artist in list(getattr(axes, name)):
         artist.remove()
@@ -222,4 +222,4 @@ MATPLOTLIB: dict[str, Patch] = {
     "matplotlib.style": _styles,
     "matplotlib.backends.backend_tkagg": _tk,
 }
-"""By the name of the module, what is done to it."""
+"""Patch by the name of the module."""

@@ -1,4 +1,4 @@
-"""Gives back the names that old scripts use and newer NumPy versions dropped, where they are missing.
+"""Restore names that old scripts use and newer NumPy versions removed.
 
 Sources: NumPy release notes 1.24 (``np.int`` and the other aliases of Python's types, deprecated since 1.20)
 and 2.0 (the migration guide's list of removed members), 2.4 (``np.trapz``, ``np.in1d``).
@@ -57,7 +57,7 @@ RENAMED = {
 }
 
 EXCEPTIONS = ("VisibleDeprecationWarning", "ComplexWarning", "RankWarning", "AxisError", "TooHardError")
-"""Members of numpy.exceptions that were numpy's own."""
+"""Members of numpy.exceptions that were members of numpy."""
 
 OTHERS: dict[str, Callable[[Any], Any]] = {
     "NINF": lambda numpy: -numpy.inf,
@@ -65,7 +65,7 @@ OTHERS: dict[str, Callable[[Any], Any]] = {
     "asscalar": lambda numpy: calling("item"),
     "asfarray": lambda numpy: _asfarray(numpy),
 }
-"""By name, how it is made of the module."""
+"""Functions that make a member from the module, by name."""
 
 
 def _asfarray(numpy: Any) -> Callable[..., Any]:
@@ -76,9 +76,9 @@ def _asfarray(numpy: Any) -> Callable[..., Any]:
 
 
 def give_back_aliases(numpy: ModuleType) -> None:
-    """Add the missing names to the imported module; what is there stays as it is."""
+    """Add the missing names to the imported module; existing ones stay unchanged."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # merely asking for a dropped name warns
+        warnings.simplefilter("ignore")  # reading a removed name warns
         missing = {
             name for name in (*PYTHON_TYPES, *RENAMED, *OTHERS, *EXCEPTIONS) if not hasattr(numpy, name)
         }

@@ -1,7 +1,7 @@
-"""Gives back what NumPy's arrays and the functions that make them could do, where they no longer can.
+"""Restore conversions of NumPy's arrays and arguments of the functions that make them.
 
-An array of one element was a number wherever Python wants one: ``float(a)``, ``int(a)``, ``'%.2f' % a``,
-``math.sin(a)``, ``b[0] = a``. NumPy 2.4 takes only arrays of no dimension (deprecated since 1.25).
+An array of one element was accepted as a number: ``float(a)``, ``int(a)``, ``'%.2f' % a``, ``math.sin(a)``,
+``b[0] = a``. NumPy 2.4 takes only arrays of no dimension (deprecated since 1.25).
 
 Sources: NumPy release notes 1.18 (``num`` of linspace), 1.24 (ragged lists), 2.0 (``copy=False``, methods ``ptp``,
 ``itemset``), 2.3 (``tostring``, ``fromstring`` of bytes), 2.4 (arrays of one element).
@@ -22,7 +22,7 @@ from .numpy_aliases import give_back_aliases
 
 
 def give_back_arrays(numpy: ModuleType) -> None:
-    """Patch the imported module; what works as ever is not touched."""
+    """Patch the imported module where a conversion is missing."""
     ndarray: Any = numpy.ndarray
     missing: dict[str, Callable[..., Any]] = {
         name: method for name, method in _METHODS.items() if not hasattr(ndarray, name)
@@ -43,7 +43,7 @@ def give_back_arrays(numpy: ModuleType) -> None:
 
 
 def _are_numbers(one: Any) -> bool:
-    """Return whether an array of one element is a number, if perhaps with a warning that this will end."""
+    """Return whether an array of one element is accepted as a number, possibly with a deprecation warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -87,7 +87,8 @@ def _round(self: Any, digits: int | None = None) -> Any:
 
 
 def _array(numpy: ModuleType, plain: Callable[..., Any]) -> Callable[..., Any]:
-    """``copy=False`` copies where it must; lists of unequal lengths become an array of objects."""
+    """Return ``array`` with ``copy=False`` as "copy if needed", and lists of unequal lengths as arrays of
+    objects."""
 
     where_needed = None if int(numpy.__version__.partition(".")[0]) >= 2 else False
 
@@ -105,7 +106,7 @@ def _array(numpy: ModuleType, plain: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _fromstring(numpy: ModuleType, plain: Callable[..., Any]) -> Callable[..., Any]:
-    """Bytes become an array; texts with a separator are NumPy's business."""
+    """Return ``fromstring`` that takes bytes; texts with a separator go to NumPy."""
 
     def fromstring(string: Any, dtype: Any = float, count: int = -1, *, sep: str = "", **more: Any) -> Any:
         if sep:
@@ -117,7 +118,7 @@ def _fromstring(numpy: ModuleType, plain: Callable[..., Any]) -> Callable[..., A
 
 
 def _linspace(numpy: ModuleType, plain: Callable[..., Any]) -> Callable[..., Any]:
-    """``num`` may be a float, as in ``np.linspace(0, T, T / dt)``."""
+    """Return ``linspace`` whose ``num`` may be a float, as in ``np.linspace(0, T, T / dt)``."""
 
     def linspace(start: Any, stop: Any, num: Any = 50, *args: Any, **kwargs: Any) -> Any:
         return plain(start, stop, int(num), *args, **kwargs)
@@ -134,4 +135,4 @@ NUMPY: dict[str, Patch] = {
     "numpy": _all,
     "numpy.linalg": lambda linalg: give_missing(linalg, linalg=linalg),
 }
-"""By the name of the module, what is done to it."""
+"""Patch by the name of the module."""

@@ -1,13 +1,13 @@
-"""Lets Windows paths mean what they meant: on POSIX ``"imgTemp\\\\frame.jpg"`` is imgTemp/frame.jpg.
+"""Translate Windows paths: on POSIX ``"imgTemp\\frame.jpg"`` means imgTemp/frame.jpg.
 
-A path is translated only if it has a backslash, is relative or lies below the working folder or the script's
-(``os.getcwd() + "\\\\imgTemp"``), and no file of literally that name exists. What is opened for writing gets
-its folder made; nothing else makes folders.
+A path is translated only if it contains a backslash, is relative or below the working folder or the script's
+folder (``os.getcwd() + "\\imgTemp"``), and no file of exactly that name exists. Opening a file for writing
+creates its folder; nothing else creates folders.
 
-The set of functions is small on purpose. Whatever opens files in Python arrives at ``open`` or at one of the
-``os`` functions below: ``os.path.exists`` and its kin, ``shutil``, ``pathlib``, ``glob``, ``np.save``,
-``np.load``, PIL. Only libraries that open files in C need patches of their own: OpenCV's pictures and films,
-pygame's pictures.
+The set of patched functions is small on purpose. Python code that opens files calls ``open`` or one of the
+``os`` functions below: ``os.path.exists`` and others, ``shutil``, ``pathlib``, ``glob``, ``np.save``,
+``np.load``, PIL. Only libraries that open files in C need separate patches: OpenCV's images and films,
+pygame's images.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
-_PLAIN_LSTAT = os.lstat  # taken before it is replaced: the test for a literal file must not translate
+_PLAIN_LSTAT = os.lstat  # saved before the patch: the test for a file of exactly that name must not translate
 _NOT_RELATIVE = re.compile(r"[/\\]|[A-Za-z]:")
 
 _ONE_PATH = (
@@ -30,7 +30,7 @@ _ONE_PATH = (
     *("remove", "unlink", "mkdir", "rmdir", "chmod", "utime", "truncate", "readlink"),
 )
 _TWO_PATHS = ("rename", "replace", "link", "symlink")
-_TEXT_ONLY = ("split", "dirname", "basename")  # makedirs and glob take paths apart with these
+_TEXT_ONLY = ("split", "dirname", "basename")  # makedirs and glob split paths with these
 
 
 class BackslashPaths:
@@ -40,7 +40,8 @@ class BackslashPaths:
         self._script_folder = script_folder
 
     def real(self, path: Any, *, writing: bool = False) -> Any:
-        """The path that was meant, its folder made if `writing`; what is no such path comes back as is."""
+        """Return the translated path, with its folder created if `writing`; other paths are returned
+        unchanged."""
         text = _text(path)
         if "\\" not in text or not self._is_ours(text) or _exists(text):
             return path
@@ -54,7 +55,7 @@ class BackslashPaths:
             return True
         try:
             folders = (self._script_folder, os.getcwd())
-        except FileNotFoundError:  # the working folder itself is gone
+        except FileNotFoundError:  # the working folder was removed
             folders = (self._script_folder,)
         return any(text.startswith((folder + "/", folder + "\\")) for folder in folders)
 
@@ -68,7 +69,7 @@ class BackslashPaths:
                 plain = getattr(os, name)
                 wrapped = self._wrapped(plain, range(count))
                 setattr(os, name, wrapped)
-                # shutil and others ask whether a function is in these sets
+                # shutil and others test whether a function is in these sets
                 for supported in (os.supports_dir_fd, os.supports_fd, os.supports_follow_symlinks):
                     if plain in supported:
                         supported.add(wrapped)
@@ -76,19 +77,19 @@ class BackslashPaths:
             setattr(posixpath, name, self._wrapped(getattr(posixpath, name), range(1)))
 
     def patch_cv2(self, cv2: ModuleType) -> None:
-        """Pictures and films of OpenCV."""
+        """Patch the functions for images and films of OpenCV."""
         for name in ("imread", "imreadmulti"):
             self._replace(cv2, name, range(1))
         for name in ("imwrite", "imwritemulti"):
             self._replace(cv2, name, range(1), writing=True)
         for name, writing in (("VideoCapture", False), ("VideoWriter", True)):
             if (film := getattr(cv2, name, None)) is not None:
-                # in the class itself: OpenCV's classes do not survive being subclassed
+                # in the class itself: OpenCV's classes cannot be subclassed
                 self._replace(film, "__init__", range(1, 2), writing=writing)
                 self._replace(film, "open", range(1, 2), writing=writing)
 
     def patch_pygame_image(self, image: ModuleType) -> None:
-        """Pictures of pygame."""
+        """Patch the functions for images of pygame."""
         for name in ("load", "load_basic", "load_extended"):
             self._replace(image, name, range(1))
         for name in ("save", "save_extended"):
@@ -125,7 +126,7 @@ class BackslashPaths:
 
 
 def _text(path: Any) -> str:
-    """The path as text; empty for bytes, file descriptors and whatever else ``open`` takes."""
+    """Return the path as text; empty for bytes, file descriptors and other arguments of ``open``."""
     if hasattr(path, "__fspath__"):
         path = path.__fspath__()
     return path if isinstance(path, str) else ""

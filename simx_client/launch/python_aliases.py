@@ -1,4 +1,4 @@
-"""Gives back what old scripts use and newer Python versions dropped from their modules, where it is missing.
+"""Restore names that old scripts use and newer Python versions removed from their modules.
 
 Sources: "What's New in Python" 3.8 (``time.clock``), 3.9 (``fractions.gcd``, ``Thread.isAlive``, ``array.tostring``,
 ``base64.encodestring``), 3.10 (the abstract classes in ``collections``), 3.11 (``inspect.getargspec``). Wrappers around
@@ -24,7 +24,7 @@ from .keywords import give_missing
 
 
 class ArgSpec(NamedTuple):
-    """What ``inspect.getargspec`` returned."""
+    """Result of ``inspect.getargspec``."""
 
     args: list[str]
     varargs: str | None
@@ -33,7 +33,7 @@ class ArgSpec(NamedTuple):
 
 
 def getargspec(func: Callable[..., Any]) -> ArgSpec:
-    """Names and defaults of a function's parameters."""
+    """Return names and defaults of a function's parameters."""
     return ArgSpec(*inspect.getfullargspec(func)[:4])
 
 
@@ -60,4 +60,4 @@ ALIASES: dict[str, Patch] = {
     "array": _arrays,
     "base64": _giving(encodestring=base64.encodebytes, decodestring=base64.decodebytes),
 }
-"""By the name of the module, what is done to it."""
+"""Patch by the name of the module."""

@@ -1,8 +1,7 @@
-"""``simx-run SCRIPT``: runs an unmodified legacy script and provides what it expects of V-REP's Python.
+"""Implement ``simx-run SCRIPT``: run an unmodified legacy script with the adaptations in ``launch``.
 
-The provisions are in ``launch``, one file each. This file reads the flags, puts the provisions in place in
-the one order that works (patches before the script, the server before its first line) and turns the end into
-an exit code.
+This file reads the flags, applies the adaptations in the order that works (patches before the script, the
+server before its first line) and converts the end into an exit code.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.launch import script
@@ -55,7 +54,7 @@ examples:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags come before SCRIPT; all that follows it belongs to the script."""
+    """Return the parser. The flags come before SCRIPT; all arguments after it belong to the script."""
     parser = Parser(
         PROGRAM,
         usage=f"{PROGRAM} [options] SCRIPT [ARGS...]",
@@ -63,7 +62,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
     )
     parser.add_argument("script", metavar="SCRIPT", help="the Python file")
-    parser.add_argument("arguments", metavar="ARGS", nargs=argparse.REMAINDER, help="its own arguments")
+    parser.add_argument("arguments", metavar="ARGS", nargs=argparse.REMAINDER, help="arguments of the script")
     parser.add_argument(
         "--server", metavar="SCENE", help="start a simx-server for the script, and stop it after"
     )
@@ -77,9 +76,11 @@ def make_parser() -> argparse.ArgumentParser:
         help="blocking calls while the simulation runs; free: executed at once; repeat: a call that repeats one of the "
         f"same simulation step waits for the next step; every: each waits, as in V-REP ({OLD_SCRIPTS})",
     )
-    parser.add_argument("--no-path-translation", action="store_true", help="leave backslashes in paths")
     parser.add_argument(
-        "--no-numpy-aliases", action="store_true", help="leave NumPy, matplotlib, SciPy, Pillow as they are"
+        "--no-path-translation", action="store_true", help="do not translate backslashes in paths"
+    )
+    parser.add_argument(
+        "--no-numpy-aliases", action="store_true", help="do not patch NumPy, matplotlib, SciPy, Pillow"
     )
     parser.add_argument(
         "--no-windows", action="store_true", help="leave cv2 without windows where it has none"
@@ -97,10 +98,10 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code, or lets the script's own SystemExit pass.
+    """Run the command line; return the exit code, or let the script's SystemExit pass.
 
-    As `python SCRIPT` would: 1 after an uncaught exception. 2 for a script that cannot be opened or is
-    Python 2 beyond conversion, 130 after Ctrl-C.
+    As `python SCRIPT`: 1 after an uncaught exception. 2 for a script that cannot be opened or is Python 2
+    that cannot be converted, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(argv)
     if options.verbose:
@@ -123,20 +124,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (SyntaxError, ValueError) as error:  # ValueError: a NUL in the source
         script.show(error.with_traceback(None))
         return FAILURE
-    if converted:
-        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
-    if options.pace:
-        os.environ[VARIABLE] = options.pace
-    if not os.environ.get(VARIABLE, "").strip():
-        os.environ[VARIABLE] = OLD_SCRIPTS
-    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=converted is not None)
+    _prepare(options, path, is_python2=converted is not None)
     if options.server:
         try:
             _start_server(options)
         except ServerNotReady as error:
             return _refuse(str(error), FAILURE)
+    return _run(code, options.script, options.arguments)
+
+
+def _prepare(options: argparse.Namespace, path: str, *, is_python2: bool) -> None:
+    """Set the pace and install the adaptations for a script."""
+    if is_python2:
+        _say(f"{options.script} is Python 2 and runs converted, in memory; --print-converted shows how")
+    if options.pace:
+        os.environ[VARIABLE] = options.pace
+    if not os.environ.get(VARIABLE, "").strip():
+        os.environ[VARIABLE] = OLD_SCRIPTS
+    _provide(options, os.path.dirname(os.path.realpath(path)), is_python2=is_python2)
+
+
+def _run(code: CodeType, path: str, arguments: Sequence[str]) -> int:
+    """Run the script; return the exit code, or let its SystemExit pass."""
     try:
-        script.run_as_main(code, options.script, options.arguments)
+        script.run_as_main(code, path, arguments)
     except SystemExit:
         raise
     except KeyboardInterrupt as error:
@@ -162,7 +173,8 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
         patches |= {"cv2": paths.patch_cv2, "pygame.image": paths.patch_pygame_image}
     if not (options.plain or options.no_windows):
         patches["cv2"] = in_turn(*filter(None, (patches.get("cv2"), patch_cv2)))
-    # Bindings first, that a carried one is never looked at; conversion last, that the other two find what it gives.
+    # Bindings first, so that a carried binding is never executed; conversion last, so that the other two find
+    # its result.
     sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
     AfterImport(patches).install()
     sys.meta_path.insert(0, BindingFinder())
@@ -170,8 +182,8 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
 
 def _start_server(options: argparse.Namespace) -> None:
     server = OwnServer(options.server, shlex.split(options.server_args))
-    # Registered before the script registers anything, so it runs last: after the script's threads and its own
-    # exit functions, which may still want to talk to the server.
+    # Registered before the script registers anything, so it runs last: after the script's threads and its
+    # exit functions, which may still call the server.
     atexit.register(server.stop)
 
     def stop_too(number: int, frame: FrameType | None) -> None:
@@ -179,7 +191,7 @@ def _start_server(options: argparse.Namespace) -> None:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
 
-    # With SIGHUP ignored, as nohup does, the run goes on without its terminal.
+    # With SIGHUP ignored, as nohup does, the run continues without its terminal.
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) == signal.SIG_DFL:
@@ -204,7 +216,7 @@ def _say(sentence: str) -> None:
 
 
 def _log_to_stderr() -> None:
-    """Our own log only: the root logger is the script's to configure."""
+    """Log this package to stderr; the script configures the root logger."""
     log = logging.getLogger("simx_client")
     log.addHandler(logging.StreamHandler())
     log.setLevel(logging.INFO)

@@ -1,4 +1,4 @@
-"""Runs a file as ``__main__`` the way ``python FILE ARGS`` does: names, arguments, tracebacks, exit code."""
+"""Run a file as ``__main__`` as ``python FILE ARGS`` does: names, arguments, tracebacks, exit code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _OUR_FILES = {os.path.join(os.path.dirname(_OUR_FOLDER), "python2.py")}
 
 
 def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> None:
-    """Run it; whatever it raises passes. `path` is the file as it was named on the command line."""
+    """Run the code; its exceptions pass. `path` is the file as named on the command line."""
     module = ModuleType("__main__")
     module.__dict__.update(
         __builtins__=builtins,
@@ -31,7 +31,7 @@ def run_as_main(code: CodeType, path: str, arguments: Sequence[str]) -> None:
 
 
 def show(error: BaseException) -> None:
-    """Print an uncaught exception as Python would, without the launcher's own frames."""
+    """Print an uncaught exception as Python does, without the launcher's frames."""
     _hide_our_frames(error, set())
     sys.excepthook(type(error), error, error.__traceback__)
 

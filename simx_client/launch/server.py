@@ -1,7 +1,7 @@
-"""A private simx-server for the script: started before it, ready before the script starts, ended after it.
+"""A private simx-server for the script: started and ready before the script, stopped after it.
 
-The server ends with this process, however this process ends: its standard input is a pipe from here, and
-`simx-server --until-eof` leaves when that pipe closes.
+The server exits with this process, however it ends: its standard input is a pipe from here, and `simx-server
+--until-eof` exits when that pipe closes.
 """
 
 from __future__ import annotations
@@ -24,26 +24,27 @@ from simx_client.transport.zenoh_session import CONFIG_VARIABLE
 logger = logging.getLogger(__name__)
 
 FIRST_PORT = 19997
-"""Where old scripts look for the first of several simulators; the others follow."""
+"""First of the ports at which old scripts expect several simulators; the others follow."""
 
-STOP_WITHIN_S = 5.0  # the server promises two seconds after SIGTERM
+STOP_WITHIN_S = 5.0  # the server exits within two seconds after SIGTERM
 
 
 class ServerNotReady(SimxError):
-    """The server ended, or printed nothing, instead of getting ready."""
+    """The server exited, or printed nothing, instead of getting ready."""
 
 
 class OwnServer:
-    """One ``python -m simx_server SCENE`` on a free port, to which all connections of the script are redirected.
+    """A ``python -m simx_server SCENE`` on a free port, to which all connections of the script are
+    redirected.
 
-    The simulation is not started: a script that connects to port 19999 finds it running, as in V-REP, and one that
-    connects to 19997 starts it itself, perhaps after setting a time step or stepped mode.
+    The simulation is not started: for a script that connects to port 19999 it runs, as in V-REP, and a script
+    that connects to 19997 starts it, perhaps after setting a time step or stepped mode.
     """
 
     def __init__(self, scene: str, arguments: Sequence[str] = ()) -> None:
         has_port = any(re.match(r"-p|--port\b", argument) for argument in arguments)
         free = [] if has_port else ["--port", "0"]
-        # -P: the working folder is its workspace, where clients may put modules.
+        # -P: the working folder is the server's workspace, in which clients may put modules.
         self._command = [sys.executable, "-P", "-m", "simx_server", scene, *free, *arguments, "--until-eof"]
         self._has_config = any(re.match(r"-c|--config\b", argument) for argument in arguments)
         self._redirects: Redirects = {}
@@ -52,22 +53,22 @@ class OwnServer:
         self._ready_or_ended = threading.Event()
 
     def start(self, timeout_s: float) -> None:
-        """Return when the server has printed that it is ready; raises ServerNotReady otherwise."""
+        """Return when the server has printed that it is ready; raise ServerNotReady otherwise."""
         if missing := missing_server():
             raise ServerNotReady(missing)
         of_user = _rules_of_user()
         self._process = subprocess.Popen(
             self._command,
-            # What the variable names is the client's configuration, with its login and keys.
+            # The variable names the client's configuration, with its login and keys.
             env={name: value for name, value in os.environ.items() if name != CONFIG_VARIABLE},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            # a group of its own: Ctrl-C is for the script, which may still want its server
+            # a separate group: Ctrl-C is for the script, which may still use its server
             start_new_session=os.name == "posix",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
-        if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+        if hasattr(os, "register_at_fork"):  # Windows cannot fork
             os.register_at_fork(after_in_child=self._let_go)
         assert self._process.stdout is not None
         threading.Thread(target=self._read, args=(self._process.stdout,), daemon=True).start()
@@ -88,11 +89,11 @@ class OwnServer:
         )
 
     def stop(self) -> None:
-        """End the server and wait for it; a server that has ended already is logged."""
+        """Stop the server and wait for it; log if it has exited before."""
         if self._process is None:
             return
         if (code := self._process.poll()) is not None:
-            logger.warning("simx-server had ended by itself with code %d", code)
+            logger.warning("simx-server had already exited with code %d", code)
         else:
             self._process.terminate()
             try:
@@ -106,7 +107,7 @@ class OwnServer:
     def _let_go(self) -> None:
         """Close the pipe by which the server notices the end of this process, and forget the server.
 
-        A forked child of the script does the same: with its copy of the pipe it would keep the server alive.
+        A forked child of the script does the same: its copy of the pipe would keep the server alive.
         """
         if self._process is not None:
             assert self._process.stdin is not None
@@ -114,7 +115,7 @@ class OwnServer:
             self._process = None
 
     def _read(self, stdout: IO[str]) -> None:
-        """Wait for the ready line, then keep the pipe empty so that the server can never block on it."""
+        """Wait for the ready line, then keep the pipe empty so that it never blocks the server."""
         with stdout:
             for line in stdout:
                 logger.debug("simx-server: %s", line.rstrip())
@@ -126,10 +127,10 @@ class OwnServer:
 
 
 def _redirects(line: str) -> Redirects | None:
-    """Where the script's ports lead once a server has printed this line; None when it is not the ready line.
+    """Return the endpoints of the script's ports from the server's ready line; None for another line.
 
-    A single server gets all of them. Of a fleet (``--count``) the first server gets 19997, the second 19998, and so on;
-    their own ports, where they were chosen with ``--port``, need no redirection.
+    A single server gets all ports. Of a fleet (``--count``) the first server gets 19997, the second 19998,
+    and so on; ports chosen with ``--port`` need no redirection.
     """
     if line.startswith('{"servers": '):
         places = json.loads(line)["servers"]
@@ -145,7 +146,7 @@ def _redirects(line: str) -> Redirects | None:
 
 
 def _rules_of_user() -> Redirects:
-    """Return the redirections of single ports, which stay; one of all ports would leave the server unused.
+    """Return the user's redirections of single ports; one of all ports would leave the server unused.
 
     Raises:
         ServerNotReady: the variable cannot be read.

@@ -1,7 +1,8 @@
-"""Files of the client's side: simxTransferFile, and the functions that load a scene, a model or a UI from here.
+"""Files of the client: simxTransferFile, and the functions that load a scene, a model or a UI from the
+client's disk.
 
-The file goes ahead in a call of its own; the server keeps it for the loading call that follows, which is the one that
-was asked for. So every operation mode works as usual, and the key stays that of the given path.
+The file is sent ahead in a separate call. The server keeps it for the loading call that follows. So every
+operation mode works as usual, and the key stays that of the given path.
 """
 
 from __future__ import annotations
@@ -43,11 +44,12 @@ def simxTransferFile(
     """Copy a local file into the server's workspace.
 
     Args:
-        fileName_serverSide: relative to the workspace; folders in it are made.
-        timeOut: milliseconds that a blocking call waits; 0 or less: as long as other calls.
+        filePathAndName: path of the local file.
+        fileName_serverSide: relative to the workspace; missing folders in it are created.
+        timeOut: time-out of a blocking call in milliseconds; 0 or less: as for other calls.
 
     Returns:
-        The return code; 32 and nothing is sent when the local file cannot be read or is larger than 64 MiB.
+        The return code; 32 without sending if the local file cannot be read or is larger than 64 MiB.
     """
     connection = CLIENTS.get(clientID)
     if connection is None:
@@ -66,7 +68,7 @@ def simxTransferFile(
 
 
 def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
-    """What a generated function does that loads a file by path and options: the arguments are these two."""
+    """Execute a generated function that loads a file; its arguments are path and options."""
     connection = CLIENTS.get(client_id)
     if connection is None:
         return shape.failure(c.simx_return_initialize_error_flag)
@@ -79,7 +81,7 @@ def invoke_loading(shape: Shape, client_id: Any, arguments: tuple[Any, ...], mod
 
 
 def _lend(connection: Connection, name: str, path: str) -> int:
-    """Send the file ahead; a return code."""
+    """Send the file ahead; return a return code."""
     file = _twin(Path(path))
     data = _read(name, file)
     if data is None:
@@ -88,7 +90,7 @@ def _lend(connection: Connection, name: str, path: str) -> int:
 
 
 def _twin(path: Path) -> Path:
-    """For a V-REP file the one beside it that MuJoCo can read, if there is one; else the path itself."""
+    """Return the file beside a V-REP file that MuJoCo can read, if there is one; else the path unchanged."""
     for name in twins(path.name):
         twin = path.with_name(name)
         if twin.is_file():
@@ -98,7 +100,7 @@ def _twin(path: Path) -> Path:
 
 
 def _read(name: str, path: Path) -> bytes | None:
-    """The whole file, or None with the reason in the log."""
+    """Return the whole file; None if it cannot be read, with the reason in the log."""
     try:
         size = path.stat().st_size
         if size <= MAX_FILE:

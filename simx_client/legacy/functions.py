@@ -1,6 +1,6 @@
 """The legacy functions, made from the table: real functions with the original's parameter names.
 
-Wrappers in the field call them by keyword, list them with ``dir``, ask for their parameter names and for
+Wrappers in old projects call them by keyword, list them with ``dir``, read their parameter names and test for
 ``types.FunctionType``; so each is compiled from a two-line definition, as dataclasses make their methods.
 """
 
@@ -31,7 +31,9 @@ def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
         "_invoke": invoke_loading if command.loads_file else invoke,
         "_shape": shape,
     }
-    exec(compile(source, f"<simx_client {name}>", "exec"), namespace)  # the table is ours, no input
+    exec(
+        compile(source, f"<simx_client {name}>", "exec"), namespace
+    )  # the text comes from the table, not from input
     function = namespace[name]
     function.__doc__ = docstring(command)
     function.__module__ = "simx_client"
@@ -39,7 +41,7 @@ def _compile(name: str, command: Command, shape: Shape) -> FunctionType:
 
 
 def docstring(command: Command) -> str:
-    """What ``help`` shows: the sentence of the table, and what comes back."""
+    """Return the text that ``help`` shows: the sentence of the table, and the results."""
     results = ", ".join(f"{result.name}: {result.kind.annotation}" for result in command.results)
     if command.place is Place.LOCAL:
         return command.doc
@@ -48,7 +50,7 @@ def docstring(command: Command) -> str:
 
 
 def functions() -> dict[str, FunctionType]:
-    """Every public function by name, aliases included."""
+    """Return every public function by name, aliases included."""
     made: dict[str, FunctionType] = {}
     for command in TABLE:
         if command.place is Place.LOCAL:

@@ -1,14 +1,14 @@
 """The two large values: a vision sensor's image and its depth buffer, as lists that NumPy reads directly.
 
-Old scripts expect a plain list: signed ints -128..127 (or floats 0..1), bottom row first. They index it,
-loop over it, edit it in place, feed it to ``array.array('b', ...)`` and to ``np.array(image,
-dtype=np.uint8)``; the last overflows for a plain list of negative ints on NumPy 2. So the value is a
-``list`` *subclass* with ``__array__``.
+Old scripts expect a plain list: signed ints -128..127 (or floats 0..1), bottom row first. They index it, loop
+over it, edit it in place, feed it to ``array.array('b', ...)`` and to ``np.array(image, dtype=np.uint8)``;
+the last overflows for a plain list of negative ints on NumPy 2. So the value is a ``list`` *subclass* with
+``__array__``.
 
-Filling the list is dear (measured at 640x480x3: 6 ms, against 0.02 ms for ``np.array(image,
-dtype=np.uint8)`` from the bytes), so it happens at the first touch. The value passes through up to three
-states, and each state is a class, because Python looks methods up on the class: what needs no guard any
-more costs no guard.
+Filling the list is expensive (measured at 640x480x3: 6 ms, against 0.02 ms for ``np.array(image,
+dtype=np.uint8)`` from the bytes), so it happens at the first access. The value passes through up to three
+states, and each state is a class, because Python looks methods up on the class: methods without a guard cost
+nothing.
 
 ======  ====================================  ============================================================
 state   holds                                 guarded methods
@@ -18,14 +18,14 @@ read    received bytes and the filled list    those that change it: the first dr
 edited  the list alone                        none; arrays are made from the list, so they are never stale
 ======  ====================================  ============================================================
 
-Does that satisfy consumers written in C? Those that go through the protocols: yes, also when unread. They
-read a list's memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``,
-``f(*x)``, ``json``, ``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few
-read the memory of any subclass (``array.fromlist``, ``heapq``). They meet the Nones of an unread value and
-raise TypeError: the list has its full length from the start (0.24 ms, while the picture is waited for)
-so that this is a loud failure and never an empty picture. Any touch (``image[0]``) or copy (``list(image)``)
-before such a call cures it. An edit that such a function, or ``list.append(image, 1)`` past the class, makes
-to a *read* value is the one thing that goes unnoticed.
+Consumers written in C work if they use Python's protocols, also with an unread value. They read a list's
+memory only if it is *exactly* a list (``PySequence_Fast``, ``list(x)``, ``tuple(x)``, ``f(*x)``, ``json``,
+``struct.pack``, ``np.fromiter``), or ask item by item (``array.array('b', x)``). A few read the memory of any
+subclass (``array.fromlist``, ``heapq``). They find the Nones of an unread value and raise TypeError: the list
+has its full length from the start (0.24 ms, while the image is awaited) so that the failure is visible and
+never an empty image. Any access (``image[0]``) or copy (``list(image)``) before such a call avoids it. An
+edit that such a function, or ``list.append(image, 1)`` past the class, makes to a *read* value is the only
+one that is not noticed.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import DTypeLike, NDArray
 
-_CHUNK = 16384  # values converted at once: the temporary arrays then stay in the processor's cache
+_CHUNK = 16384  # values converted at once: the temporary arrays then fit the processor's cache
 
-_NONES = (None,) * 16  # repeating so many at once takes two thirds of the time of one
+_NONES = (None,) * 16  # multiplying a tuple of 16 takes two thirds of the time of a tuple of one
 
 _COMPARES = ["__eq__", "__ne__", "__lt__", "__le__", "__gt__", "__ge__"]
 _READS = [
@@ -56,7 +56,7 @@ _EDITS = [
 
 
 class PixelList(list[Any]):
-    """A sensor's picture as a list of numbers; see `VisionImage` and `DepthBuffer`."""
+    """A sensor's image as a list of numbers; see `VisionImage` and `DepthBuffer`."""
 
     __slots__ = ("_received", "channels", "height", "width")
 
@@ -64,9 +64,9 @@ class PixelList(list[Any]):
     _unread: ClassVar[Any]  # the three states: subclasses made by __init_subclass__, and the class itself
     _read: ClassVar[Any]
     _edited: ClassVar[Any]
-    _spare: ClassVar[deque[Any]]  # the one that was made in advance, if there is one
+    _spare: ClassVar[deque[Any]]  # the list made in advance, if there is one
     _last_length: ClassVar[int]
-    _next_length: ClassVar[int]  # where the last two were equally long; 0: nobody knows
+    _next_length: ClassVar[int]  # length of the last two images; 0: they differ
 
     width: int
     height: int
@@ -76,13 +76,13 @@ class PixelList(list[Any]):
     def __init__(
         self, values: Iterable[Any] = (), width: int = 0, height: int = 0, channels: int = 1
     ) -> None:
-        """A value that was not received but made here; `from_bytes` is the usual way."""
+        """Make a value that was not received; `from_bytes` is the usual way."""
         super().__init__(values)
         self.width, self.height, self.channels = width, height, channels
         self._received = None
 
     def __init_subclass__(cls, *, is_state: bool = False) -> None:
-        """Give a kind of picture its two guarded states; the class itself is the third, edited."""
+        """Make the two guarded states of a kind of image; the class itself is the third, edited."""
         if not is_state:
             cls._edited = cls
             cls._spare, cls._last_length, cls._next_length = deque(maxlen=1), 0, 0
@@ -91,13 +91,14 @@ class PixelList(list[Any]):
 
     @classmethod
     def _guarded(cls, base: type[PixelList], prepare: str, names: Iterable[str]) -> type[PixelList]:
-        """`base` with methods that first `prepare` (move the value to its next state), then call again."""
+        """Return `base` with methods that first call `prepare`, which moves the value to its next state, then
+        run."""
 
         def guard(name: str) -> Callable[..., Any]:
             def guarded(self: PixelList, *args: Any, **kwargs: Any) -> Any:
                 getattr(self, prepare)()
                 if name in _COMPARES and isinstance(args[0], PixelList):
-                    args = (list(args[0]),)  # comparing reads the other's memory too
+                    args = (list(args[0]),)  # comparing reads the memory of the other list too
                 return getattr(self, name)(*args, **kwargs)
 
             return functools.wraps(getattr(list, name))(guarded)
@@ -106,7 +107,8 @@ class PixelList(list[Any]):
         return type(cls.__name__, (base,), members | {name: guard(name) for name in names}, is_state=True)
 
     def _fill(self) -> None:
-        """Unread -> read. Piece by piece in place: two threads that meet here write the same values."""
+        """Fill the list: unread -> read. In place and in chunks: two threads that do so at once write the
+        same values."""
         received, size = self._received, self._item_bytes
         assert received is not None
         for start in range(0, len(self), _CHUNK):
@@ -115,20 +117,23 @@ class PixelList(list[Any]):
         self.__class__ = self._read
 
     def _forget_bytes(self) -> None:
-        """Read -> edited."""
+        """Drop the bytes: read -> edited."""
         self._received = None
         self.__class__ = self._edited
 
     @classmethod
     def prepare(cls) -> None:
-        """Make the list of the next picture, to be called while that is waited for: if it is likely to be as large as
-        the last two. A list of another length helps nobody, and the one for 1920x1080 takes some 30 ms."""
+        """Make the list of the next image while it is awaited, if it is likely to have the length of the last
+        two.
+
+        A list of another length is of no use, and the one for 1920x1080 takes some 30 ms.
+        """
         if cls._next_length and not cls._spare:
             cls._spare.append(cls._new(cls._next_length))
 
     @classmethod
     def _of_nones(cls, length: int) -> Self:
-        """A list of its full length, made in advance if possible."""
+        """Return a list of Nones of this length, made in advance if possible."""
         cls._next_length = length if length == cls._last_length else 0
         cls._last_length = length
         try:
@@ -152,7 +157,7 @@ class PixelList(list[Any]):
         values = width * height * channels
         if received.nbytes != values * cls._item_bytes:
             raise ValueError(
-                f"a {width}x{height} picture of {channels} channel(s) takes "
+                f"a {width}x{height} image of {channels} channel(s) takes "
                 f"{values * cls._item_bytes} bytes, got {received.nbytes}"
             )
         self = cls._of_nones(values)
@@ -163,28 +168,28 @@ class PixelList(list[Any]):
 
     @property
     def array(self) -> NDArray[Any]:
-        """The picture as an array of shape (height, width) or (height, width, 3), bottom row first.
+        """Return the image as an array of shape (height, width) or (height, width, 3), bottom row first.
 
-        No copy: a read-only view of the bytes that were received. After an edit of the list it is made from
-        the list instead; ValueError if the list has lost its length.
+        No copy: a read-only view of the received bytes. After an edit the array is made from the list;
+        ValueError if the list has another length.
         """
         flat = self._flat()
         shape = (self.height, self.width) if self.channels == 1 else (self.height, self.width, self.channels)
         if flat.size != self.height * self.width * self.channels:
             raise ValueError(
-                f"the list was edited to {flat.size} values, which is no {shape} picture any more"
+                f"the list was edited to {flat.size} values, which do not fit an image of shape {shape} any more"
             )
         return flat.reshape(shape)
 
     def upright(self) -> NDArray[Any]:
-        """`array` with the top row first, as screens and OpenCV count; a read-only view too."""
+        """Return `array` with the top row first, as screens and OpenCV count; a read-only view too."""
         return self.array[::-1]
 
     def tobytes(self) -> bytes:
-        """The values as the wire carries them, bottom row first."""
+        """Return the values as in a message, bottom row first."""
         return bytes(self._received) if self._received is not None else self._encode()
 
-    # list + list reads the right side's memory, filled or not; these two are asked before that happens
+    # list + list reads the memory of the right side, filled or not: these two fill it before
     def __add__(self, other: list[Any]) -> list[Any]:
         return list(self) + (list(other) if isinstance(other, PixelList) else other)
 
@@ -208,24 +213,25 @@ class PixelList(list[Any]):
 
 
 class VisionImage(PixelList):
-    """What ``simxGetVisionSensorImage`` returns: width*height*channels signed ints.
+    """Image that ``simxGetVisionSensorImage`` returns: width*height*channels signed ints.
 
     Bottom row first, each row left to right, RGB interleaved.
 
-    As an array (``np.array(image)``) it is flat int64, so that ``+ 256`` and ``astype`` mean what they meant;
-    with ``dtype=np.uint8`` the values wrap to 0..255. New code takes `array` (uint8, no copy) or `upright()`.
+    As an array (``np.array(image)``) it is flat int64, so that ``+ 256`` and ``astype`` work as before; with
+    ``dtype=np.uint8`` the values wrap to 0..255. New code uses `array` (uint8, no copy) or `upright()`.
     """
 
     __slots__ = ()
 
     holds_pixels: ClassVar[bool] = True
-    """Tells the encoder that `tobytes` is what it would send."""
+    """Tells the encoder that `tobytes` returns the bytes to send."""
 
     @classmethod
     def from_bytes(
         cls, data: bytes | bytearray | memoryview, width: int, height: int, channels: int = 3
     ) -> VisionImage:
-        """From unsigned bytes as received; `channels` is 3 (RGB) or 1 (grey). ValueError on a wrong size."""
+        """Make an image from received unsigned bytes; `channels` is 3 (RGB) or 1 (grey). ValueError for a
+        wrong size."""
         return cls._from_buffer(data, width, height, channels)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
@@ -254,10 +260,10 @@ class VisionImage(PixelList):
 
 
 class DepthBuffer(PixelList):
-    """What ``simxGetVisionSensorDepthBuffer`` returns: width*height floats, bottom row first.
+    """Depth buffer that ``simxGetVisionSensorDepthBuffer`` returns: width*height floats, bottom row first.
 
     0 is the near clipping plane and 1 the far one, linear in the distance along the viewing axis. As an array
-    it is flat float64, as a list of Python floats would be; `array` is the received float32, without a copy.
+    it is flat float64, as for a list of Python floats; `array` is the received float32, without a copy.
     """
 
     __slots__ = ()
@@ -266,7 +272,7 @@ class DepthBuffer(PixelList):
 
     @classmethod
     def from_bytes(cls, data: bytes | bytearray | memoryview, width: int, height: int) -> DepthBuffer:
-        """From float32 values in this machine's byte order. ValueError on a wrong size."""
+        """Make a depth buffer from float32 values in this machine's byte order. ValueError for a wrong size."""
         return cls._from_buffer(data, width, height, 1)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
@@ -289,18 +295,18 @@ class DepthBuffer(PixelList):
 
 
 def _converted(values: NDArray[Any], dtype: DTypeLike | None, copy: bool | None) -> NDArray[Any]:
-    """An array of its own that may be written and resized, unless a view was asked for by ``copy=False``."""
+    """Return a separate array that may be written and resized, unless ``copy=False`` requests a view."""
     target = values.dtype if dtype is None else dtype
     if copy is False and values.dtype != target:
         raise ValueError(
-            f"a picture cannot be seen as {target} without a copy; leave copy=False out, or use .array"
+            f"an image cannot be seen as {target} without a copy; leave copy=False out, or use .array"
         )
     return values if copy is False else values.astype(target)
 
 
 @functools.cache
 def _signed_ints() -> tuple[list[int], Callable[[memoryview], NDArray[Any]] | None]:
-    """For each byte its signed Python int, and the same as a vectorised look-up where NumPy is installed.
+    """Return the signed Python int of each byte, and a vectorised look-up of the same if NumPy is installed.
 
     Picking prepared objects is three times as fast as ``int8.tolist()``, which allocates each int below -5.
     """

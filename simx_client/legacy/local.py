@@ -1,7 +1,7 @@
-"""The functions that do their work in the client: connection, pause, header fields, packing.
+"""The functions that work in the client: connection, pause, header fields, packing.
 
-Their names, parameters and sentences are in the table; a test holds both together. They keep the
-legacy spelling and, like all legacy functions, never raise for remote trouble.
+Their names, parameters and sentences are in the table; a test compares both. They keep the legacy spelling
+and, like all legacy functions, never raise for errors of the server or network.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.connection.message_header import PROTOCOL_HEADER_VERSION, client_time, header_field
 from simx_client.connection.pace import chosen_pace
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
@@ -39,15 +39,17 @@ def simxStart(
     timeOutInMs: int,
     commThreadCycleInMs: int,
 ) -> int:
-    """Connect to the server at an address (host names too) and port, or to ``REALM@ROUTER`` and the router's port.
+    """Connect to the server at an address (host names too) and port, or to ``REALM@ROUTER`` and the router's
+    port.
 
     Args:
+        connectionAddress: host name or address, or ``REALM@ROUTER``.
         connectionPort: a negative one, which selected shared memory in V-REP, means its absolute value.
         waitUntilConnected: False returns an id at once and connects in the background.
-        doNotReconnectOnceDisconnected: one attempt only, and no new one after a loss.
-        timeOutInMs: how long to keep trying. Negative: the time-out of this client's blocking calls
+        doNotReconnectOnceDisconnected: make one attempt only, and no new one after a loss.
+        timeOutInMs: how long to repeat attempts. Negative: the time-out of this client's blocking calls
             instead, and 5000 ms to connect.
-        commThreadCycleInMs: accepted; calls are sent at once here, so there is no cycle to set.
+        commThreadCycleInMs: accepted without effect: calls are sent at once.
 
     Returns:
         The lowest free client id, from 0; -1 with one line in the log that says why.
@@ -67,14 +69,14 @@ def simxStart(
         logger.warning("no connection to %s:%d: the port must be 1..65535, or negative", address, port)
         return -1
     try:
-        place, pace = find_place(address, port), chosen_pace()
+        server, pace = find_address(address, port), chosen_pace()
     except ValueError as error:
         logger.warning("no connection to %s:%d: %s", address, port, error)
         return -1
-    patience = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
-    attempt = patience if waits else 0.0  # in the background there is always a next one
+    timeout = milliseconds / 1000 if milliseconds > 0 else DEFAULT_TIMEOUT
+    attempt = timeout if waits else 0.0  # the background thread repeats attempts
     connection = Connection(
-        lambda: ZenohTransport(place, connect_timeout=attempt, retry=not once, asked_port=port),
+        lambda: ZenohTransport(server, connect_timeout=attempt, retry=not once, asked_port=port),
         where=f"{address}:{port}",
         timeout=-milliseconds / 1000 if milliseconds < 0 else DEFAULT_TIMEOUT,
         may_reconnect=not once,
@@ -87,12 +89,12 @@ def simxStart(
         connection.connect_in_background()
         return client_id
     try:
-        connection.connect(patience)
+        connection.connect(timeout)
     except ConnectionFailed as error:
-        logger.warning("no connection: tried %s over Zenoh; %s", place, error)
+        logger.warning("no connection: tried %s over Zenoh; %s", server, error)
         CLIENTS.discard(connection)
         return -1
-    except BaseException:  # Ctrl-C: a script may go on and try again
+    except BaseException:  # Ctrl-C: a script may continue and try again
         CLIENTS.discard(connection)
         raise
     return client_id
@@ -107,13 +109,14 @@ atexit.register(simxFinish, -1)
 
 
 def simxGetConnectionId(clientID: int) -> int:
-    """1 after the first connection, one more after each reconnection; -1 while not connected."""
+    """Return 1 after the first connection, one more after each reconnection; -1 while not connected."""
     connection = CLIENTS.get(clientID)
     return -1 if connection is None else connection.connection_id
 
 
 def simxGetPingTime(clientID: int) -> tuple[int, int]:
-    """(return code, milliseconds) of one blocking exchange; (0, 0) for an unknown client, as the original."""
+    """Return (return code, milliseconds) of one blocking exchange; (0, 0) for an unknown client, as the
+    original."""
     connection = CLIENTS.get(clientID)
     if connection is None:
         return 0, 0
@@ -124,13 +127,13 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
 
 
 def simxGetLastCmdTime(clientID: int) -> int:
-    """Simulation time in ms stamped on the reply that was fetched last; 0 while stopped."""
+    """Return the simulation time in ms of the reply that was fetched last; 0 while stopped."""
     connection = CLIENTS.get(clientID)
     return 0 if connection is None else connection.last_command_time_ms
 
 
 def simxPauseCommunication(clientID: int, enable: bool) -> int:
-    """Hold calls back (True), then send them together (False). Pauses nest."""
+    """Batch calls (True), then send them together (False). Pauses nest."""
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag
@@ -139,7 +142,8 @@ def simxPauseCommunication(clientID: int, enable: bool) -> int:
 
 
 def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """(1, value) of a header field of the newest reply, or (-1, 0). ``infoType`` is a simx_headeroffset_."""
+    """Return (1, value) of a header field of the newest reply, or (-1, 0). ``infoType`` is a
+    simx_headeroffset_."""
     connection = CLIENTS.get(clientID)
     header = None if connection is None else connection.newest_header()
     value = None if header is None else header_field(header, to_int32(infoType))
@@ -147,7 +151,7 @@ def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """(1, value) of a header field of the next outgoing message, or (-1, 0)."""
+    """Return (1, value) of a header field of the next outgoing message, or (-1, 0)."""
     connection = CLIENTS.get(clientID)
     if infoType == c.simx_headeroffset_version:
         return 1, PROTOCOL_HEADER_VERSION
@@ -159,35 +163,35 @@ def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxCreateBuffer(bufferSize: int) -> Any:
-    """A ctypes pointer to so many unsigned bytes, all 0; it keeps them alive."""
+    """Return a ctypes pointer to this number of unsigned bytes, all 0; it keeps them alive."""
     buffer = (ctypes.c_ubyte * max(0, to_int32(bufferSize)))()
     return ctypes.cast(buffer, ctypes.POINTER(ctypes.c_ubyte))
 
 
 def simxReleaseBuffer(buffer: Any) -> None:
-    """Nothing to do: Python frees the bytes when nobody holds the pointer."""
+    """Do nothing: Python frees the bytes with the last reference to the pointer."""
 
 
 def simxPackInts(intList: Any) -> bytearray:
-    """Little-endian int32 each."""
+    """Pack integers as little-endian int32."""
     values = to_ints(intList)
     return bytearray(struct.pack(f"<{len(values)}i", *values))
 
 
 def simxUnpackInts(intsPackedInString: Any) -> list[int]:
-    """The inverse of simxPackInts; trailing bytes are ignored."""
+    """Unpack the result of simxPackInts; ignore trailing bytes."""
     data = _packed(intsPackedInString)
     return list(struct.unpack_from(f"<{len(data) // 4}i", data))
 
 
 def simxPackFloats(floatList: Any) -> bytearray:
-    """Little-endian float32 each."""
+    """Pack numbers as little-endian float32."""
     values = to_floats(floatList)
     return bytearray(struct.pack(f"<{len(values)}f", *values))
 
 
 def simxUnpackFloats(floatsPackedInString: Any) -> list[float]:
-    """The inverse of simxPackFloats; trailing bytes are ignored."""
+    """Unpack the result of simxPackFloats; ignore trailing bytes."""
     data = _packed(floatsPackedInString)
     return list(struct.unpack_from(f"<{len(data) // 4}f", data))
 
@@ -207,13 +211,13 @@ def simxQuery(
     connection = CLIENTS.get(clientID)
     if connection is None:
         return c.simx_return_initialize_error_flag, bytearray()
-    patience = max(0, to_int32(timeOutInMs)) / 1000
-    deadline = time.monotonic() + patience
+    timeout = max(0, to_int32(timeOutInMs)) / 1000
+    deadline = time.monotonic() + timeout
     connection.invoke(_CLEAR_STRING, (retSignalName,), c.simx_opmode_oneshot)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_remove)
     connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_streaming)
     code = connection.blocking(
-        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(patience, connection.timeout)
+        _SET_STRING, _SET_STRING.coerce((signalName, signalValue)), min(timeout, connection.timeout)
     )
     if code:
         connection.invoke(_TAKE_STRING, (retSignalName,), c.simx_opmode_discontinue)

@@ -1,6 +1,6 @@
-"""How a reply becomes what a legacy function returns, and what it returns when there is none.
+"""Marshalling: convert arguments and replies, and make the results of legacy functions, also without a reply.
 
-One ``Shape`` per command, made from the table: argument coercion, the key, the tuple.
+One ``Shape`` per command, made from the table: argument coercion, the key, the result tuple.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Shape:
     def __init__(self, command: Command, operation: Operation = Operation.EXECUTE) -> None:
         self.command = command
         self.operation = operation
-        """What the server is to do with it in blocking mode."""
+        """Operation that the server executes in blocking mode."""
 
         self._arguments = tuple((argument.name, argument.kind.coerce) for argument in command.arguments)
         self._coercions = tuple(argument.kind.coerce for argument in command.arguments)
@@ -47,10 +47,10 @@ class Shape:
         self.is_set = len(command.arguments) > len(command.key)
         self.gives_nothing = not command.results
         self.only_newest = not (command.takes_what_it_reads or command.stream_ends_with_hit)
-        """A reply takes the place of the one before, and nothing else follows from it."""
+        """A reply replaces the one before and has no other effect."""
 
     def coerce(self, arguments: tuple[Any, ...]) -> list[Any]:
-        """Arguments as they travel.
+        """Convert arguments to the types of a message.
 
         Raises:
             TypeError, IndexError: naming the function and the argument.
@@ -66,33 +66,34 @@ class Shape:
             raise
 
     def mode(self, value: Any) -> int:
-        """An operation mode that is no plain int: numpy's, a bool. Raises TypeError for anything else."""
+        """Return an operation mode given as another type than int: NumPy's integers, bool. Raises TypeError
+        for others."""
         try:
             return to_int32(value)
         except TypeError as error:
             raise TypeError(f"{self.command.name}: operationMode {error}") from None
 
     def key(self, arguments: list[Any]) -> Key:
-        """What makes two calls the same command: the function and its identifying arguments."""
+        """Return the key, which makes two calls the same command: the function and its identifying arguments."""
         return self.command.name, self._identifying(arguments)
 
     def prepare(self) -> None:
-        """To be called while the answer is waited for: make what takes long and does not depend on it."""
+        """Prepare what takes long and does not depend on the answer, while it is awaited."""
         if self.command.gives_image:
             (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
 
     def failure(self, code: int) -> Any:
-        """The return value when there is no data: the code, and defaults."""
+        """Return the result without data: the code, and defaults."""
         if not self._results:
             return code
         return (code, *[kind.default() for kind in self._results])
 
     def success(self, values: list[Any]) -> Any:
-        """The return value made of a reply. Lists are new each time: scripts change them in place."""
+        """Return the result made of a reply. Lists are new each time: scripts change them in place."""
         if not self._results:
             return 0
         if self.command.gives_image:
-            return _picture(self._results[1], values)
+            return _image(self._results[1], values)
         return (
             0,
             *[
@@ -103,11 +104,11 @@ class Shape:
 
 
 def _picked(positions: tuple[int, ...]) -> Callable[[list[Any]], Any]:
-    """Gives the items at these positions: none, one, or a tuple of several."""
+    """Return a function that picks the items at these positions: none, one, or a tuple of several."""
     return cast(Callable[[list[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
 
 
-def _picture(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
+def _image(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:
     (width, height), data = values
     if kind is DEPTHS:
         return 0, [width, height], DepthBuffer.from_bytes(data, width, height)

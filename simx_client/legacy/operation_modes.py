@@ -1,4 +1,4 @@
-"""What the operation modes mean: which calls are sent, and where a result is taken from.
+"""Operation modes: which calls are sent, and where a result is taken from.
 
 The original's rules, with its words:
 
@@ -30,11 +30,11 @@ _STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
 
 
 MAX_UNREAD_TEXTS = 50
-"""Error texts that a stream of them keeps for a client that does not read; the oldest go first, as in the server."""
+"""Maximum number of unread error texts in a stream; the oldest are dropped first, as in the server."""
 
 
 class Stream(NamedTuple):
-    """An armed stream: the id it goes by and what was asked."""
+    """An active stream: its id and its call."""
 
     call_id: int
     arguments: list[Any]
@@ -42,9 +42,9 @@ class Stream(NamedTuple):
 
 
 class Modes:
-    """Inbox, streams and outbox of one client, without any transport or waiting.
+    """Inbox, streams and outbox of one client, without transport or waiting.
 
-    The outbox collects calls, which the owner of this object sends. ``absorb`` takes what came back.
+    ``outbox`` collects calls; the owner of this object sends them. ``absorb`` stores what came back.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Modes:
         self._next_call_id = 1
         self._streams: dict[Key, Stream] = {}
         self._asked: dict[int, tuple[Key, Shape]] = {}
-        """Every call whose reply is not here yet, and every stream: id to key."""
+        """Calls without a reply yet, and streams: id to key."""
 
         self._cancels: dict[int, Key] = {}
         self._ended: dict[int, int] = {}
@@ -67,28 +67,28 @@ class Modes:
     # --- sending ---------------------------------------------------------------------------------
 
     def take_outbox(self) -> list[Call]:
-        """The calls to send now, in order; the outbox is empty afterwards."""
+        """Return the calls to send now, in order, and empty the outbox."""
         calls = list(self._outbox.values())
         self._outbox.clear()
         return calls
 
     @property
     def unsent(self) -> int:
-        """How many calls are in the outbox."""
+        """Return how many calls are in the outbox."""
         return len(self._outbox)
 
     def _queue(
         self, shape: Shape, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
     ) -> int:
-        """Put a call into the outbox. An unsent call with the same key is replaced: only the last survives,
-        behind the others if it carries a value, in its old place if it is a question."""
+        """Put a call into the outbox. An unsent call with the same key is replaced: the last one remains, at
+        the end if it carries a value, in its old position if it reads."""
         call, outbox = self._make(shape, key, operation, arguments, delay_ms), self._outbox
         slot: Any = call.call_id if shape.command.keeps_every_call else key
         if slot in outbox:
             unsent = outbox.pop(slot) if shape.is_set else outbox[slot]
             self._asked.pop(unsent.call_id, None)
             if self._cancels.pop(unsent.call_id, None) is not None and (stream_id := unsent.arguments[0]):
-                outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends all the same
+                outbox["cancel", stream_id] = unsent._replace(call_id=0)  # it ends the stream all the same
         outbox[slot] = call
         return call.call_id
 
@@ -101,13 +101,13 @@ class Modes:
         return of_fields(Call, (call_id, operation, delay_ms, shape.command.name, arguments))
 
     def new_call_id(self) -> int:
-        """An id that no other call of this client has."""
+        """Return an id that no other call of this client has."""
         call_id = self._next_call_id
         self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
         return call_id
 
     def _end_stream(self, key: Key) -> None:
-        """Forget a stream and tell the server, ahead of whatever replaces it."""
+        """Forget a stream and cancel it at the server, ahead of the call that replaces it."""
         stream = self._streams.pop(key, None)
         if stream is not None:
             cancel_id = 0  # without an answer
@@ -125,13 +125,13 @@ class Modes:
     def ask(
         self, shape: Shape, arguments: list[Any], pace: Pace = Pace.FREE, *, is_held: bool = False
     ) -> list[Call]:
-        """Blocking mode, first half: make the call and remember which reply to wait for.
+        """Start a blocking call: make it and remember which reply to wait for.
 
         Args:
             is_held: nothing can be sent now, so the call goes into the outbox.
 
         Returns:
-            The calls to send now, in order: this one, behind those of the outbox.
+            The calls to send now, in order: those of the outbox, then this one.
         """
         self._awaited_key = key = shape.key(arguments)
         self._end_stream(key)
@@ -144,7 +144,7 @@ class Modes:
         return [call]
 
     def answer(self, shape: Shape) -> Any:
-        """Blocking mode, second half: the return value, and the entry of this key is gone.
+        """Finish a blocking call: return its result and remove the entry of its key.
 
         Without a reply the code is timeout, with novalue unless an older reply was in the inbox. The reply
         may still come: it then waits in the inbox for a later call in buffer mode.
@@ -163,7 +163,7 @@ class Modes:
         return self._answer is not None
 
     def call(self, shape: Shape, arguments: list[Any], mode: int) -> Any:
-        """Every mode but blocking: update the outbox, return what is known now."""
+        """Make a call in a mode other than blocking: update the outbox, return the present result."""
         base, low = mode & MODE_MASK, mode & ~MODE_MASK
         key = shape.key(arguments)
         if mode == c.simx_opmode_remove:
@@ -184,7 +184,8 @@ class Modes:
         return result
 
     def _is_on_the_way(self, key: Key) -> bool:
-        """Whether a reply will come. Pictures may be asked for faster than they are made, and would pile up."""
+        """Return whether a reply will come. Images may be requested faster than they are made, and would
+        queue up."""
         return any(asked == key for asked, _ in self._asked.values())
 
     def _arm(self, shape: Shape, key: Key, arguments: list[Any], delay_ms: int) -> None:
@@ -208,7 +209,7 @@ class Modes:
     # --- receiving -------------------------------------------------------------------------------
 
     def absorb(self, delivery: Delivery) -> None:
-        """Store what came back. Replies nobody asked for any more are dropped."""
+        """Store what came back. Replies that no call waits for are dropped."""
         for reply in delivery.replies:
             call_id = reply.call_id
             asked = self._asked.get(call_id)
@@ -235,7 +236,7 @@ class Modes:
                 self._store(shape, key, reply)
 
     def _absorb_done(self, reply: Reply) -> None:
-        """One answer to several calls, with ids one behind the other, up to one that it cannot be the answer to."""
+        """Store one answer to several calls with consecutive ids, up to the first that it cannot answer."""
         count, done = reply.values[0], reply._replace(values=[])
         for call_id in range(reply.call_id, reply.call_id + count if type(count) is int else 0):
             asked = self._asked.get(call_id)
@@ -248,7 +249,7 @@ class Modes:
             self.inbox[asked[0]] = done
 
     def _absorb_end(self, call_id: int) -> None:
-        """Of a stream, if it was ended by that call; other answers nobody waits for any more."""
+        """Store the end of a stream, if that call ended it; drop other answers that no call waits for."""
         cancelled = self._cancels.pop(call_id, None)
         if cancelled is None:
             ended = self._ended.pop(call_id, None)
@@ -275,7 +276,7 @@ class Modes:
             return shape.failure(c.simx_return_novalue_flag)
         if not reply.status:
             if shape.command.takes_what_it_reads:
-                # A stream goes on: nothing new means empty data, not novalue.
+                # A stream continues: no news means empty data, not novalue.
                 self.inbox[key] = reply._replace(values=[reply.values[0][:0]])
                 if key not in self._streams:
                     del self.inbox[key]
@@ -288,10 +289,10 @@ class Modes:
         return shape.failure(reply.status) if reply.status else shape.success(reply.values)
 
     def lose(self, *, arms_again: bool) -> None:
-        """The connection was lost: everything on the way or stored is gone; counters stay.
+        """Handle the loss of the connection: drop everything stored or on the way; keep the counters.
 
         Args:
-            arms_again: queue the streams anew, in their order, for a server that comes back.
+            arms_again: queue the streams again, in their order, for a server that comes back.
         """
         streams = [(self._asked[stream.call_id], stream) for stream in self._streams.values()]
         self.inbox.clear()
@@ -307,6 +308,6 @@ class Modes:
 
 
 def _together(unread: Any, new: Any) -> Any:
-    """What was not read yet and what came now, of a command that takes what it reads: bytes, or texts."""
+    """Join unread and new values of a command that takes what it reads: bytes, or texts."""
     both = unread + new
     return both if type(both) is bytes else both[-MAX_UNREAD_TEXTS:]

@@ -1,4 +1,4 @@
-"""Writes ``__init__.pyi`` and ``calls.pyi`` from the table, so editors complete and type checkers check.
+"""Write ``__init__.pyi`` and ``calls.pyi`` from the table, for completion in editors and for type checkers.
 
 ``python -m simx_client.legacy.stubs`` writes the files; a test fails when one is stale.
 """
@@ -29,7 +29,7 @@ _ACCEPTED = {
     "list[float]": "Iterable[SupportsFloat]",
     "list[str]": "Iterable[str]",
 }
-"""What an argument may be, wider than what a result is."""
+"""Types accepted for an argument, wider than those of a result."""
 
 _HEADER = '''"""Generated from the table by ``python -m simx_client.legacy.stubs``; do not edit."""
 
@@ -94,13 +94,13 @@ def _noted(name: str, command: Command) -> str:
 
 
 def render_calls() -> str:
-    """The whole stub file of the recorder of a batch."""
+    """Return the stub file of the recorder of a batch."""
     lines = [_noted(name, command) for command in TABLE if is_batched(command) for name in command.names]
     return _CALLS_HEADER + "\n".join(lines) + "\n"
 
 
 def render() -> str:
-    """The whole stub file."""
+    """Return the stub file of the package."""
     lines = [f"{name}: int" for name in vars(constants) if not name.startswith("_")]
     for command in TABLE:
         for name in command.names:

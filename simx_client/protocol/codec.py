@@ -1,4 +1,4 @@
-"""Messages to bytes and back. Everything that arrives is hostile: the only error out of here is CodecError."""
+"""Messages to bytes and back. Bytes from outside may be hostile: this module raises only CodecError for them."""
 
 from __future__ import annotations
 
@@ -12,40 +12,42 @@ import msgpack
 from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, of_fields
 
 MAX_MESSAGE = 256 << 20
-"""Largest message in bytes that is decoded."""
+"""Maximum size of a decoded message in bytes."""
 
 MOST_VALUES = 4_000_000
-"""Values in one message, lists within lists counted with all they hold: a byte can become an object of sixty."""
+"""Maximum number of values in one message, with those of nested lists: a byte can become an object of sixty
+bytes."""
 
 _MOST_MEMBERS = 1000
-"""Of a map, which no message has."""
+"""Maximum number of members of a map; no message contains one."""
 
 _SMALL = 1 << 16
-"""Bytes of a message whose values nobody needs to count."""
+"""Size in bytes of a message whose values need not be counted."""
 
 _BEYOND_FLOAT32 = (2.0 - 2.0**-24) * 2.0**127
-"""The least number that rounds to more than the greatest float32."""
+"""Smallest number that rounds to more than the largest float32."""
 
 _REPLY_HEAD = bytes((0x90 | len(Reply._fields),))
-"""msgpack's word for a list of so many items."""
+"""msgpack's header of a list of this number of items."""
 
 _BUFFER = 64 << 10
-"""Bytes that each thread keeps for packing."""
+"""Size of each thread's buffer for packing in bytes."""
 
 
 class CodecError(ValueError):
-    """These bytes are not the message they should be."""
+    """The bytes are not a valid message of the expected kind."""
 
 
 def _plain(value: Any) -> Any:
-    """Numpy scalars and arrays as what they hold."""
+    """Convert NumPy scalars and arrays to plain values."""
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"cannot send a {type(value).__name__}")
 
 
 def encode(message: Batch | Delivery | Greeting | Welcome | Status | tuple[int, int, list[Any]]) -> bytes:
-    """Pack a message: lists in field order, float32 numbers; beyond their range infinity, as in C."""
+    """Pack a message: lists in field order, float32 numbers; infinity for numbers beyond their range, as in
+    C."""
     try:
         return _pack(message)
     except OverflowError:
@@ -53,7 +55,7 @@ def encode(message: Batch | Delivery | Greeting | Welcome | Status | tuple[int, 
 
 
 class _Packer(threading.local):
-    """One for each thread: making one, with its buffer, takes longer than packing a call."""
+    """Packer of one thread: making one, with its buffer, takes longer than packing a call."""
 
     pack: Callable[[Any], bytes]
 
@@ -61,7 +63,7 @@ class _Packer(threading.local):
         self.renew()
 
     def renew(self) -> None:
-        """Let go of the buffer, which has the size of the largest message so far."""
+        """Free the buffer, which has the size of the largest message so far."""
         self.pack = msgpack.Packer(
             use_single_float=True, unicode_errors="surrogateescape", default=_plain, buf_size=_BUFFER
         ).pack
@@ -78,12 +80,13 @@ def _pack(message: Any) -> bytes:
 
 
 def pack_answer(status: int, time_ms: int, values: list[Any]) -> bytes:
-    """A reply without its id, to be packed once for all who get it."""
+    """Pack a reply without its id, once for all its receivers."""
     return encode((status, time_ms, values))[1:]
 
 
 def answer_packer(status: int, time_ms: int) -> Callable[[list[Any]], bytes]:
-    """`pack_answer` for many answers that differ in their values alone; on this thread, for a moment."""
+    """Return `pack_answer` for many answers that differ only in their values; for immediate use on this
+    thread."""
     head = pack_answer(status, time_ms, [])[:-1]
     pack = _PACKER.pack
 
@@ -100,7 +103,7 @@ def answer_packer(status: int, time_ms: int) -> Callable[[list[Any]], bytes]:
 
 
 def pack_reply_head(call_id: int) -> bytes:
-    """What makes a reply of an answer packed before, put in front of it."""
+    """Pack the head that completes a packed answer to a reply."""
     return _REPLY_HEAD + _pack(call_id)
 
 
@@ -108,9 +111,9 @@ def encode_delivery(empty: Delivery, replies: bytes, count: int) -> bytes:
     """Pack a delivery.
 
     Args:
-        empty: without replies.
-        replies: packed, one behind the other.
-        count: of replies.
+        empty: the delivery without replies.
+        replies: packed replies, one after the other.
+        count: number of replies.
     """
     begin = _pack(empty)[:-1]
     if count < 16:
@@ -119,7 +122,7 @@ def encode_delivery(empty: Delivery, replies: bytes, count: int) -> bytes:
 
 
 def _in_range(value: Any) -> Any:
-    """A message with infinity in place of every number that no float32 can hold."""
+    """Return a message with infinity for every number beyond float32."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
@@ -139,7 +142,7 @@ def _unpack(payload: bytes) -> list[Any]:
         value = msgpack.unpackb(
             payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, more)
         )
-    except Exception as error:  # msgpack raises many kinds, all of them mean the same here
+    except Exception as error:  # msgpack raises many types, all with the same meaning here
         raise CodecError(f"not a message: {error}") from None
     if not isinstance(value, list):
         raise CodecError(f"not a message: a {type(value).__name__} instead of a list")
@@ -147,7 +150,7 @@ def _unpack(payload: bytes) -> list[Any]:
 
 
 def _bounded() -> dict[str, Any]:
-    """Options for unpacking that end it when there are too many values, before they have filled the memory."""
+    """Return options for unpacking that stop it at too many values, before they fill the memory."""
     left = MOST_VALUES
 
     def count(values: Any) -> Any:
@@ -174,13 +177,14 @@ _FIELD_TYPES: dict[type[Any], tuple[type, ...]] = {
     Welcome: (int, str, str, str, str),
     Status: (int, str, str, str, int, list, str, int, float, float, float, str),
 }
-"""What each message is made of, in field order; one comparison checks them all, as every call passes here."""
+"""Types of each message's fields, in order; one comparison checks them all, since every call is decoded here.
+"""
 
 _BATCH, _CALL, _DELIVERY, _REPLY = (_FIELD_TYPES[kind] for kind in (Batch, Call, Delivery, Reply))
 
 
 def _wrong(kind: type[Any], value: Any) -> CodecError:
-    """Why a value is not the fields of this message."""
+    """Return the error for a value that does not have the fields of this message."""
     names = kind._fields
     if not isinstance(value, list) or len(cast(list[Any], value)) != len(names):
         return CodecError(f"a {kind.__name__} has {len(names)} fields ({', '.join(names)})")
@@ -193,7 +197,7 @@ def _wrong(kind: type[Any], value: Any) -> CodecError:
 
 
 def _each(kind: type[Any], types: tuple[type, ...], items: list[Any]) -> list[Any]:
-    """The messages that a message carries."""
+    """Return the messages inside a message."""
     found: list[Any] = []
     for item in items:
         if item.__class__ is not list or tuple(map(type, item)) != types:
@@ -203,7 +207,7 @@ def _each(kind: type[Any], types: tuple[type, ...], items: list[Any]) -> list[An
 
 
 def decode_batch(payload: bytes) -> Batch:
-    """Unpack and check what a client sent; arguments are checked later, against the table."""
+    """Unpack and check a client's batch; arguments are checked later, against the table."""
     value = _unpack(payload)
     if tuple(map(type, value)) != _BATCH:
         raise _wrong(Batch, value)
@@ -212,9 +216,10 @@ def decode_batch(payload: bytes) -> Batch:
 
 
 def decode_callers(payload: bytes, most: int) -> tuple[int, int, list[int]]:
-    """Message id, client time and the ids of the first `most` calls of a batch that is too large to be unpacked.
+    """Return message id, client time and the ids of the first `most` calls of a batch that is too large to be
+    unpacked.
 
-    Nothing else of it is kept, so this takes no memory. Raises CodecError.
+    Nothing else is kept, so this takes no memory. Raises CodecError.
     """
     unpacker: Any = msgpack.Unpacker(max_buffer_size=max(1, len(payload)))
     try:
@@ -239,7 +244,7 @@ def decode_callers(payload: bytes, most: int) -> tuple[int, int, list[int]]:
 
 
 def decode_delivery(payload: bytes) -> Delivery:
-    """Unpack what a server sent."""
+    """Unpack and check a server's delivery."""
     value = _unpack(payload)
     if tuple(map(type, value)) != _DELIVERY:
         raise _wrong(Delivery, value)
@@ -250,7 +255,7 @@ def decode_delivery(payload: bytes) -> Delivery:
 def decode_greeting(payload: bytes) -> Greeting:
     """Unpack and check the first message of a client; a newer version may have more fields."""
     value = _unpack(payload)[: len(Greeting._fields)]
-    if len(value) == len(Greeting._fields) - 1:  # of before there were two versions
+    if len(value) == len(Greeting._fields) - 1:  # of versions with one protocol version
         value.append(value[0])
     if tuple(map(type, value)) != _FIELD_TYPES[Greeting]:
         raise _wrong(Greeting, value)
@@ -266,7 +271,7 @@ def decode_welcome(payload: bytes) -> Welcome:
 
 
 def decode_status(payload: bytes) -> Status:
-    """Unpack and check what a server says about itself; a newer version may have more fields."""
+    """Unpack and check a server's status; a newer version may have more fields."""
     value = _unpack(payload)[: len(Status._fields)]
     if tuple(map(type, value)) != _FIELD_TYPES[Status]:
         raise _wrong(Status, value)

@@ -1,4 +1,4 @@
-"""Every public constant of the legacy remote API, name and value, in the order of the original module.
+"""Public constants of the legacy remote API, in the order of the original module.
 
 Names and values are facts of the interface (V-REP 3.x ``vrepConst``, CoppeliaSim ``simConst``).
 """

@@ -1,7 +1,7 @@
-"""Where this server and its client differ from the original on purpose: numbered, each held by a test.
+"""Intended differences from the original: numbered, each with a test.
 
-The one place they are written: README shows those of `IN_README`, docs/coverage.md all. A number is never given again;
-new differences go to the end. The handlers' docstrings say `Differs:` where one of them is made.
+README shows those of `IN_README`, docs/coverage.md all. Numbers are never reused; new differences go to the
+end. Handlers' docstrings mark them with `Differs:`.
 """
 
 from __future__ import annotations
@@ -10,26 +10,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 IN_README = (1, 2, 3, 5, 7, 9, 10)
-"""Numbers of those that the README has too: scripts notice them first."""
+"""Numbers of the differences in the README: scripts notice these first."""
 
 
 NEVER = "never"
-"""A program that worked with V-REP behaves the same: what differs is of use to it, to scenes or to new programs."""
+"""A program that worked with V-REP behaves the same: only scenes or new programs notice the difference."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One difference; its number is its place in `DIFFERENCES`, from 1."""
+    """One difference; its number is its position in `DIFFERENCES`, from 1."""
 
     title: str
     text: str
-    """May be empty; together with the title it says what is different here."""
+    """May be empty; together with the title it describes this project's behaviour."""
     test: str
-    """The test that holds it, as pytest names it."""
+    """The test of the difference, as pytest names it."""
     commands: str = ""
-    """Functions it is seen in, separated by blanks; empty for what is no single function's."""
+    """Names of the functions affected, separated by blanks; empty if no single function is affected."""
     when: str = ""
-    """What a program does that makes it matter there, for simx-check: a call of one of `commands` if empty; nothing for
+    """The habit of a program that makes it matter, for simx-check: a call of one of `commands` if empty; nothing for
     `NEVER`; else a habit that `simx_client/checking/idioms.py` recognises, by its name there."""
 
     @property
@@ -146,7 +146,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxSetFloatSignal simxSetIntegerSignal simxSetStringSignal simxAppendStringSignal",
         when="signals and a stop",
     ),
-    # Only docs/coverage.md has those that follow.
+    # The README does not contain the differences from here on.
     Difference(
         "A blocking script call returns its own outputs.",
         "V-REP gave those of a oneshot call of the same function that was still on its way.",
@@ -185,7 +185,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(
         "Streaming again with equal arguments changes nothing.",
-        "The stream goes on; V-REP armed it anew. Scripts that read with streaming each time cost nothing.",
+        "The stream continues; V-REP started it again. Scripts that read with streaming each time cost nothing.",
         "tests/conformance/test_mode_rules.py::test_streaming_again_with_equal_arguments_leaves_the_stream_as_it_is",
         when=NEVER,
     ),
@@ -317,7 +317,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxCheckCollision simxReadCollision",
     ),
     Difference(
-        "Every console has a handle of its own;",
+        "Every console has a different handle;",
         "the original without a window gave all of them 1. Printing to one that never was is an error.",
         "tests/server/parts/test_user_interface_consoles.py::"
         "test_closing_is_never_an_error_and_a_handle_that_never_was_cannot_be_printed_to",
@@ -337,7 +337,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "simxLoadUI",
     ),
     Difference(
-        "There is no predefined assembly (code 8).",
+        "Predefined assembly is not available (code 8).",
         "V-REP assembled with the handle plus 0x400000 and keepInPlace false; place the object, then set its parent.",
         _OBJECTS + "test_the_assembly_flag_is_8_unless_the_place_is_kept",
         "simxSetObjectParent",
@@ -516,7 +516,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "There are limits:",
         "4096 streams of a client (more are executed once), lists of a million items, texts of a million characters, "
-        "64 MiB of binary data. What is larger is code 8.",
+        "64 MiB of binary data. Larger values give code 8.",
         _CONNECTION + "test_what_is_beyond_the_limits_is_an_error_and_the_server_goes_on",
         when=NEVER,
     ),
@@ -545,7 +545,7 @@ DIFFERENCES: tuple[Difference, ...] = (
 
 
 def numbers_of(names: Iterable[str]) -> list[int]:
-    """Which differences are seen in a function, given all its names."""
+    """Return the numbers of the differences that affect a function, given all its names."""
     wanted = set(names)
     return [n for n, each in enumerate(DIFFERENCES, 1) if wanted & set(each.commands.split())]
 

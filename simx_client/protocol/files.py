@@ -1,4 +1,5 @@
-"""Files a world can be made of, by their endings; shared, as either side may look for the twin of a V-REP file."""
+"""Files of scenes and models, by their endings; shared, since client and server search for the twin of a
+V-REP file."""
 
 from __future__ import annotations
 
@@ -10,11 +11,11 @@ VREP_SUFFIXES = (".ttt", ".ttm", ".simscene.xml", ".simmodel.xml")
 VREP_UI_SUFFIX = ".ttb"
 
 MAX_FILE = 64 << 20
-"""Bytes of the largest file that travels."""
+"""Maximum size of a transferred file in bytes."""
 
 
 def vrep_stem(name: str) -> str | None:
-    """The file name of a V-REP scene or model without its ending; None for any other."""
+    """Return the file name of a V-REP scene or model without its ending; None for other files."""
     for suffix in VREP_SUFFIXES:
         if name.lower().endswith(suffix):
             return name[: -len(suffix)]
@@ -22,7 +23,7 @@ def vrep_stem(name: str) -> str | None:
 
 
 def twins(name: str) -> list[str]:
-    """Names of the files that may stand for a V-REP file, the best first; empty for any other."""
+    """Return names of files that may replace a V-REP file, the best first; empty for other files."""
     stem = vrep_stem(name)
     if stem is not None:
         return [stem + suffix for suffix in SCENE_SUFFIXES + MESH_SUFFIXES]

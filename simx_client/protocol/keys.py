@@ -2,14 +2,14 @@
 
 simx/<realm>/hello            queryable: greeting in, welcome out
 simx/<realm>/alive            liveliness token of the server
-simx/<realm>/status           queryable: what the server does and how loaded it is
-simx/<realm>/health           queryable, JSON: whether it works
-simx/<realm>/metrics          queryable, JSON: all that it counts
+simx/<realm>/status           queryable: state and load of the server
+simx/<realm>/health           queryable, JSON: health
+simx/<realm>/metrics          queryable, JSON: metrics
 simx/<realm>/client/<client>  liveliness token of a client
 simx/<realm>/call/<client>    batches of calls, client to server
 simx/<realm>/reply/<client>   deliveries, every one arrives
 simx/<realm>/stream/<client>  the newest values of all small streams of a client, of one instant
-simx/<realm>/picture/<client>/<call id>   the newest picture of one stream
+simx/<realm>/picture/<client>/<call id>   the newest image of one stream
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ ROOT = "simx"
 ANY_HELLO = f"{ROOT}/*/hello"
 ANY_ALIVE = f"{ROOT}/*/alive"
 VIEWER = "viewer-"
-"""Clients whose name begins so may only read. The name is part of every key, so access rules of Zenoh can hold a user
-to it, although the commands themselves are in payloads, which such rules do not see."""
+"""Clients whose name starts with this may only read. The name is part of every key, so Zenoh's access rules
+can restrict a user to it, although such rules cannot read the commands in payloads."""
 LONGEST = 64
-"""Characters of a realm or client name."""
+"""Maximum number of characters of a realm or client name."""
 
 _CHUNK = re.compile(rf"[A-Za-z0-9._-]{{1,{LONGEST}}}")
 
 
 def check_chunk(text: str) -> str:
-    """A realm or client name as part of a key.
+    """Return a realm or client name as part of a key.
 
     Raises:
-        ValueError: with the rule, when the text could not be one segment of a key expression.
+        ValueError: the text cannot be one segment of a key expression; the message contains the rule.
     """
     if not _CHUNK.fullmatch(text):
         raise ValueError(f"{text!r} cannot be part of a key: use 1 to 64 letters, digits, '.', '_' or '-'")
@@ -60,7 +60,7 @@ def metrics(realm: str) -> str:
 
 
 def realm_of(key: str) -> str:
-    """The realm in any of these keys."""
+    """Return the realm in any of these keys."""
     return key.split("/", 2)[1]
 
 

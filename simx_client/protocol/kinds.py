@@ -1,6 +1,6 @@
-"""Which values an argument or a result can have: how they are coerced, checked and handed out.
+"""Types of arguments and results: how values are coerced, checked and handed out.
 
-What they stand for, an object's handle or a signal's name, is the meaning (``table/meanings.py``).
+Meanings (``table/meanings.py``) refine them: an object's handle, a signal's name.
 
 ``coerce`` runs in the client and accepts everything that scripts are known to pass (numpy scalars,
 arrays of shape (1,), bools for ints, ctypes arrays, tuples, rows). ``check`` runs in the server, where
@@ -55,7 +55,7 @@ class Kind:
 
 
 def _scalar(value: Any) -> Any:
-    """The one element of an array of size 1; anything else as it is."""
+    """Return the element of an array of size 1, and any other value unchanged."""
     if getattr(value, "size", None) == 1 and hasattr(value, "item"):
         return value.item()
     return value
@@ -162,7 +162,7 @@ def _optional(coerce: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _describe(value: Any) -> str:
-    """Its type, and what it is if that is short: a message may hold lists a thousand deep, and megabytes of bytes."""
+    """Return its type, and the value if it is short: a message may hold deeply nested lists and megabytes of bytes."""
     kind = type(value).__name__
     if isinstance(value, (list, tuple, dict)):
         items = cast("list[Any] | tuple[Any, ...] | dict[Any, Any]", value)

@@ -1,7 +1,7 @@
-"""The Zenoh options both ends agree on, each with the reason it was chosen.
+"""Zenoh options of client and server, each with its reason.
 
-The figures behind them: fewer thread hand-overs save a sixth of a round trip, a longer queue of data
-batches a third of a picture's way, a lease of seconds notices a frozen peer.
+Measured effects: fewer thread hand-overs save a sixth of a round trip, a longer queue of data batches a third
+of an image's transfer; a lease of seconds detects a frozen peer.
 """
 
 from __future__ import annotations
@@ -15,42 +15,45 @@ from pathlib import Path
 from typing import Any
 
 WORKERS = 8
-"""Threads of Zenoh's pool in a client. Closing the link of a peer that stopped reading with its queue full keeps one of
-them for ten seconds, and with none left nobody is served; idle ones cost nothing that could be measured."""
+"""Threads of Zenoh's pool in a client. Closing the link of a peer that stopped reading with a full queue
+keeps one of them busy for ten seconds; without a free one no client is served. Idle threads have no
+measurable cost."""
 
 SERVER_WORKERS = 64
-"""The same in a server, where strangers choose how many links are closed: also a link that never finished its handshake
-keeps a thread for 40 ms, until the other system acknowledges the end. 1500 of them held 8 threads up for seconds."""
+"""The same in a server, where clients determine how many links are closed: a link that never finished its
+handshake also keeps a thread busy for 40 ms, until the other system acknowledges the end. 1500 of them
+blocked 8 threads for seconds."""
 
 READERS = 40
 """Threads of a server that read links. One waits for each link on which more arrives than is executed."""
 
 RUNTIME = f"(rx:(handover:app),acc:(handover:app),net:(handover:app),app:(worker_threads:{WORKERS}))"
-"""Merge Zenoh's thread pools, but leave transmission its own thread: with one pool for all, a large or
-express message from inside a callback stalls, and what a script does in its callbacks is not ours to know."""
+"""Merge Zenoh's thread pools, but keep a separate thread for transmission: with one pool for all, a large or
+express message from inside a callback stalls, and scripts may send any message from their callbacks."""
 
 CONFIGURED_SERVER_RUNTIME = RUNTIME.replace(f":{WORKERS}", f":{SERVER_WORKERS}")
-"""The same for a server with scouting or a configuration of the user's own."""
+"""The same for a server with scouting or a configuration file of the user."""
 
 SERVER_RUNTIME = (
     f"(rx:(worker_threads:{READERS}),acc:(handover:app),tx:(handover:app),net:(handover:app),"
     f"app:(worker_threads:{SERVER_WORKERS}))"
 )
-"""One pool for everything else: less per round trip. A server may, as it batches, sends nothing express
-and never answers from a callback; but not with scouting or a configuration of the user's own. The threads that read
-have a pool of their own: what is to be done next by a thread that waits for a flooding link is not done meanwhile."""
+"""One pool for everything else: shorter round trips. This works for a server that batches, sends nothing
+express and never answers from a callback, but not with scouting or a configuration file of the user. The
+reading threads have a separate pool: the next task of a thread that waits for a flooding link is delayed."""
 
 _VARIABLE = "ZENOH_RUNTIME"
 
 LEASE_MS = 4_000
-"""A peer that says nothing for so long is gone. This is for frozen ones and cut cables: a process that ends, however
-it ends, is noticed at once. Shorter, and a machine with much to do is taken for dead."""
+"""Lease in milliseconds: a peer silent for this time counts as lost. It detects frozen peers and cut cables;
+the end of a process is detected at once. With a shorter lease, a machine under load counts as lost."""
 
 FULL_QUEUE_US = 1_000_000
-"""A peer that takes nothing out of a full queue for so long is cut off; until then whoever sends to it waits."""
+"""Time in microseconds after which a peer that reads nothing from a full queue is disconnected; until then
+senders wait."""
 
 OPEN_TIMEOUT_MS = 1_500
-"""A port that accepts but does not speak Zenoh is given up after this time."""
+"""Time-out in milliseconds for a port that accepts but does not speak Zenoh."""
 
 COMMON: dict[str, Any] = {
     "scouting/multicast/enabled": False,
@@ -64,26 +67,28 @@ COMMON: dict[str, Any] = {
 
 CLIENT: dict[str, Any] = {
     **COMMON,
-    # Else each client keeps 16 MB of shared memory for what it sends, and a server that takes it, as its operator may
-    # choose, never lets go of it. Pictures can come through the server's own all the same, which is one for all.
+    # Otherwise each client allocates 16 MB of shared memory for its messages, which a server that accepts it,
+    # as its operator may choose, never frees. Images can still use the server's shared memory, which all
+    # clients share.
     "transport/shared_memory/transport_optimization/enabled": False,
 }
 
 SERVER: dict[str, Any] = {
     **COMMON,
-    # What a peer sends through shared memory stays mapped here for good, 16 MB and two descriptors for each that there
-    # ever was: Zenoh 1.10 keeps all segments it has read. It would bring a picture of 640x480 0.3 ms sooner.
+    # Shared memory of a peer stays mapped here for good, 16 MB and two descriptors for each peer that ever
+    # existed: Zenoh 1.10 keeps all segments it has read. It would save 0.3 ms for an image of 640x480.
     "transport/shared_memory": {"enabled": False},
-    # More connections than descriptors may be waiting to say something; a newcomer is not refused for them.
+    # More connections than descriptors may wait for their first message; a new one is not refused because of
+    # them.
     "transport/unicast/accept_pending": 100_000,
 }
 
 TO_ROUTERS: dict[str, Any] = {
-    # A server begins without its routers, and finds them when they come.
+    # A server starts without its routers, and connects when they are available.
     "connect/timeout_ms": -1,
     "connect/exit_on_failure": False,
     "connect/retry": {"period_init_ms": 100, "period_max_ms": 2_000, "period_increase_factor": 1.5},
-    # Else opening waits half a second, for peers that nobody looks for.
+    # Otherwise opening waits half a second for peers, which are not used.
     "open/return_conditions/connect_scouted": False,
 }
 
@@ -91,11 +96,12 @@ TO_ROUTERS: dict[str, Any] = {
 def import_zenoh(runtime: str = RUNTIME) -> Any:
     """Import Zenoh with one of the runtimes above, unless the user chose another one by ``ZENOH_RUNTIME``.
 
-    Zenoh reads the variable when the first session of the process opens. A script that only packs floats
-    need not load it at all.
+    Zenoh reads the variable when the first session of the process opens. A script that only packs floats does
+    not load it.
     """
     chosen = os.environ.get(_VARIABLE, runtime)
-    # A server that a client has started inherits the client's, with which floods would hold everybody up.
+    # A server that a client has started inherits the client's value, with which a flood would block all
+    # clients.
     is_inherited = (
         chosen in (RUNTIME, SERVER_RUNTIME, CONFIGURED_SERVER_RUNTIME) and "zenoh" not in sys.modules
     )
@@ -113,7 +119,7 @@ def configure(config: Any, options: Mapping[str, Any]) -> Any:
 
 
 def configured_by(zenoh: Any, file: Path, defaults: Mapping[str, Any]) -> Any:
-    """The user's own Zenoh configuration; `defaults` take the place of what it leaves as Zenoh has it.
+    """Load the user's Zenoh configuration; `defaults` replace values that it leaves at Zenoh's defaults.
 
     Raises:
         zenoh.ZError: the file cannot be read.
@@ -130,7 +136,7 @@ def configured_by(zenoh: Any, file: Path, defaults: Mapping[str, Any]) -> Any:
 
 
 def reason(error: Exception) -> str:
-    """What Zenoh said, in one line: without the places in its own source, and without a copy of the file."""
+    """Return Zenoh's error in one line, without positions in its source and without a copy of the file."""
     text = re.sub(r"\s+at \S+\.rs:\d+\.?", "", str(error)).strip()
     place = re.match(r"--> (\d+):(\d+)", text)
     last = text.splitlines()[-1].strip(" =") if text else type(error).__name__

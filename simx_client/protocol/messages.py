@@ -1,8 +1,8 @@
 """The messages: a batch of calls goes out, deliveries of replies come back, a greeting opens.
 
-Every message is a msgpack list in field order. Numbers with a fraction travel as float32, as they did
-in the original. A stream is known by the id of the call that armed it, so an answer that was on its way
-when the stream was replaced can never be taken for a new one.
+Every message is a msgpack list in field order. Numbers with a fraction are float32, as in the original. The
+id of a stream is that of the call that started it, so an answer that was on its way when the stream was
+replaced cannot be taken for a new one.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ class _OfFields(Protocol):
 
 
 of_fields = cast(_OfFields, tuple.__new__)  # pyright: ignore[reportUnknownMemberType]
-"""Makes a named tuple, in half the time that its class takes: each call passes here several times."""
+"""Makes a named tuple in half the time of its class: every call makes several."""
 
 PROTOCOL_VERSION = 1
-"""The newest that is spoken here. Counts up when an older peer could misread a message; see docs/protocol.md."""
+"""Newest supported version. Incremented when an older peer could misread a message; see docs/protocol.md."""
 
 OLDEST_PROTOCOL = 1
-"""The oldest that is spoken here as well."""
+"""Oldest supported version."""
 
 STATUS_OK = 0
 STATUS_REMOTE_ERROR = 8
-"""The status of a reply; the same number as ``simx_return_remote_error_flag``."""
+"""Status of a reply; the same number as ``simx_return_remote_error_flag``."""
 
 CLIENT_TIME_MASK = 0x03FF_FFFF
 """Client time stamps are milliseconds modulo 2**26, as in the original header."""
 
 
 Spoken = tuple[int, int]
-"""The oldest and the newest version that somebody speaks."""
+"""Oldest and newest version of one side."""
 
 
 def choose_version(client: Spoken, server: Spoken) -> int | None:
-    """The newest version that both speak; None when there is none."""
+    """Return the newest version that both sides support; None without one."""
     version = min(client[1], server[1])
     return version if version >= max(client[0], server[0]) else None
 
 
 def no_common_version(client: Spoken, server: Spoken) -> str:
-    """Why there is no connection, and who is to be upgraded."""
+    """Return why the versions do not match, and which side to upgrade."""
 
     def listed(versions: Spoken) -> str:
         return str(versions[0]) if versions[0] == versions[1] else f"{versions[0]} to {versions[1]}"
@@ -59,50 +59,54 @@ def no_common_version(client: Spoken, server: Spoken) -> str:
 
 
 class Operation(IntEnum):
-    """What the server is to do with a call."""
+    """Operation of the server on a call."""
 
     EXECUTE = 0
-    """Once."""
+    """Execute it once."""
 
     STREAM = 1
-    """Now, and again after each pass, until cancelled."""
+    """Execute it now, and again after each simulation step, until cancelled."""
 
     CANCEL = 2
     """End the stream whose id is the only argument (0 for none); answered with an empty reply."""
 
 
 NOT_AWAITED_MS = 1
-"""The delay of a call whose answer nobody waits for."""
+"""The delay of a call without a waiting caller."""
 
 
 class Pace(IntEnum):
-    """When the server executes a blocking call while a simulation runs that nobody steps: the call's delay."""
+    """When the server executes a blocking call while the simulation runs without stepped mode: the call's
+    delay."""
 
     FREE = 0
-    """At once."""
+    """Execute it at once."""
 
     REPEAT = -1
-    """At once, unless the client made a paced call of this key since the last simulation step: then after the next."""
+    """Execute it at once, unless the client made a paced call of this key since the last simulation step:
+    then after the next."""
 
     EVERY = -2
-    """After the next simulation step."""
+    """Execute it after the next simulation step."""
 
 
 class Call(NamedTuple):
     call_id: int
     operation: int
     delay_ms: int
-    """Least wall time between two executions of a stream. Of what is executed once, how long its answer may wait for
-    others to leave with: 0 when somebody waits for it; below 0 a `Pace`."""
+    """Minimum wall time in ms between two executions of a stream. For a single execution, the time that its
+    answer may wait for others to leave with: 0 if the caller waits for it; below 0 a `Pace`."""
 
     command: str
     arguments: list[Any]
 
 
 class Batch(NamedTuple):
-    """Client to server. The calls are executed in this order, with no pass between them, but for the pass that a
-    trigger among them is answered after: what follows the trigger is executed after it too, unless the client's next
-    batch comes first."""
+    """Client to server. The calls are executed in this order, within one simulation step.
+
+    A trigger among them is answered after the step that it requests. The calls after the trigger are executed
+    after it too, unless the client's next batch comes first.
+    """
 
     message_id: int
     client_time: int
@@ -115,11 +119,11 @@ class Reply(NamedTuple):
     """STATUS_OK, or STATUS_REMOTE_ERROR with the error's text as the only value."""
 
     time_ms: int
-    """Simulation time at execution, 0 while stopped."""
+    """Simulation time at execution in ms, 0 while stopped."""
 
     values: list[Any]
-    """The command's results. Of one without, that nobody waits for: to how many such calls, with ids from this one on,
-    this is the reply."""
+    """The command's results. For a command without results or waiting caller: the number of such calls, with
+    ids from this one on, that this reply answers."""
 
 
 class Delivery(NamedTuple):
@@ -139,26 +143,27 @@ class Greeting(NamedTuple):
     """Client to server, once per connection."""
 
     protocol: int
-    """The oldest version that the client speaks: servers from before there were two compare it with theirs."""
+    """Oldest version of the client; old servers, which know only one version, compare it with theirs."""
 
     client: str
-    """The key segment this client is reached under."""
+    """Key segment of the client's messages."""
 
     name: str
-    """For people: the program and its process id."""
+    """The program and its process id, for messages."""
 
     port: int
-    """The port the client asked for; 19999 may start the simulation."""
+    """Port that the client connected to; 19999 may start the simulation."""
 
     newest: int
-    """The newest version that the client speaks; a client that does not say it speaks one alone."""
+    """Newest version of the client; an old client, which knows only one version, omits it."""
 
 
 class Welcome(NamedTuple):
-    """Server to client. ``refusal`` is empty, or the sentence that says why there is no connection."""
+    """Server to client. ``refusal`` is empty, or the sentence with the reason for the refusal."""
 
     protocol: int
-    """The version chosen, the newest that both speak; to a question without a greeting the server's newest."""
+    """The chosen version, the newest that both support; in a reply without a greeting, the server's newest.
+    """
 
     refusal: str
     realm: str
@@ -167,7 +172,7 @@ class Welcome(NamedTuple):
 
 
 class Status(NamedTuple):
-    """Server to whoever asks: where it is, what it does, how loaded it is."""
+    """A server's reply to a status request: its host, state and load."""
 
     protocol: int
     realm: str
@@ -177,7 +182,7 @@ class Status(NamedTuple):
 
     clients: int
     ports: list[int]
-    """On the loopback interface of its host."""
+    """Ports on the loopback interface of its host."""
 
     host: str
     process_id: int
@@ -191,4 +196,4 @@ class Status(NamedTuple):
     """Processor seconds of all threads of the process per second, over the same time."""
 
     server: str
-    """Its version."""
+    """Version of the server."""

@@ -1,4 +1,4 @@
-"""What a person may have meant by a word that is not known: flags, commands, scenes, values."""
+"""Suggest known words for an unknown one: flags, commands, scenes, values."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 
 _SHORTEST = 3
-"""Letters of a word that is taken for the beginning of longer ones."""
+"""Minimum length of a word that is taken for the start of longer ones."""
 
 _LONGEST = 200
-"""Letters: the time to compare grows with the square, and clients may send anything."""
+"""Maximum length: the time to compare grows with the square, and clients may send any text."""
 
 _LEAST = 0.6
-"""Likeness, from 0 to 1, below which a word is no suggestion."""
+"""Minimum likeness of a suggestion, from 0 to 1."""
 
 _MARGIN = 0.15
-"""A word that is less like than the likeliest by this much is no suggestion either."""
+"""Maximum distance of a suggestion from the best one."""
 
 
 def nearest(word: str, known: Iterable[str], count: int = 3) -> list[str]:
-    """Return the known words that begin with `word`, or else those spelled like it, the likeliest first.
+    """Return the known words that start with `word`, or else those with similar spelling, the best first.
 
-    Case does not count. The list is empty when nothing is like it.
+    Case does not count. The list is empty without similar words.
     """
     by_lower = {each.lower(): each for each in known}
     wanted = word.lower()
@@ -44,18 +44,18 @@ def nearest(word: str, known: Iterable[str], count: int = 3) -> list[str]:
 
 
 def _letters_in_common(one: str, other: str) -> int:
-    """Return how many letters both have, wherever they stand: `strat` is rather `start` than `state`."""
+    """Return how many letters both have, in any order: `strat` is rather `start` than `state`."""
     return (Counter(one) & Counter(other)).total()
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return ``; did you mean 'a' or 'b'?`` to follow what is wrong, or an empty text when nothing is like it."""
+    """Return ``; did you mean 'a' or 'b'?`` for the end of an error message, empty without similar words."""
     near = nearest(word, known)
     return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
 def file_like(path: str | Path, suffixes: Collection[str] = ()) -> str:
-    """Return `did_you_mean` for a file that is not there, by the names in its folder.
+    """Return `did_you_mean` for a missing file, by the names in its folder.
 
     Args:
         suffixes: of the files that may be meant, in lower case with the dot; empty for all files.
@@ -65,6 +65,6 @@ def file_like(path: str | Path, suffixes: Collection[str] = ()) -> str:
         names = [
             each.name for each in place.parent.iterdir() if not suffixes or each.suffix.lower() in suffixes
         ]
-    except (OSError, ValueError):  # there is no such folder, or the path holds a NUL
+    except (OSError, ValueError):  # the folder does not exist, or the path contains a NUL
         return ""
     return did_you_mean(place.name, names)

@@ -1,7 +1,7 @@
-"""What a server tells of itself for operators: health and metrics, as JSON, so that any Zenoh tool can read them.
+"""A server's reports for operators: health and metrics, as JSON, so that any Zenoh tool can read them.
 
-Times are in seconds. "Recent" is the last five to six seconds, ``window`` says how long exactly. A later version may
-add to every object; what is here stays.
+Times are in seconds. "Recent" is the last five to six seconds; ``window`` is the exact duration. A later version may
+add fields to every object; the present fields stay.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import Any, TypedDict, cast, get_args, get_origin, get_type_hints, i
 from .codec import CodecError
 
 MAX_REPORT = 16 << 20
-"""Largest report in bytes that is decoded."""
+"""Maximum size of a decoded report in bytes."""
 
 
 class Health(TypedDict):
-    """A server that does not answer is frozen, busy with one long call, or cut off."""
+    """Health of a server. A server that does not answer is frozen, busy with one long call, or disconnected."""
 
     protocol: int
     realm: str
     server: str
-    """Its version."""
+    """Version of the server."""
 
     state: str
     """stopped, running or paused."""
@@ -32,11 +32,11 @@ class Health(TypedDict):
     """Seconds since the server was started."""
 
     problems: list[str]
-    """Sentences on what has gone wrong in recent seconds, although it answers."""
+    """Sentences on recent problems of a server that still answers."""
 
 
 class Percentiles(TypedDict):
-    """Within 10 %; 0 when there was nothing."""
+    """Percentiles within 10 %; 0 without values."""
 
     p50: float
     p90: float
@@ -52,7 +52,7 @@ class Timing(Percentiles):
 
     count: int
     seconds: float
-    """Of all together."""
+    """Sum of all durations."""
 
     longest: float
     recent: Recent
@@ -64,61 +64,64 @@ class Passes(TypedDict):
     """Recent."""
 
     simulated: float
-    """Seconds."""
+    """Simulated seconds."""
 
     real_time_factor: float
     """Recent simulated seconds per second."""
 
     speed: float | None
-    """What it should be; None: as much as possible."""
+    """Target of the real-time factor; None: as fast as possible."""
 
     time_step: float
-    """Simulated seconds of one pass."""
+    """Simulated seconds of one simulation step."""
 
     lost: float
-    """Seconds that the simulation fell behind and gave up."""
+    """Seconds that the simulation fell behind and skipped."""
 
     times: Timing
-    """Of the passes themselves, without streams and calls."""
+    """Times of the simulation steps, without streams and calls."""
 
 
 class CallsAdditions(TypedDict, total=False):
-    """What servers of the first versions do not tell."""
+    """Fields that servers of the first versions do not send."""
 
     dropped: int
-    """Messages that were not executed, as too much of their client waited."""
+    """Messages that were not executed, since the client's queue was full."""
 
 
 class Calls(CallsAdditions):
-    """What clients sent. What streams execute is no call."""
+    """Calls of clients, without executions of streams."""
 
     count: int
     per_second: float
     failed: int
-    """Of calls and streams, with a text for the client."""
+    """Calls and streams that failed, with a text for the client."""
 
     failed_per_second: float
 
 
 class Command(Timing):
-    """Of calls and streams. The time is that of the thread that simulates: without the way there and back, without the
-    rendering of a picture or the pass of a trigger, which others do not wait for."""
+    """Calls and streams of one command.
+
+    The time is that of the physics thread: without the round trip, the rendering of an image or the
+    simulation step of a trigger, which do not delay others.
+    """
 
     failed: int
     silent: int
-    """Answered 8 without a text: nothing to read yet, or any more."""
+    """Answered with code 8 without a text: nothing to read."""
 
     internal: int
-    """Of those that failed: by a mistake of the server's own."""
+    """Failed because of a fault in the server."""
 
     last_error: str
 
 
 class ClientAdditions(TypedDict, total=False):
-    """What servers of the first versions do not tell."""
+    """Fields that servers of the first versions do not send."""
 
     commands: dict[str, int]
-    """How often it has called what; what is no command is "(unknown)"."""
+    """Number of calls by command; unknown commands are "(unknown)"."""
 
 
 class Client(ClientAdditions):
@@ -135,24 +138,24 @@ class Client(ClientAdditions):
 
 class Pictures(TypedDict):
     backend: str | None
-    """None before the first picture."""
+    """None before the first image."""
 
     waiting: int
     failed: int
     last_error: str
     cameras: dict[str, Timing]
-    """By the camera's name; a picture that several askers share counts once."""
+    """By the camera's name; an image for several requests counts once."""
 
 
 class Process(TypedDict):
     memory: int
-    """Resident bytes; 0 where the system does not tell."""
+    """Resident memory in bytes; 0 if the system does not report it."""
 
     open_files: int | None
-    """None where the system does not tell."""
+    """None if the system does not report it."""
 
     threads: int
-    """Of Python; Zenoh, MuJoCo and OpenGL have more."""
+    """Threads of Python; Zenoh, MuJoCo and OpenGL have more."""
 
     processor_seconds: float
     core_share: float
@@ -174,31 +177,31 @@ class DepartedClient(TypedDict):
     port: int
     calls: int
     commands: dict[str, int]
-    """How often it called what."""
+    """Number of calls by command."""
 
     ago: float
     """Seconds since it left."""
 
 
 class MetricsAdditions(TypedDict, total=False):
-    """What servers of the first versions do not tell."""
+    """Fields that servers of the first versions do not send."""
 
     departed: list[DepartedClient]
-    """Those that left last, the newest at the end; a bounded number."""
+    """Clients that left last, the newest at the end; a bounded number."""
 
 
 class Metrics(Health, MetricsAdditions):
     host: str
     process_id: int
     ports: list[int]
-    """On the loopback interface of its host."""
+    """Ports on the loopback interface of its host."""
 
     scene: str
     window: float
     passes: Passes
     calls: Calls
     commands: dict[str, Command]
-    """By name, those that were executed or failed."""
+    """Commands that were executed or failed, by name."""
 
     clients: list[Client]
     streams: int
@@ -208,7 +211,7 @@ class Metrics(Health, MetricsAdditions):
 
 
 def encode_report(report: Health | Metrics) -> bytes:
-    """A report as it travels."""
+    """Encode a report as JSON."""
     return json.dumps(report, allow_nan=False).encode()
 
 
@@ -234,16 +237,10 @@ def _decode(payload: bytes, kind: type) -> Any:
 
 
 def _check(value: Any, kind: Any, where: str) -> None:
-    """Raise CodecError unless a value of JSON is of this kind; unknown fields pass."""
+    """Raise CodecError unless a value of JSON is of this kind; accept unknown fields."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_typeddict(kind):
-        fields = _mapping(value, where)
-        for name, part in get_type_hints(kind).items():
-            if name not in fields:
-                if name in kind.__optional_keys__:
-                    continue
-                raise CodecError(f"{where}.{name} is missing")
-            _check(fields[name], part, f"{where}.{name}")
+        _check_fields(_mapping(value, where), kind, where)
     elif origin is dict:
         for name, item in _mapping(value, where).items():
             _check(item, parts[1], f"{where}[{name!r}]")
@@ -257,6 +254,15 @@ def _check(value: Any, kind: Any, where: str) -> None:
             _check(value, parts[0], where)
     elif type(value) is not kind and not (kind is float and type(value) is int):
         raise CodecError(f"{where} must be {kind.__name__}, got {type(value).__name__}")
+
+
+def _check_fields(fields: Mapping[str, Any], kind: Any, where: str) -> None:
+    """Raise CodecError unless an object of JSON has the fields of this TypedDict."""
+    for name, part in get_type_hints(kind).items():
+        if name in fields:
+            _check(fields[name], part, f"{where}.{name}")
+        elif name not in kind.__optional_keys__:
+            raise CodecError(f"{where}.{name} is missing")
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:

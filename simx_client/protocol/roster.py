@@ -1,7 +1,7 @@
-"""The servers of this host and user: each leaves a note of where it can be reached, for ``simx_client list``.
+"""The servers of this host and user: each writes a note of its endpoints, for ``simx_client list``.
 
-Without a router nothing else on the host knows the ports of them all. A note may be out of date, as when its
-server was killed: reading it is only the beginning of asking the server itself.
+Without a router nothing else on the host knows all their ports. A note may be out of date, for example after
+its server was killed, so readers also send a request to the server.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ logger = logging.getLogger(__name__)
 
 
 def folder() -> Path:
-    """Where the notes lie: the user's own runtime folder, else one of the temporary folder."""
+    """Return the folder of the notes: the user's runtime folder, else a folder in the temporary folder."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     if runtime and os.path.isdir(runtime):
         return Path(runtime) / "simx"
@@ -30,7 +30,7 @@ def folder() -> Path:
 
 @contextlib.contextmanager
 def noted(endpoints: Sequence[str]) -> Generator[None]:
-    """Within the block there is a note of this process; without one if the folder cannot be used."""
+    """Keep a note of this process during the block; without one if the folder cannot be used."""
     note = folder() / f"{os.getpid()}.json"
     try:
         note.parent.mkdir(mode=0o700, exist_ok=True)
@@ -47,17 +47,17 @@ def noted(endpoints: Sequence[str]) -> Generator[None]:
 
 
 def endpoints() -> list[str]:
-    """One Zenoh endpoint of each server of this host that has left a note; notes of dead ones are removed."""
+    """Return one Zenoh endpoint of each server of this host with a note; remove notes of dead servers."""
     return [listed[0] for listed in _notes()]
 
 
 def is_noted(endpoint: str) -> bool:
-    """Return whether a server of this host that is alive has left a note of this Zenoh endpoint."""
+    """Return whether a live server of this host has noted this Zenoh endpoint."""
     return any(endpoint in listed for listed in _notes())
 
 
 def _notes() -> list[list[str]]:
-    """Read the endpoints of each server of this host that is alive."""
+    """Read the endpoints of each live server of this host."""
     place = folder()
     found: list[list[str]] = []
     if not place.is_dir() or not _is_ours(place):
@@ -69,7 +69,7 @@ def _notes() -> list[list[str]]:
             continue
         try:
             value: Any = json.loads(note.read_text(encoding="utf-8"))
-        except (OSError, ValueError):  # it ended meanwhile, or is writing
+        except (OSError, ValueError):  # it exited meanwhile, or is writing
             continue
         if isinstance(value, dict):
             listed = cast(dict[str, Any], value).get("endpoints")
@@ -84,7 +84,7 @@ def _is_ours(place: Path) -> bool:
 
 def _is_alive(process_id: str) -> bool:
     if os.name != "posix":
-        return True  # on Windows, asking would end it
+        return True  # on Windows, the test would end the process
     try:
         os.kill(int(process_id), 0)
     except (ProcessLookupError, ValueError, OverflowError):

@@ -1,7 +1,7 @@
-"""How windows of a script travel to the web viewer: maps of MessagePack in the buffers of an add-on of the server.
+"""Messages for windows of a script in the web viewer: maps of MessagePack in the buffers of an add-on of the server.
 
 ==========  ==================================  ==============================================================
-function    who, and what goes                  answer
+function    caller, and content                 answer
 ==========  ==================================  ==============================================================
 exchange    the script: `OWNER`, all `WINDOWS`  `IS_WATCHED`, `EVENTS` since the last time
 shown       a viewer: versions that it has      `WINDOWS`, images where there is a newer one
@@ -15,22 +15,22 @@ from __future__ import annotations
 
 ADD_ON = "simxWindows"
 ADD_ON_TYPE = 2
-"""As simxCallScriptFunction counts script types."""
+"""Script type, as in simxCallScriptFunction."""
 
 EXCHANGE, SHOWN, ACT = "exchange", "shown", "act"
 
 OWNER = "owner"
-"""A text of the script's making, by which it is known."""
+"""Text that identifies the script."""
 
 WINDOWS, EVENTS, IS_WATCHED, KNOWN, EVENT = "windows", "events", "is_watched", "known", "event"
 
 NUMBER, TITLE, TEXT, TRACKBARS, IMAGE = "number", "title", "text", "trackbars", "image"
-"""Of a window: int, two texts, [[label, value, minimum, maximum], ...], JPEG or None for no news."""
+"""Fields of a window: int, two texts, [[label, value, minimum, maximum], ...], JPEG or None for no news."""
 
 VERSION = "version"
-"""Counts a window's images, for viewers."""
+"""Number of a window's images so far, for viewers."""
 
 KEY, DRAGGED, CLOSED = "key", "dragged", "closed"
 
 LARGEST_IMAGE = 1 << 20
-"""Bytes."""
+"""Maximum size in bytes."""

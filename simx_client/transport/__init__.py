@@ -1,1 +1,1 @@
-"""The seam between a connection and the outside world, and its implementation over Zenoh."""
+"""Transport of messages between a connection and a server, implemented over Zenoh."""

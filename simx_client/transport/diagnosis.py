@@ -1,31 +1,31 @@
-"""Why no connection could be made: what is at a place, and what to do about it."""
+"""Find out why no connection could be made: what listens at an endpoint, and what to do."""
 
 from __future__ import annotations
 
 import socket
 
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed, NoAnswer
 from simx_client.protocol import roster
 
 from .zenoh_session import Unanswered, host_and_port, why_closed
 
 
-def diagnose(place: Place, deadline: float) -> ConnectionFailed:
-    """Look at a place where no connection could be made.
+def diagnose(server: ServerAddress, deadline: float) -> ConnectionFailed:
+    """Examine an endpoint at which no connection could be made.
 
     Returns:
-        The error to raise: what is there and what to do. `NoAnswer` where a server may only be slow.
+        The error to raise: what listens there and what to do. `NoAnswer` if a server may only be slow.
     """
-    if place.host_and_port is None:
+    if server.host_and_port is None:
         refusals = [
-            f"; {each} {refusal}" for each in place.endpoints if (refusal := _refusal_at(each, deadline))
+            f"; {each} {refusal}" for each in server.endpoints if (refusal := _refusal_at(each, deadline))
         ]
         return ConnectionFailed(
-            f"nothing that lets this client in was found at {', '.join(place.endpoints)}{''.join(refusals)}; "
+            f"nothing that lets this client in was found at {', '.join(server.endpoints)}{''.join(refusals)}; "
             "check SIMX_CONNECT, and that the router or server runs"
         )
-    address, port = place.host_and_port
+    address, port = server.host_and_port
     what_to_do = (
         f"start a server there (simx-server --port {port}), or pass the address and port of one that runs"
     )
@@ -43,35 +43,36 @@ def diagnose(place: Place, deadline: float) -> ConnectionFailed:
             f"the host name {address!r} is not known; check its spelling, or pass an IP address"
         )
     except (Unanswered, TimeoutError) as error:
-        return NoAnswer(_silence(place, accepts=isinstance(error, Unanswered), what_to_do=what_to_do))
+        return NoAnswer(_silence(server, accepts=isinstance(error, Unanswered), what_to_do=what_to_do))
     except (OSError, OverflowError) as error:
         return ConnectionFailed(f"{address}:{port} cannot be reached ({error}); {what_to_do}")
 
 
-def busy_server(place: Place) -> str | None:
-    """Describe the simx-server of this host that is at a place and kept silent; None where no note of one lies."""
-    if not any(roster.is_noted(each) for each in place.endpoints):
+def busy_server(server: ServerAddress) -> str | None:
+    """Describe the simx-server of this host at an endpoint that does not answer; None if no server is noted
+    there."""
+    if not any(roster.is_noted(each) for each in server.endpoints):
         return None
     return (
-        f"the simx-server at {place} is there but did not answer in time; it is busy or frozen: try again, "
+        f"the simx-server at {server} is there but did not answer in time; it is busy or frozen: try again, "
         "with a longer time-out"
     )
 
 
-def _silence(place: Place, *, accepts: bool, what_to_do: str) -> str:
-    """Describe what keeps silent at a place: here a server has left a note, elsewhere it may be anything."""
-    if busy := busy_server(place):
+def _silence(server: ServerAddress, *, accepts: bool, what_to_do: str) -> str:
+    """Describe a silent endpoint: on this host a server has left a note, elsewhere it may be any program."""
+    if busy := busy_server(server):
         return busy
     if accepts:
         return (
-            f"something listens at {place} but did not answer in time: a simx-server that is busy, or a program "
+            f"something listens at {server} but did not answer in time: a simx-server that is busy, or a program "
             f"that is not a simx-server (a CoppeliaSim, perhaps); try again with a longer time-out, or {what_to_do}"
         )
-    return f"{place} did not answer in time; check the address and the firewall, or {what_to_do}"
+    return f"{server} did not answer in time; check the address and the firewall, or {what_to_do}"
 
 
 def _refusal_at(endpoint: str, deadline: float) -> str | None:
-    """Why an endpoint where something listens may have refused; None when nothing does."""
+    """Return why a listening endpoint may have refused; None if nothing listens."""
     found = host_and_port(endpoint)
     try:
         return why_closed(*found, endpoint.startswith("tls/"), deadline) if found else None

@@ -1,7 +1,7 @@
-"""A time limit for waits that have none of their own.
+"""A time-out for waits that have none.
 
-Zenoh's channels wake the waiting thread straight from their own, without a detour through Python, but
-their ``recv`` takes no time-out. An alarm's thread ends such a wait from outside when its time is up.
+Zenoh's channels wake the waiting thread directly, without a detour through Python, but their ``recv`` takes
+no time-out. An alarm's thread ends such a wait from outside when the time-out has passed.
 """
 
 from __future__ import annotations
@@ -13,15 +13,16 @@ from collections.abc import Callable
 
 
 class Alarm:
-    """Rings from its own thread once a deadline has passed.
+    """Calls a function from its thread when a deadline has passed.
 
-    Setting a deadline costs two attribute accesses as long as it is not earlier than the one the thread
-    sleeps for; deadlines of successive waits come later and later, so the thread wakes once per time-out
-    and not once per wait. A wait that ended just in time may still be rung for: bells must be harmless.
+    Setting a deadline costs two attribute accesses while it is not earlier than the one the thread sleeps
+    for. Deadlines of successive waits increase, so the thread wakes once per time-out and not once per wait.
+    The function may also be called for a wait that ended just in time: it must be harmless then.
     """
 
     def __init__(self, ring: Callable[[], None]) -> None:
-        """Make an alarm and start its thread: the first wait may be at exit, where no thread can start any more."""
+        """Start the alarm's thread. It starts here since no thread can be started at exit, where the first
+        wait may be."""
         self._ring = ring
         self._deadline = math.inf
         self._sleeps_until = math.inf
@@ -31,19 +32,20 @@ class Alarm:
         self._thread.start()
 
     def set(self, deadline: float) -> None:
-        """Ring at this time of the monotonic clock, unless set anew or cleared before."""
+        """Ring at this time of the monotonic clock, unless the deadline is set again or cleared before."""
         self._deadline = deadline
-        # The thread writes _sleeps_until before it reads _deadline, so one of the two sees the other.
+        # The thread writes _sleeps_until before it reads _deadline, so one of the two reads the other's
+        # value.
         if deadline < self._sleeps_until:
             with self._changed:
                 self._changed.notify()
 
     def clear(self) -> None:
-        """Nobody waits any more."""
+        """Clear the deadline: no wait is in progress."""
         self._deadline = math.inf
 
     def close(self) -> None:
-        """End the thread. Idempotent."""
+        """Stop the thread. Idempotent."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()
@@ -60,4 +62,4 @@ class Alarm:
                     self._changed.wait(None if math.isinf(left) else left)
                     continue
                 self._deadline = math.inf
-            self._ring()  # without the lock: a bell may wait for somebody who is just setting the alarm
+            self._ring()  # without the lock: the function may wait for a thread that is setting the alarm

@@ -1,6 +1,6 @@
-"""Sends what may have to wait for room on the network, from a thread of its own.
+"""Send payloads that may have to wait for room in a queue, from a separate thread.
 
-Zenoh's ``put`` waits while its queue is full and knows no time-out; a caller has one.
+Zenoh's ``put`` waits while its queue is full and has no time-out; callers have one.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from collections import deque
 from collections.abc import Callable
 
 _JOIN_TIMEOUT = 2.0
-"""Seconds; a put gives up before that, see ``FULL_QUEUE_US``."""
+"""Time-out for the thread's end in seconds. A put ends before, see ``FULL_QUEUE_US``."""
 
 
 class Writer:
-    """Puts payloads in the order they come. Used by one thread at a time."""
+    """Puts payloads in their order. For one thread at a time."""
 
     def __init__(self, put: Callable[[bytes], None]) -> None:
-        """Make a writer; its thread begins with the first payload."""
+        """Make a writer; its thread starts with the first payload."""
         self._put = put
         self._changed = threading.Condition()
         self._unsent: deque[bytes] = deque()
-        """The first is being put."""
+        """Payloads to put; the first is being put."""
 
         self._is_closed = False
         self._thread: threading.Thread | None = None
@@ -32,9 +32,10 @@ class Writer:
         return not self._unsent
 
     def send(self, payload: bytes, deadline: float) -> None:
-        """Put after all before it; waits until that is done, or until a time on the monotonic clock.
+        """Put a payload after all before it; wait until that is done, or until a deadline on the monotonic
+        clock.
 
-        What is not put by then will be when there is room.
+        A payload that is not put by then is put later, when the queue has room.
         """
         with self._changed:
             if self._is_closed:
@@ -48,7 +49,7 @@ class Writer:
             self._changed.wait_for(lambda: not self._unsent or self._is_closed, left)
 
     def close(self) -> None:
-        """Drop what has not gone out and end the thread: it must not come back into an interpreter that has ended."""
+        """Drop unsent payloads and stop the thread: it must not return into an interpreter that has ended."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -1,7 +1,7 @@
-"""Opening Zenoh sessions of a client: with the user's own configuration, and a reason when none can be had.
+"""Open a client's Zenoh sessions with the user's configuration; report the reason when that fails.
 
-``SIMX_CONFIG`` names a Zenoh configuration file, where certificates, user and password are. Where a session goes is
-said by the script and by ``SIMX_CONNECT``, never by the file. With ``SIMX_ROLE=viewer`` a client may only read.
+``SIMX_CONFIG`` names a Zenoh configuration file with certificates, user and password. The script and
+``SIMX_CONNECT`` say where a session goes, never the file. With ``SIMX_ROLE=viewer`` a client may only read.
 """
 
 from __future__ import annotations
@@ -20,34 +20,35 @@ from simx_client.errors import ConnectionFailed
 from simx_client.protocol import keys, link
 
 SEEN_AGAIN = 0.1
-"""Seconds until it is believed that there are no servers: tokens of a router's neighbours may be on the way, and a busy
-Zenoh 1.10 tells of no tokens in one answer of fifty."""
+"""Seconds until an empty list of servers is believed: tokens of a router's neighbours may be on the way, and
+a busy Zenoh 1.10 omits tokens in one answer of fifty."""
 
 _LEAST_ANSWER = 0.01
-"""Seconds for an answer, however late it is."""
+"""Minimum time-out of an answer in seconds, after the deadline too."""
 
 CONFIG_VARIABLE = "SIMX_CONFIG"
 ROLE_VARIABLE = "SIMX_ROLE"
 
 _KNOCK = bytes([0x01, 0x09, 0xF2]) + os.urandom(16)
-"""What opens a Zenoh session: an INIT message of protocol version 9, of a client with an identifier of 16 bytes."""
+"""First message of a Zenoh session: INIT of protocol version 9, of a client with an identifier of 16 bytes.
+"""
 
 _INIT, _CLOSE = 0x01, 0x03
-"""Kinds of Zenoh's answers to it, in the lower five bits: it would go on, or it ends here."""
+"""Kinds of Zenoh's answers to it, in the lower five bits: continue, or close."""
 
 _KNOCK_TIMEOUT = 0.5
-"""Seconds."""
+"""Time-out in seconds."""
 
 
 class Unanswered(OSError):
-    """Something accepts connections at a port and sends nothing in time."""
+    """A port accepts connections and sends nothing in time."""
 
 
 def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
-    """A session with these options. A value of `defaults` gives way to the one in the user's file.
+    """Open a session with these options. `defaults` apply where the user's file sets no value.
 
     Raises:
-        zenoh.ZError: none could be opened.
+        zenoh.ZError: no session could be opened.
         ConnectionFailed: the file of ``SIMX_CONFIG`` cannot be used.
     """
     file = config_file()
@@ -59,12 +60,13 @@ def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, 
         raise ConnectionFailed(
             f"{CONFIG_VARIABLE}: {file} is no Zenoh configuration: {link.reason(error)}"
         ) from None
-    # A file made for a server would have every client listen.
+    # With a file made for a server every client would listen.
     return zenoh.open(link.configure(config, {**options, "listen/endpoints": []}))
 
 
 def config_file() -> Path | None:
-    """The file that ``SIMX_CONFIG`` names, if it is set. Raises ConnectionFailed when there is no such file."""
+    """Return the file that ``SIMX_CONFIG`` names, None if it is not set. Raises ConnectionFailed for a
+    missing file."""
     text = os.environ.get(CONFIG_VARIABLE, "").strip()
     if not text:
         return None
@@ -77,7 +79,8 @@ def config_file() -> Path | None:
 
 
 def client_name() -> str:
-    """A new client's segment of the keys, by which a server knows its role. Raises ConnectionFailed for no role."""
+    """Return a new client's segment of the keys, which tells the server its role. Raises ConnectionFailed for
+    an unknown role."""
     role = os.environ.get(ROLE_VARIABLE, "").strip()
     if role not in ("", "viewer"):
         raise ConnectionFailed(
@@ -87,33 +90,33 @@ def client_name() -> str:
 
 
 def living_realms(session: Any, deadline: float) -> list[str]:
-    """The names of all servers that are alive, as this session's neighbour knows them.
+    """Return the realms of all live servers that this session's neighbour knows.
 
     Args:
-        deadline: on the monotonic clock; an empty list is known after `SEEN_AGAIN`.
+        deadline: on the monotonic clock; an empty list is returned after `SEEN_AGAIN` seconds.
     """
-    patience = min(deadline, time.monotonic() + SEEN_AGAIN)
+    until = min(deadline, time.monotonic() + SEEN_AGAIN)
     while True:
         left = max(_LEAST_ANSWER, deadline - time.monotonic())
         tokens = session.liveliness().get(keys.ANY_ALIVE, timeout=left)
         realms = {keys.realm_of(str(token.ok.key_expr)) for token in tokens if token.ok is not None}
-        if realms or time.monotonic() >= patience:
+        if realms or time.monotonic() >= until:
             return sorted(realms)
         time.sleep(0.01)
 
 
 def why_closed(address: str, port: int, is_secret: bool = False, deadline: float = math.inf) -> str | None:
-    """Who listens at a port where no session could be opened, and why it may have refused.
+    """Return who listens at a port at which no session could be opened, and why it may have refused.
 
     Args:
-        is_secret: TLS was spoken.
-        deadline: on the monotonic clock; looking takes hardly longer.
+        is_secret: the endpoint uses TLS.
+        deadline: on the monotonic clock; the examination may exceed it slightly.
 
     Returns:
-        Half a sentence; None when something listens that does not speak Zenoh.
+        Half a sentence; None if something listens that does not speak Zenoh.
 
     Raises:
-        Unanswered: something accepts connections there and sends nothing.
+        Unanswered: something accepts connections and sends nothing.
         OSError: nothing can be reached.
     """
 
@@ -140,7 +143,7 @@ def why_closed(address: str, port: int, is_secret: bool = False, deadline: float
         return f"speaks Zenoh but refused the login; {_what_to_check()}"
     if (
         kind == _INIT
-    ):  # it would let in who has no login, so the one it was shown is in the way, or it has just started
+    ):  # it would accept a client without login, so the given login is the reason, or it has just started
         return f"speaks Zenoh, wants no login and did not let this client in; try again, or without {CONFIG_VARIABLE}"
     return None
 
@@ -153,6 +156,6 @@ def _what_to_check() -> str:
 
 
 def host_and_port(endpoint: str) -> tuple[str, int] | None:
-    """Of a Zenoh endpoint over TCP; None for others."""
+    """Return host and port of a Zenoh endpoint over TCP; None for other endpoints."""
     match = re.match(r"(?:tcp|tls)/\[?([^\]?#]+?)\]?:(\d+)(?:[?#]|$)", endpoint)
     return (match[1], int(match[2])) if match else None

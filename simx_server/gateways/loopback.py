@@ -88,7 +88,7 @@ class LoopbackTransport:
     def newest(self) -> bytes | None:
         return self._stream.pop() if self._stream else None
 
-    def pictures(self) -> list[bytes]:
+    def images(self) -> list[bytes]:
         pictures, self._pictures = self._pictures, {}
         return list(pictures.values())
 

@@ -85,14 +85,14 @@ def lend_file(world: World, client: ClientSession, path: str, name: str, data: b
 def load_scene(world: World, client: ClientSession, path: str, options: int) -> Steps[None]:
     """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
 
-    What the file names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
+    Files that it names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
     program was written on, counts by its last part alone.
 
     Differs: scenes are MJCF or URDF; for a `.ttt` file the same name with such an ending is taken.
 
     Raises:
         CommandError: not stopped, no such file, a file elsewhere.
-        SceneError: the file is no good; the old scene stays.
+        SceneError: the file cannot be loaded; the old scene stays.
     """
     sim = world.simulation
     if sim.is_running:
@@ -104,7 +104,7 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
 
 @handler("simxLoadModel", with_client=True)
 def load_model(world: World, client: ClientSession, path: str, options: int) -> Steps[int]:
-    """The base's handle, which is the selection then; stopped or running. What a run loaded is gone after its stop.
+    """The base's handle, which becomes the selection; stopped or running. A stop removes objects that the run loaded.
 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
     """

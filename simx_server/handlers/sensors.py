@@ -42,7 +42,7 @@ def read_force_sensor(world: World, sensor: int) -> tuple[int, list[float], list
 
 @handler("simxBreakForceSensor")
 def break_force_sensor(world: World, sensor: int) -> None:
-    """What the sensor holds comes apart until the simulation stops.
+    """Separate the parts that the sensor holds together, until the simulation stops.
 
     Raises:
         CommandError: the simulation is stopped.

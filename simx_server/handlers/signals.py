@@ -42,7 +42,7 @@ def get_integer_signal(world: World, name: str) -> int:
 
 @handler("simxClearIntegerSignal")
 def clear_integer_signal(world: World, name: str) -> None:
-    """An empty name clears all; clearing what is not set is no error."""
+    """An empty name clears all; clearing a signal that is not set succeeds."""
     world.signals.clear_integer(name)
 
 

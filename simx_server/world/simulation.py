@@ -105,7 +105,9 @@ class Simulation:
 
     def _sort_parts(self) -> None:
         # Most parts do nothing at these two events, which come with every simulation step.
-        self._told_of_steps = [each for each in self._parts if type(each).step_finished is not Part.step_finished]
+        self._told_of_steps = [
+            each for each in self._parts if type(each).step_finished is not Part.step_finished
+        ]
         self._holding = [each for each in self._parts if type(each).holds_step is not Part.holds_step]
 
     @property

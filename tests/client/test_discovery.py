@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from processes import ROOT, ServerProcess, server, wait_until
@@ -19,7 +20,7 @@ from routers import Wire, free_port, router
 import simx_client as v
 from simx_client.cli import listing
 from simx_client.connection.discovery import Found, find_servers
-from simx_client.connection.endpoints import Place, find_place
+from simx_client.connection.endpoints import ServerAddress, find_address
 from simx_client.protocol import roster
 from simx_client.protocol.messages import PROTOCOL_VERSION, Status
 from simx_server.runtime.monitoring.load import LoadMeter
@@ -55,7 +56,13 @@ class Network:
         assert not unreachable
         return {one.realm: one for one in servers}
 
-    def connect(self, realm: str, **options: object) -> int:
+    def status(self, realm: str) -> Status:
+        """Return what a server answers."""
+        status = self.found()[realm].status
+        assert status is not None
+        return status
+
+    def connect(self, realm: str, **options: Any) -> int:
         return _connect(f"{realm}@127.0.0.1", self.port, **options)
 
 
@@ -98,7 +105,7 @@ def test_a_simulator_is_found_by_its_name_through_a_router(network: Network) -> 
             name: int(name == realm) for name in network.servers
         }
         v.simxFinish(client)
-        assert wait_until(lambda realm=realm: network.found()[realm].status.clients == 0, PATIENCE)
+        assert wait_until(lambda realm=realm: network.status(realm).clients == 0, PATIENCE)
 
 
 def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
@@ -110,10 +117,10 @@ def test_what_is_listed_is_what_the_servers_do(network: Network) -> None:
         assert status.process_id == process.process.pid
         assert status.scene == "pendulum"
         assert status.age > 0
-    assert statuses["south"].state == "stopped"
-    assert statuses["south"].real_time_factor == 0
-    assert statuses["north"].state == "running"
-    assert wait_until(lambda: network.found()["north"].status.real_time_factor > 0.3, PATIENCE)
+    south = network.status("south")
+    assert (south.state, south.real_time_factor) == ("stopped", 0)
+    assert network.status("north").state == "running"
+    assert wait_until(lambda: network.status("north").real_time_factor > 0.3, PATIENCE)
 
 
 def test_an_unknown_name_is_told_with_those_that_are_there(
@@ -157,7 +164,7 @@ def test_a_server_keeps_its_own_ports_beside_the_router(network: Network) -> Non
     for realm, process in network.servers.items():
         client = _connect("127.0.0.1", process.port)
         assert _hinge(client) == v.simx_return_ok
-        assert network.found()[realm].status.clients == 1
+        assert network.status(realm).clients == 1
         v.simxFinish(client)
 
 
@@ -269,26 +276,26 @@ def test_one_that_did_not_answer_is_listed_as_such() -> None:
 @pytest.mark.parametrize(
     ("address", "variables", "place"),
     [
-        ("127.0.0.1", {}, Place.at("127.0.0.1", 19997)),
-        ("lab@router", {}, Place(("tcp/router:19997",), "lab", ("router", 19997))),
-        ("pc", {"SIMX_REALM": "lab"}, Place.at("pc", 19997, "lab")),
-        ("pc", {"SIMX_CONNECT": "tcp/r:7447"}, Place(("tcp/r:7447",), None, None)),
+        ("127.0.0.1", {}, ServerAddress.at("127.0.0.1", 19997)),
+        ("lab@router", {}, ServerAddress(("tcp/router:19997",), "lab", ("router", 19997))),
+        ("pc", {"SIMX_REALM": "lab"}, ServerAddress.at("pc", 19997, "lab")),
+        ("pc", {"SIMX_CONNECT": "tcp/r:7447"}, ServerAddress(("tcp/r:7447",), None, None)),
         (
             "b@",
             {"SIMX_CONNECT": "tcp/r:1,tls/s:2", "SIMX_REALM": "a"},
-            Place(("tcp/r:1", "tls/s:2"), "b", None),
+            ServerAddress(("tcp/r:1", "tls/s:2"), "b", None),
         ),
-        ("b@pc", {"SIMX_CONNECT": "tcp/r:7447"}, Place.at("pc", 19997, "b")),
-        ("x", {"SIMX_REDIRECT": "19997=pc:5", "SIMX_CONNECT": "tcp/r:7447"}, Place.at("pc", 5)),
-        ("x", {"SIMX_REDIRECT": "19997=lab@r:7447"}, Place.at("r", 7447, "lab")),
+        ("b@pc", {"SIMX_CONNECT": "tcp/r:7447"}, ServerAddress.at("pc", 19997, "b")),
+        ("x", {"SIMX_REDIRECT": "19997=pc:5", "SIMX_CONNECT": "tcp/r:7447"}, ServerAddress.at("pc", 5)),
+        ("x", {"SIMX_REDIRECT": "19997=lab@r:7447"}, ServerAddress.at("r", 7447, "lab")),
     ],
 )
 def test_where_a_script_is_led(
-    address: str, variables: dict[str, str], place: Place, monkeypatch: pytest.MonkeyPatch
+    address: str, variables: dict[str, str], place: ServerAddress, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    assert find_place(address, 19997) == place
+    assert find_address(address, 19997) == place
 
 
 @pytest.mark.parametrize(

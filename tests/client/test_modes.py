@@ -185,7 +185,9 @@ def test_ending_a_stream_again_and_again_while_paused_is_sent_once_and_remembere
     v.simxPauseCommunication(cid, True)
     for _ in range(5):
         GET(cid, 3, v.simx_opmode_discontinue)
-    assert len(CLIENTS.get(cid)._modes._cancels) == 1
+    connection = CLIENTS.get(cid)
+    assert connection is not None
+    assert len(connection._modes._cancels) == 1
     v.simxPauseCommunication(cid, False)
     world.settle()
     assert GET(cid, 3, v.simx_opmode_buffer) == (1, 0.0)
@@ -407,4 +409,4 @@ def test_keyword_arguments_and_numpy_handles_work(world, cid):
 
 def test_wrong_arguments_name_the_function_and_the_argument(cid):
     with pytest.raises(TypeError, match="simxGetJointPosition: jointHandle needs an integer, got str 'UR5'"):
-        GET(cid, "UR5", v.simx_opmode_blocking)
+        GET(cid, "UR5", v.simx_opmode_blocking)  # pyright: ignore[reportArgumentType] - is tested

@@ -1,12 +1,14 @@
 """Pictures, times and message headers in the operation modes: what is the newest, and what belongs to it."""
 
 from concurrent.futures import Future
+from typing import cast
 
 from mode_world import GET, cid, world
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.codec import decode_delivery
+from simx_server.gateways.loopback import LoopbackTransport
 
 __all__ = ["cid", "world"]
 
@@ -112,7 +114,8 @@ def test_a_script_that_reads_in_pauses_only_reads_the_newest(world):
 def test_values_of_a_stream_are_not_followed_by_the_answer_that_armed_it(world, monkeypatch):
     cid = world.client()
     connection = CLIENTS.get(cid)
-    transport = connection._transport
+    assert connection is not None
+    transport = cast(LoopbackTransport, connection._transport)
     receive, newest = transport.receive, transport.newest
     is_quiet = True
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -143,9 +143,11 @@ def test_nothing_waits_while_no_step_comes_by_itself(world: Gripper, pace: Pace,
     assert world.simulation.passes == before
 
 
-@pytest.mark.parametrize("ending", [v.simxStopSimulation, v.simxPauseSimulation, "stepped"])
+@pytest.mark.parametrize(
+    "ending", [v.simxStopSimulation, v.simxPauseSimulation, None], ids=["stop", "pause", "stepped"]
+)
 def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
-    world: Gripper, ending: object
+    world: Gripper, ending: Callable[..., int] | None
 ) -> None:
     client, other = started(world, Pace.EVERY), world.client()
     session = next(iter(world.engine.sessions.values()))
@@ -155,7 +157,7 @@ def test_a_call_that_waits_goes_on_when_another_client_stops_pauses_or_steps(
     while session.interrupted is None:
         world.settle()
     before = world.simulation.passes
-    if ending == "stepped":
+    if ending is None:
         v.simxSynchronous(other, True)
     else:
         ending(other, BLOCKING)

@@ -7,7 +7,7 @@ from plain_world import World
 import simx_client as v
 from simx_client.batch import Batch
 from simx_client.protocol.commands import BY_NAME
-from simx_client.transport.busy_wait import LOOKING, MOST_SLEPT_FOR, Spinning
+from simx_client.transport.busy_wait import MAX_SLEEPS, SPIN_TIME, BusyWait
 
 
 class Clock:
@@ -17,7 +17,7 @@ class Clock:
         self.time = 0.0
 
     def __call__(self) -> float:
-        self.time += LOOKING / 100
+        self.time += SPIN_TIME / 100
         return self.time
 
 
@@ -33,35 +33,35 @@ class Answers:
 
 
 def test_answer_that_comes_within_the_moment_is_taken():
-    spinning = Spinning(Clock())
+    spinning = BusyWait(Clock())
     for at in (1, 2, 50):
         answers = Answers(at)
-        assert spinning.look(answers) == "answer"
+        assert spinning.poll(answers) == "answer"
         assert answers.looks == at
 
 
 def test_answers_that_take_long_are_slept_for_twice_as_many_each_time():
-    spinning = Spinning(Clock())
+    spinning = BusyWait(Clock())
     slept: list[int] = []
     for _ in range(12):
-        assert spinning.look(Answers(None)) is None
+        assert spinning.poll(Answers(None)) is None
         slept.append(spinning._to_sleep_for)
         for _ in range(slept[-1]):
             answers = Answers(1)
-            assert spinning.look(answers) is None
+            assert spinning.poll(answers) is None
             assert answers.looks == 0
     assert slept[:5] == [1, 2, 4, 8, 16]
-    assert slept[-1] == MOST_SLEPT_FOR
+    assert slept[-1] == MAX_SLEEPS
 
 
 def test_one_quick_answer_begins_anew():
-    spinning = Spinning(Clock())
+    spinning = BusyWait(Clock())
     for _ in range(1 + 1 + 1 + 2):  # two misses, and what is slept for after them
-        assert spinning.look(Answers(None)) is None
-    assert spinning.look(Answers(3)) == "answer"
-    assert spinning.look(Answers(None)) is None
-    assert spinning.look(Answers(1)) is None  # slept for
-    assert spinning.look(Answers(1)) == "answer"
+        assert spinning.poll(Answers(None)) is None
+    assert spinning.poll(Answers(3)) == "answer"
+    assert spinning.poll(Answers(None)) is None
+    assert spinning.poll(Answers(1)) is None  # slept for
+    assert spinning.poll(Answers(1)) == "answer"
 
 
 def test_calls_say_whether_their_answer_comes_soon():

@@ -50,7 +50,7 @@ def stepping(world: World, monkeypatch: pytest.MonkeyPatch) -> tuple[int, Sent]:
 @pytest.fixture
 def forever(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is sent because of the time alone."""
-    monkeypatch.setattr("simx_client.connection.trigger_batching.HOLD", 3600.0)
+    monkeypatch.setattr("simx_client.connection.trigger_batching.BATCHING_TIME", 3600.0)
 
 
 def test_sets_leave_with_the_trigger_in_order_and_act_on_its_pass(forever, world, stepping):
@@ -147,9 +147,9 @@ def test_sets_are_not_held_longer_because_more_are_made(monkeypatch, stepping):
     cid, _ = stepping
     connection = CLIENTS.get(cid)
     assert connection is not None
-    assert connection._hold._alarm is not None
+    assert connection._batching._alarm is not None
     deadlines: list[float] = []
-    monkeypatch.setattr(connection._hold._alarm, "set", deadlines.append)
+    monkeypatch.setattr(connection._batching._alarm, "set", deadlines.append)
     for joint in range(3):
         v.simxSetJointPosition(cid, joint, 0.5, ONESHOT)
     assert len(deadlines) == 1

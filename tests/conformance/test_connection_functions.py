@@ -315,7 +315,7 @@ def test_numbers_come_back_in_single_precision_and_ints_wrap(cid: int) -> None:
     v.simxSetIntegerSignal(cid, "i", 2**32 + 5, BLOCKING)
     assert v.simxGetIntegerSignal(cid, "i", BLOCKING) == (OK, 5)
     with pytest.raises(TypeError, match="signalValue needs an integer"):
-        v.simxSetIntegerSignal(cid, "i", 1.5, BLOCKING)
+        v.simxSetIntegerSignal(cid, "i", 1.5, BLOCKING)  # pyright: ignore[reportArgumentType] - is tested
 
 
 @pytest.mark.parametrize("mode", [None, 65536.0, "blocking"])

@@ -230,7 +230,7 @@ class Victim(logging.Handler):
         for _ in range(2):
             self.world.engine.turn()
         self.attacker.newest()
-        self.attacker.pictures()
+        self.attacker.images()
         self.check(calls)
         return replies
 

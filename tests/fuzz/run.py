@@ -76,7 +76,7 @@ def _guided(target: str, cases: int, seed: int, folder: Path) -> None:
     """Atheris leads; it ends the process itself."""
     import atheris
 
-    with atheris.instrument_imports(
+    with atheris.instrument_imports(  # pyright: ignore[reportAttributeAccessIssue] - made at run time
         include=[
             "simx_client.protocol",
             "simx_server.scene",

@@ -84,7 +84,12 @@ def test_the_buffer_of_a_script_function_is_bytes_or_text(
 def test_a_string_signal_out_of_packed_floats_and_a_ctypes_array(clientID: int) -> None:
     packed = vrep.simxPackFloats([5.5, 5.25, -0.5, 4.0])
     raw_bytes = (ctypes.c_ubyte * len(packed)).from_buffer_copy(packed)
-    code = vrep.simxSetStringSignal(clientID, "rotorTargetVelocities", raw_bytes, vrep.simx_opmode_blocking)
+    code = vrep.simxSetStringSignal(
+        clientID,
+        "rotorTargetVelocities",
+        raw_bytes,  # pyright: ignore[reportArgumentType] - scripts pass it
+        vrep.simx_opmode_blocking,
+    )
     assert code == 0
     err, data = vrep.simxGetStringSignal(clientID, "rotorTargetVelocities", vrep.simx_opmode_blocking)
     assert (err, vrep.simxUnpackFloats(data)) == (0, [5.5, 5.25, -0.5, 4.0])
@@ -135,7 +140,7 @@ def test_a_wrapper_calls_by_getattr_with_the_mode_as_keyword(clientID: int) -> N
             res = (res,)
         err = [bool((res[0] >> i) & 1) for i in range(8)]
         assert not any(err)
-        return res[1:] if len(res) > 2 else res[-1]
+        return res[1:] if len(res) > 2 else res[-1]  # pyright: ignore[reportGeneralTypeIssues]
 
     elbow = call_remote_api("simxGetObjectHandle", "elbow")
     assert call_remote_api("simxSetJointTargetPosition", elbow, 0.5) == 0

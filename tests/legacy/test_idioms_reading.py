@@ -213,7 +213,9 @@ def test_five_results_from_the_force_sensor_stay_an_error(clientID: int) -> None
     """It has four; a script that unpacks five never ran in V-REP either."""
     scale = handle(clientID, "scale")
     with pytest.raises(ValueError, match="not enough values to unpack"):
-        _, _state, _force, _torque, _ = vrep.simxReadForceSensor(clientID, scale, vrep.simx_opmode_blocking)
+        _, _state, _force, _torque, _ = vrep.simxReadForceSensor(  # pyright: ignore[reportAssignmentType]
+            clientID, scale, vrep.simx_opmode_blocking
+        )
 
 
 def test_the_detected_object_is_compared_used_as_key_and_moved(clientID: int) -> None:

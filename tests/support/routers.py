@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 from processes import ROOT, read_line, running
 
@@ -85,7 +86,7 @@ class Wire:
                     if key.fileobj is self._listener:
                         self._accept()
                     elif key.fileobj in self._ends:
-                        self._pass_on(key.fileobj)
+                        self._pass_on(cast(socket.socket, key.fileobj))
 
     def _accept(self) -> None:
         near, _ = self._listener.accept()

@@ -199,7 +199,7 @@ def test_many_servers_are_measured_beside_one(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(batch, "COUNTS", (1, 2))
     monkeypatch.setattr(batch, "TASKS", batch.TASKS[1:])
     found = batch.measure(TINY)
-    (task,) = batch.TASKS
+    task = batch.TASKS[0]
     cases = (batch.BLOCKING, batch.LEGACY, batch.PASS, batch.by_batch(1), batch.by_batch(2))
     assert {f"{task.scene}: {case}" for case in cases} <= {row.what for row in found.rows}
     assert [ratio.target for ratio in found.ratios] == [None, 1 / batch.TARGET, None]

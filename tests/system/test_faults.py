@@ -11,7 +11,7 @@ from processes import ROOT, give_way, read_line, running, spawn, wait_until
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import local
 from simx_client.protocol import keys
@@ -137,7 +137,7 @@ def test_finishing_a_client_that_is_being_connected_in_the_background_leaves_no_
 @pytest.fixture
 def transport():
     with plain_server() as (_, port):
-        transport = ZenohTransport(Place.at("127.0.0.1", port), connect_timeout=5.0, retry=False)
+        transport = ZenohTransport(ServerAddress.at("127.0.0.1", port), connect_timeout=5.0, retry=False)
         yield transport
         transport.close()
 
@@ -146,17 +146,17 @@ def test_a_picture_that_comes_while_the_one_before_is_taken_is_the_newest(transp
     class TakenWhenLookedAt(dict):
         def get(self, *arguments):
             found = super().get(*arguments)
-            transport.pictures()  # the reader's thread, at the worst moment
+            transport.images()  # the reader's thread, at the worst moment
             return found
 
     def picture(payload):
         content = SimpleNamespace(to_bytes=lambda: payload)
         return SimpleNamespace(key_expr="simx/realm/picture/client/1", payload=content)
 
-    transport._pictures = TakenWhenLookedAt()
+    transport._images = TakenWhenLookedAt()
     for payload in (b"first", b"second"):
-        transport._on_picture(picture(payload))
-    assert transport.pictures() == [b"second"]
+        transport._on_image(picture(payload))
+    assert transport.images() == [b"second"]
 
 
 def test_a_server_that_dies_right_after_its_welcome_is_not_taken_for_alive(transport, monkeypatch):

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import mujoco
 import pytest
@@ -97,7 +97,7 @@ def made(world: RealWorld) -> list[LosesItsContext]:
 
     def make(model: mujoco.MjModel, backend: Backend) -> Renderer:
         renderers.append(LosesItsContext(make_renderer(model, backend)))
-        return renderers[-1]
+        return cast(Renderer, renderers[-1])
 
     render_with(world, RenderThread(lambda: Backend("raycast", "a test asked for it"), make))
     return renderers

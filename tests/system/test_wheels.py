@@ -81,7 +81,7 @@ class Environment:
         for distribution in needed(packages):
             for top in {file.parts[0] for file in distribution.files or () if file.parts[0] != ".."}:
                 if not (here / top).exists():
-                    (here / top).symlink_to(distribution.locate_file(top))
+                    (here / top).symlink_to(str(distribution.locate_file(top)))
 
     def install(self, wheel: Path) -> None:
         """Install a wheel with pip, which refuses where a requirement is missing."""

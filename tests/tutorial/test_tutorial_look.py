@@ -70,7 +70,9 @@ def view(request: pytest.FixtureRequest) -> Iterator[View]:
             start_stepped(client)
             step(client, 1.0)
             view = View(world, client)
-            if world.parts.rendering.backend.name == "raycast" and request.param == "opengl":
+            backend = world.parts.rendering.backend
+            assert backend is not None
+            if backend.name == "raycast" and request.param == "opengl":
                 pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")
             yield view
         finally:
@@ -118,7 +120,9 @@ def test_the_floor_is_stained_by_two_to_three_grey_levels(view: View) -> None:
 def test_the_floors_texture_is_the_one_that_its_script_draws() -> None:
     script = floor_texture()
     drawn = script.texture().astype(int)
-    kept = cv2.imread(str(script.FILE))[:, :, ::-1].astype(int)
+    image = cv2.imread(str(script.FILE))
+    assert image is not None
+    kept = image[:, :, ::-1].astype(int)
     assert np.abs(kept - drawn).max() <= 1  # FFTs of other machines may round otherwise
 
 

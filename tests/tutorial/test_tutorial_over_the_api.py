@@ -26,7 +26,9 @@ def tutorial(request):
         world = RealWorld("ur5_rg2_kinect")
         cid = world.client()
         try:
-            warm_up(world.parts).result(60.0)  # as a server does before it is ready
+            images = warm_up(world.parts)  # as a server does before it is ready
+            assert images is not None
+            images.result(60.0)
             start_stepped(cid)
             go(cid, VIEW)
             step(cid, 2.0)
@@ -35,7 +37,9 @@ def tutorial(request):
                 code, resolution, image = v.simxGetVisionSensorImage(cid, handle_of(cid, name), 0, BLOCKING)
                 assert (code, resolution) == (0, [640, 480])
                 pictures[name] = np.array(image, dtype=np.uint8).reshape(480, 640, 3)[::-1]
-            if world.parts.rendering.backend.name == "raycast" and request.param == "opengl":
+            backend = world.parts.rendering.backend
+            assert backend is not None
+            if backend.name == "raycast" and request.param == "opengl":
                 pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")
             yield world, cid, pictures
         finally:

@@ -1,1 +1,1 @@
-"""``simx status``: health and metrics of servers, for people, for programs and for Prometheus."""
+"""Implement ``simx status``: health and metrics of servers, as text, as JSON and for Prometheus."""

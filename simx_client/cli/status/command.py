@@ -1,4 +1,4 @@
-"""``python -m simx_client status``: whether simulators work, and what they count, for people and for programs."""
+"""Implement ``python -m simx_client status``: print health and metrics of simulators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simx_client.cli import discovery_flags
 from simx_client.cli.command_parser import command_parser, program
 from simx_client.cli.listing import NO_ANSWER
 from simx_client.connection.discovery import Measured, Unreachable, measure_servers, silent_servers
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.protocol import roster
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.keys import check_chunk
@@ -24,7 +24,7 @@ from .prometheus import exposition
 from .text import description
 
 CLEAR = "\x1b[H\x1b[2J"
-"""Has a terminal begin a new page."""
+"""Clears a terminal."""
 
 EXAMPLES = """\
 examples:
@@ -38,17 +38,17 @@ exit codes: 0 all asked have answered, 1 one did not or there is none, 2 wrong u
 
 
 class Where(NamedTuple):
-    """What WHERE stands for."""
+    """Meaning of the argument WHERE."""
 
     endpoints: tuple[str, ...]
     """Empty: those of the flags, else of this host."""
 
     realm: str | None
-    """None: all that are there."""
+    """None: all realms."""
 
 
 def where(text: str) -> Where:
-    """PORT, HOST:PORT, REALM, REALM@HOST:PORT or a Zenoh endpoint. Raises ValueError for anything else."""
+    """Parse PORT, HOST:PORT, REALM, REALM@HOST:PORT or a Zenoh endpoint. Raises ValueError for other texts."""
     if re.fullmatch(r"[a-z][a-z0-9-]*/\S+", text):
         return Where((text,), None)
     name, at, address = text.rpartition("@")
@@ -57,14 +57,14 @@ def where(text: str) -> Where:
         return Where((), realm)
     host, colon, port = address.rpartition(":")
     if port.isdecimal() and int(port) <= 65535:
-        return Where(Place.at(host or "127.0.0.1", int(port)).endpoints, realm)
+        return Where(ServerAddress.at(host or "127.0.0.1", int(port)).endpoints, realm)
     if colon or at:
         raise ValueError(f"{address!r} is not HOST:PORT")
     return Where((), check_chunk(text))
 
 
 def main(argv: Sequence[str]) -> int:
-    """Ask and print; 0 when all have answered, 1 when one did not or there is none."""
+    """Request and print the status; return 0 if all answered, 1 if one did not or there is none."""
     parser = make_parser()
     options = parser.parse_args(argv)
     logging.basicConfig(stream=sys.stderr, format="%(message)s")
@@ -84,7 +84,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the command."""
+    """Return the parser with the flags of the command."""
     parser = command_parser(
         "status",
         "Tell whether simulators work, how fast, what is asked of them, and what fails.",
@@ -99,7 +99,7 @@ def make_parser() -> argparse.ArgumentParser:
     discovery_flags.add_flags(parser)
     parser.add_argument("--prometheus", action="store_true", help="in Prometheus' text format")
     parser.add_argument(
-        "--watch", type=discovery_flags.seconds, metavar="SECONDS", help="again and again, until Ctrl-C"
+        "--watch", type=discovery_flags.seconds, metavar="SECONDS", help="repeat until Ctrl-C"
     )
     return parser
 
@@ -129,9 +129,9 @@ def _tell(options: argparse.Namespace, place: Where, named: Sequence[str]) -> in
 def _problems(
     unreachable: Sequence[Unreachable], place: Where, *, is_local: bool, is_found: bool
 ) -> list[str]:
-    """What is wrong with the places that could not be asked."""
+    """Return the errors of the endpoints that did not answer."""
     if place.realm is not None and is_found:
-        return []  # of several places one that knows the name is enough
+        return []  # with several endpoints, one that knows the realm is enough
     if is_local:
         return silent_servers(unreachable)
     return [f"{one.reason}; check the address, and that something runs there" for one in unreachable]

@@ -1,4 +1,4 @@
-"""Metrics in Prometheus' text format, for its textfile collector: nothing listens for scrapes.
+"""Metrics in Prometheus' text format, for its textfile collector: no port is opened.
 
 The format: https://prometheus.io/docs/instrumenting/exposition_formats/
 """
@@ -22,8 +22,8 @@ SINGLE: tuple[tuple[str, str, str, _Value], ...] = (
     ("calls_total", "counter", "Calls of clients.", lambda m: m["calls"]["count"]),
     ("clients", "gauge", "Clients that are there.", lambda m: len(m["clients"])),
     ("streams", "gauge", "Armed streams.", lambda m: m["streams"]),
-    ("pictures_waiting", "gauge", "Pictures not begun.", lambda m: m["pictures"]["waiting"]),
-    ("pictures_failed_total", "counter", "Pictures not made.", lambda m: m["pictures"]["failed"]),
+    ("pictures_waiting", "gauge", "Images not started.", lambda m: m["pictures"]["waiting"]),
+    ("pictures_failed_total", "counter", "Images not made.", lambda m: m["pictures"]["failed"]),
     ("resident_memory_bytes", "gauge", "Of the process.", lambda m: m["process"]["memory"]),
     ("open_fds", "gauge", "Of the process.", lambda m: m["process"]["open_files"]),
     ("cpu_seconds_total", "counter", "Of the process.", lambda m: m["process"]["processor_seconds"]),
@@ -33,7 +33,7 @@ SINGLE: tuple[tuple[str, str, str, _Value], ...] = (
 
 
 def exposition(servers: Sequence[Measured]) -> str:
-    """One text for all servers, each with its realm and host as labels."""
+    """Return one text for all servers, each with its realm and host as labels."""
     return "".join(f"{line}\n" for line in _lines(servers))
 
 
@@ -48,7 +48,7 @@ def _lines(servers: Sequence[Measured]) -> Iterator[str]:
         for metrics in measured:
             if (value := value_of(metrics)) is not None:
                 yield _sample(name, _of(metrics), value)
-    yield from _head("pass_seconds", "summary", "Of one pass, without streams and calls.")
+    yield from _head("pass_seconds", "summary", "Of one simulation step, without streams and calls.")
     for metrics in measured:
         yield from _summary("pass_seconds", _of(metrics), metrics["passes"]["times"])
     yield from _head("command_seconds", "summary", "On the simulating thread, for calls and streams.")
@@ -75,7 +75,7 @@ def _head(name: str, kind: str, help_text: str) -> Iterator[str]:
 
 
 def _summary(name: str, labels: Mapping[str, str], times: Timing) -> Iterator[str]:
-    """Quantiles are those of late, not a number when there was nothing."""
+    """Yield a summary with quantiles of recent times; NaN without any."""
     recent = times["recent"]
     for share, seconds in (("0.5", recent["p50"]), ("0.9", recent["p90"]), ("0.99", recent["p99"])):
         value = seconds if recent["per_second"] else float("nan")

@@ -1,4 +1,4 @@
-"""The metrics of a server as a page for people."""
+"""The metrics of a server as text."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from simx_client.connection.discovery import Measured
 from simx_client.protocol.reports import Metrics, Timing
 
 COMMANDS_SHOWN = 15
-"""Those that took the most time."""
+"""Number of commands shown, those that took the most time."""
 
 ERRORS_SHOWN = 5
 TEXT_SHOWN = 110
-"""Characters of an error."""
+"""Maximum number of characters of an error."""
 
 
 def description(server: Measured) -> list[str]:
-    """The lines about one server."""
+    """Return the lines about one server."""
     metrics = server.metrics
     if metrics is None:
         return [
@@ -45,7 +45,7 @@ def _summary(metrics: Metrics) -> Iterator[str]:
     speed = "max" if passes["speed"] is None else f"{passes['speed']:g} x"
     p50, p99 = _percentiles(passes["times"])
     yield (
-        f"  passes    {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
+        f"  steps     {passes['per_second']:.1f} /s, {passes['real_time_factor']:.2f} x real time ({window}; asked: "
         f"{speed}); each of {passes['time_step'] * 1000:g} ms takes {duration(p50)} (p50), {duration(p99)} (p99); "
         f"{passes['lost']:.2f} s lost"
     )
@@ -55,7 +55,7 @@ def _summary(metrics: Metrics) -> Iterator[str]:
     )
     if pictures["cameras"] or pictures["waiting"] or pictures["failed"]:
         yield (
-            f"  pictures  made with {pictures['backend'] or 'nothing yet'}, {pictures['waiting']} waiting, "
+            f"  images    made with {pictures['backend'] or 'nothing yet'}, {pictures['waiting']} waiting, "
             f"{pictures['failed']} failed"
         )
     files = "" if process["open_files"] is None else f", {process['open_files']} open files"
@@ -121,7 +121,7 @@ def _timing_head(what: str) -> tuple[str, ...]:
 
 
 def _timing_cells(name: str, times: Timing) -> tuple[str, ...]:
-    """Percentiles of late, else those since the start."""
+    """Return percentiles of recent times, else of those since the start."""
     recent = times["recent"]
     chosen = recent if recent["per_second"] else times
     return (
@@ -141,14 +141,14 @@ def _percentiles(times: Timing) -> tuple[float, float]:
 
 
 def duration(seconds: float) -> str:
-    """In the unit that suits it."""
+    """Format a duration in a suitable unit."""
     if 0 < seconds < 1e-3:
         return f"{seconds * 1e6:.3g} us"
     return f"{seconds * 1e3:.3g} ms" if seconds < 1 else f"{seconds:.3g} s"
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """The first column to the left, the others to the right; nothing for no rows."""
+    """Return the lines of a table: first column left-aligned, the others right-aligned; empty without rows."""
     if not rows:
         return []
     lines = [head, *rows]

@@ -1,8 +1,8 @@
-"""The text of a Python 2 file as Python 3.
+"""Convert the text of a Python 2 file to Python 3.
 
-The spelling (print, except, raise, exec, octal numbers, renamed modules, lists where iterators came) is fissix's
-work, the maintained copy of the 2to3 that Python 3.13 no longer has. `meaning` then does what spelling cannot.
-The code keeps the line numbers of the file, so that a traceback shows the line as it stands there.
+fissix, the maintained copy of the 2to3 that Python 3.13 no longer has, converts the spelling (print, except,
+raise, exec, octal numbers, renamed modules, lists instead of iterators). `meaning` converts what spelling
+cannot express. The code keeps the line numbers of the file, so that a traceback shows the lines of the file.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ _TAKES_APART = re.compile(r"\s*\(.*\) = xxx_todo_changeme\d*$")
 _LONG_OCTAL = re.compile(r"\b0[0-7]+[lL]\b")
 _CODING = re.compile(rb"^[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 _LEFT_OUT = (
-    # only for looks, or for questions of taste
+    # only for looks, or a matter of taste
     *("idioms", "set_literal", "ws_comma", "buffer", "asserts", "sorted"),
-    "future",  # meaning looks for division, and Python 3 accepts the line
+    "future",  # meaning reads the line for division, and Python 3 accepts it
     "execfile",  # the file is Python 2 as well
-    *("reduce", "reload", "intern"),  # each would add a line, and they can share the header
+    *("reduce", "reload", "intern"),  # each would add a line; they share the header instead
 )
 
 
 class CannotConvert(ValueError):
-    """The text is not Python 2 either, or says what Python 3 has no way of saying."""
+    """The text is not Python 2 either, or has no equivalent in Python 3."""
 
 
 class NoConverter(CannotConvert):
@@ -46,7 +46,7 @@ class NoConverter(CannotConvert):
 
 @dataclass(frozen=True, slots=True)
 class Converted:
-    """A text that can be saved and run, and its code, with the line numbers of the original."""
+    """A converted text that can be saved and run, and its code, with the line numbers of the original."""
 
     text: str
     code: CodeType
@@ -56,10 +56,10 @@ def to_python3(source: str, path: str, *, in_package: bool = False) -> Converted
     """Convert a whole file.
 
     Args:
-        in_package: ``import neighbour`` means the file beside this one, as it did in Python 2's packages.
+        in_package: ``import neighbour`` means the file beside this one, as in Python 2's packages.
 
     Raises:
-        CannotConvert: with what is wrong with the text and in which line, as far as that is known.
+        CannotConvert: with the error and its line, as far as known.
         NoConverter: fissix is not installed.
     """
     if find_spec("fissix") is None:  # the client's own wheel does not require it
@@ -76,7 +76,7 @@ def to_python3(source: str, path: str, *, in_package: bool = False) -> Converted
 
 
 def decode(source: bytes) -> str:
-    """The text of a file: as its coding line says, else UTF-8; else Latin-1, as half of the old ones are."""
+    """Decode a file: as its coding line says, else UTF-8, else Latin-1, as half of the old files."""
     first_lines = source.split(b"\n", 2)[:2]
     declared = next(
         (found[1].decode() for line in first_lines if (found := _CODING.match(line))), "utf-8-sig"
@@ -91,8 +91,8 @@ def _with_header(text: str, names: list[str]) -> tuple[str, list[int]]:
     """Import `names` before the first statement that may follow an import.
 
     Returns:
-        The text, and the numbers of the lines that the file does not have: this one, and those in which fissix
-        takes a tuple parameter apart.
+        The text, and the numbers of the lines that the file does not have: this one, and those in which
+            fissix unpacks a tuple parameter.
     """
     lines = text.split("\n")
     if names:
@@ -115,7 +115,8 @@ def _taking_apart(lines: list[str]) -> list[int]:
 
 
 def _place_as_in_the_file(tree: ast.Module, added: list[int]) -> None:
-    """Give the nodes the line numbers of the file, and no columns, at which a traceback would point in vain."""
+    """Set the line numbers of the file in the nodes, without columns, which a traceback would show in the
+    wrong place."""
     for node in ast.walk(tree):
         if isinstance(node, ast.stmt | ast.expr | ast.excepthandler | ast.arg | ast.keyword | ast.alias):
             node.lineno -= bisect.bisect_left(added, node.lineno)
@@ -124,7 +125,7 @@ def _place_as_in_the_file(tree: ast.Module, added: list[int]) -> None:
 
 
 def _without_tabs(source: str) -> str:
-    """Tabs at the left edge as blanks up to the next multiple of 8, which is what Python 2 took them for."""
+    """Replace tabs at the left edge by blanks up to the next multiple of 8, as Python 2 read them."""
     if "\t" not in source:
         return source
     lines = source.split("\n")
@@ -141,22 +142,22 @@ def _without_tabs(source: str) -> str:
 def _respell(source: str, path: str, in_package: bool) -> str:
     fissix = _fissix()
     text = str(fissix.speller(in_package).refactor_string(source, path))
-    if _LONG_OCTAL.search(source):  # is both an octal and a long number, and taken for one of them at a time
+    if _LONG_OCTAL.search(source):  # such a number is both octal and long, and each fixer handles one of them
         text = str(fissix.number_speller().refactor_string(text, path))
     return text
 
 
 class _Fissix:
-    """As much of fissix as is used here. It has no types, so this is the one place that touches it."""
+    """The parts of fissix that are used here. It has no types, so no other code uses it."""
 
     def __init__(self) -> None:
         driver, pgen = import_module("fissix.pgen2.driver"), import_module("fissix.pgen2.pgen")
-        # Its own way keeps a pickle in the user's home; making the tables takes 40 ms.
+        # The default writes a pickle into the user's home; making the tables takes 40 ms.
         vars(driver)["load_grammar"] = pgen.generate_grammar
         refactor: Any = import_module("fissix.refactor")
         tokenize: Any = import_module("fissix.pgen2.tokenize")
         parse: Any = import_module("fissix.pgen2.parse")
-        logging.getLogger("RefactoringTool").setLevel(logging.WARNING)  # a script may log all there is
+        logging.getLogger("RefactoringTool").setLevel(logging.WARNING)  # a script may log at all levels
         self._tool = refactor.RefactoringTool
         self._every: list[str] = refactor.get_fixers_from_package("fissix.fixes")
         self._tokenize = tokenize.generate_tokens
@@ -164,13 +165,13 @@ class _Fissix:
 
     @functools.cache  # noqa: B019 - there is one of this class, and making a tool takes 80 ms
     def speller(self, in_package: bool) -> Any:
-        """What changes all spellings; relative imports only where there is a package to be relative to."""
+        """Return the fixer of all spellings; of relative imports only for modules of a package."""
         left_out = {*_LEFT_OUT, *(() if in_package else ("import",))}
         return self._tool([name for name in self._every if name.rpartition("fix_")[2] not in left_out])
 
     @functools.cache  # noqa: B019
     def number_speller(self) -> Any:
-        """What changes the spelling of numbers, in a text whose prints are calls already."""
+        """Return the fixer of numbers, for a text whose prints are calls already."""
         return self._tool(["fissix.fixes.fix_numliterals"], {"print_function": True})
 
     def tokens(self, source: str) -> Any:

@@ -1,7 +1,7 @@
-"""Which files are Python 2, and how they are run: the script itself, and the modules that it brings.
+"""Select and run the files that are Python 2: the script and its modules.
 
-Where the script is Python 2, so are all modules that are not installed: whoever printed without brackets also divided
-without thinking of fractions, and the module beside the script may show only the latter. Where the script is
+If the script is Python 2, so are all its modules that are not installed: a program that prints without
+brackets also divides integers, and the module beside the script may show only the latter. If the script is
 Python 3, a module is converted only if Python 3 cannot run it.
 """
 
@@ -34,19 +34,19 @@ _INSTALLED_ANYWHERE = {"site-packages", "dist-packages"}
 
 
 class IsPython2(Exception):
-    """A file is Python 2 and could not be converted; the whole sentence for the user."""
+    """A file is Python 2 and could not be converted; the text is the whole sentence for the user."""
 
 
 def convert_if_python2(
     source: bytes, path: str, *, for_sure: bool = False, in_package: bool = False
 ) -> Converted | None:
-    """The converted file, None if Python 3 can run it as it is.
+    """Return the converted file, None if Python 3 can run it unchanged.
 
     Args:
-        for_sure: Python 2 even if Python 3 could run it; what turns out not to be is left alone.
+        for_sure: treat the file as Python 2 even if Python 3 could run it.
 
     Raises:
-        SyntaxError: neither version can run it; the error of this one.
+        SyntaxError: neither version can run it; the error of Python 3.
         IsPython2: it is Python 2 and cannot be converted.
     """
     text = decode(source)
@@ -75,7 +75,7 @@ def convert_if_python2(
 
 
 class Python2Finder(MetaPathFinder):
-    """Lets the others find a module and, if it is the script's own, has it converted while it loads."""
+    """Lets other finders find a module and converts it while loading if it belongs to the script."""
 
     def __init__(self, *, script_is_python2: bool) -> None:
         self._script_is_python2 = script_is_python2
@@ -95,7 +95,7 @@ class _Loader(SourceFileLoader):
         self._for_sure = for_sure
 
     def get_code(self, fullname: str) -> CodeType | None:
-        """As ever for Python 3. Converted code is not cached: plain Python would find it beside the file."""
+        """Return the module's code. Converted code is not cached: plain Python would load the cache."""
         path = self.get_filename(fullname)
         in_package = "." in fullname or self.is_package(fullname)
         converted = convert_if_python2(

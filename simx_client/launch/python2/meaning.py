@@ -1,10 +1,11 @@
-"""Words that Python 3 still has and that meant something else: given their old meaning back.
+"""Restore the old meaning of words that Python 3 kept with another meaning.
 
-Works on a text whose spelling is Python 3 already. The syntax tree tells where; the change is made in the text, in
-its line, so that what nobody asked about (comments, blanks, line numbers) stays.
+Works on a text with the spelling of Python 3. The syntax tree gives the places; edits are made in the text,
+within a line, so that comments, blanks and line numbers stay.
 
-Division is the one that matters: ``7 / 2`` was 3, and old scripts index and count with it. Where the text shows
-that an operand is a float, ``/`` stays; where both are whole, it becomes ``//``; else it is decided when it runs.
+Division matters most: ``7 / 2`` was 3, and old scripts index and count with it. If the text shows that an
+operand is a float, ``/`` stays; if both are whole, it becomes ``//``; otherwise the program decides at run
+time.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _INTS = {"len", "int", "ord"}
 _WHOLE_IN_MATH = {"factorial", "gcd", "isnan", "isinf"}
 _ROUNDING = {"floor", "ceil"}
 _ARRAY_PACKAGES = {"numpy", "pylab", "scipy", "matplotlib"}
-_MOVED = {"reduce", "reload", "intern"}  # built-ins once; the header imports them under the same name
+_MOVED = {"reduce", "reload", "intern"}  # former built-ins; the header imports them under the same name
 _RENAMED = {"raw_input": "input", "xrange": "range"}  # where they are not called, so that fissix leaves them
 _DIVISIONS = {"__div__": "__truediv__", "__rdiv__": "__rtruediv__", "__idiv__": "__itruediv__"}
 _SAME_AS_METHOD = (
@@ -36,7 +37,7 @@ _STRING: dict[str, str] = {
 
 
 def restore(text: str) -> tuple[str, list[str]]:
-    """The text with the old meanings, and which names of ``simx_client.python2`` it now uses, sorted."""
+    """Return the text with the old meanings, and the names of ``simx_client.python2`` that it uses, sorted."""
     tree = ast.parse(text)
     source = text.encode()
     editor = _Editor(source, _known_names(tree))
@@ -47,13 +48,14 @@ def restore(text: str) -> tuple[str, list[str]]:
 
 @dataclass(frozen=True, slots=True)
 class _Edit:
-    """Instead of the bytes from `start` to `end` of the text."""
+    """Replacement of the bytes from `start` to `end` of the text."""
 
     start: int
     end: int
     text: str
     rank: tuple[int, int] = (2, 0)
-    """Of several at one place: closings come first, the inner one ahead; then openings, the outer one ahead."""
+    """Order at one position: closing brackets first, the inner one first; then opening ones, the outer one
+    first."""
 
 
 def _rendered(source: bytes, start: int, end: int, edits: list[_Edit]) -> bytes:
@@ -67,10 +69,10 @@ def _rendered(source: bytes, start: int, end: int, edits: list[_Edit]) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """What a name means in this file."""
+    """Meanings of names in this file."""
 
     bound: set[str]
-    """Names that the file gives a meaning of its own; they are not the built-ins."""
+    """Names that the file binds; they are not the built-ins."""
 
     from_math: set[str]
     comparisons: set[str]
@@ -159,7 +161,7 @@ class _Editor(ast.NodeVisitor):
         self.generic_visit(node)
 
     def _kind(self, node: ast.expr) -> str:
-        """ "int" or "float" if the text alone shows it, else nothing."""
+        """Return "int" or "float" if the text alone shows it, else an empty text."""
         match node:
             case ast.Constant(value=bool()):
                 return ""
@@ -192,7 +194,7 @@ class _Editor(ast.NodeVisitor):
         known = self._known
         match node.func:
             case ast.Name(id="int") if len(node.args) == 1 and self._is_rounding(node.args[0]):
-                for part in ast.iter_child_nodes(node.args[0]):  # which may stay as it is inside int()
+                for part in ast.iter_child_nodes(node.args[0]):  # which may stay unchanged inside int()
                     self.visit(part)
                 return
             case ast.Attribute(value=ast.Name(id="sys"), attr="setdefaultencoding"):
@@ -215,11 +217,15 @@ class _Editor(ast.NodeVisitor):
                 self._wrap(node, "float")
             case _:
                 pass
+        self._replace_cmp(node)
+        self.generic_visit(node)
+
+    def _replace_cmp(self, node: ast.Call) -> None:
+        """Replace the argument ``cmp`` of a call by ``key``."""
         for keyword in node.keywords:
             if keyword.arg == "cmp":
                 self._replace(self._start(keyword), self._start(keyword) + len("cmp"), "key")
                 self._wrap(keyword.value, self._helper("py2_key"))
-        self.generic_visit(node)
 
     def _is_rounding(self, node: ast.expr) -> bool:
         match node:
@@ -268,7 +274,7 @@ class _Editor(ast.NodeVisitor):
         self._replace(self._start(node), self._end(node), name)
 
     def _wrap(self, node: ast.expr, function: str) -> None:
-        """Make a call with `node` as its argument."""
+        """Insert a call with `node` as its argument."""
         start, end = self._start(node), self._end(node)
         self.edits.append(_Edit(start, start, function + "(", (1, -end)))
         self.edits.append(_Edit(end, end, ")", (0, -start)))
@@ -282,7 +288,8 @@ class _Editor(ast.NodeVisitor):
         return self._line_starts[node.end_lineno - 1] + node.end_col_offset
 
     def _operator_after(self, left: ast.expr) -> int:
-        """Where the ``/`` behind this operand stands: only brackets, blanks and comments may come before it."""
+        """Return the position of the ``/`` after this operand; only brackets, blanks and comments may come
+        before it."""
         found = _BEFORE_OPERATOR.match(self._source, self._end(left))
         assert found is not None
         return found.end()

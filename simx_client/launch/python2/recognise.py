@@ -1,7 +1,7 @@
-"""Recognises a Python 2 script: by the line at which Python 3 stops, or by a built-in that is gone.
+"""Recognise a Python 2 script: by the line at which Python 3 stops, or by a removed built-in.
 
-Only what cannot be anything else counts, so that a plain typing error is still shown as Python shows it, and
-a script that serves both versions is left alone.
+Only unambiguous constructs count, so that a typing error is still shown as Python shows it, and a script for
+both versions is not converted.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _SERVES_BOTH = re.compile(r"sys\s*\.\s*version|version_info|NameError|\bsix\b|\b
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Where a source is Python 2, and by what."""
+    """Where a source is Python 2, and by which construct."""
 
     line: int
     construct: str
 
 
 def from_syntax_error(error: SyntaxError, source: str) -> Finding | None:
-    """The Python 2 construct at which the compiler stopped, if it is one."""
+    """Return the Python 2 construct at which the compiler stopped, if it is one."""
     if isinstance(error, TabError):
         return Finding(error.lineno or 1, "tabs and blanks mixed in the indentation")
     for statement in ("print", "exec"):
@@ -48,7 +48,7 @@ def from_syntax_error(error: SyntaxError, source: str) -> Finding | None:
 
 
 def from_names(tree: ast.Module, source: str) -> Finding | None:
-    """The first use of something Python 3 compiles but cannot run; None where the script provides for it."""
+    """Return the first use of something Python 3 compiles but cannot run; None if the script handles it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.RShift) and _is_name(node.left, "print"):
             return Finding(node.lineno, "print >>file")
@@ -68,7 +68,7 @@ def from_names(tree: ast.Module, source: str) -> Finding | None:
             bound.add(node.arg)
         elif isinstance(node, ast.Import | ast.ImportFrom):
             bound.update(alias.asname or alias.name for alias in node.names)
-    if "*" in bound:  # from somewhere import *: it may bring them
+    if "*" in bound:  # from somewhere import *: it may import them
         return None
     gone = [(used[name], name) for name in _GONE_BUILTINS & (used.keys() - bound)]
     return Finding(min(gone)[0], f"the built-in {min(gone)[1]}") if gone else None

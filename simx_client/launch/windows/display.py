@@ -1,5 +1,8 @@
-"""Real windows, in a process of their own: its event loop runs whatever the script does, and the script's own pygame,
-Tk or Qt notices nothing of it. The process ends with the pipe to it, so with the script, however that ends."""
+"""Real windows in a separate process.
+
+Its event loop runs independently of the script, and does not affect the script's pygame, Tk or Qt. The
+process exits when the pipe to it closes, so with the script, however that ends.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,13 @@ READY, FAILED = "ready", "failed"
 """First word of the process: with the window system's name, or with the reason."""
 
 START_TIMEOUT = 30.0
-"""Seconds for the process to open the display; half a second is usual."""
+"""Time-out in seconds for opening the display; half a second is usual."""
 
 END_TIMEOUT = 2.0
 
 
 def is_there(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether this session has a display at all: always on Windows and macOS."""
+    """Return whether this session has a display: always on Windows and macOS."""
     return os.name == "nt" or sys.platform == "darwin" or bool(_variables(environment))
 
 
@@ -37,10 +40,10 @@ class Display:
     """The process, as a screen."""
 
     def __init__(self, report: Report, lost: Lost) -> None:
-        """Start it and wait until it has the display.
+        """Start the process and wait until it has opened the display.
 
         Raises:
-            NoScreen: there is no display, it cannot be opened, or Python has neither Tk nor pygame.
+            NoScreen: the display is missing, it cannot be opened, or Python has neither Tk nor pygame.
         """
         if not is_there():
             raise NoScreen("there is no display (DISPLAY is not set)")
@@ -77,26 +80,26 @@ class Display:
         threading.Thread(target=self._write, name="simx-windows-out", daemon=True).start()
 
     def tell(self, message: Message) -> None:
-        """Queue it; never waits."""
+        """Queue a message; never waits."""
         self._outbox.put(message)
 
     def close(self) -> None:
-        """End the process."""
+        """Stop the process."""
         self._is_closed = True
         self._outbox.put(("", 0))
         try:
             self._process.send_signal(getattr(signal, "SIGKILL", signal.SIGTERM))
             self._process.wait(END_TIMEOUT)
         except (OSError, subprocess.TimeoutExpired):
-            pass  # it has ended already, or will with this process
+            pass  # it has exited already, or will with this process
 
     def forget(self) -> None:
-        """In a forked child: close its copies of the pipe, that the process ends with the parent alone."""
+        """Close the copies of the pipe in a forked child, so that the process exits with the parent alone."""
         self._is_closed = True
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None:
                 stream.close()
-        self._process.returncode = 0  # it is not this process's child, so nobody waits for it here
+        self._process.returncode = 0  # it is not a child of this process, so it cannot be awaited here
 
     def _read(self) -> None:
         for message in pipe.read_all(self._out):
@@ -118,4 +121,4 @@ class Display:
                     if not self._is_closed:
                         pipe.write(self._in, message)
         except OSError:
-            pass  # the process has ended: the reading thread says so
+            pass  # the process has exited: the reading thread reports it

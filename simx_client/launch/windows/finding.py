@@ -1,4 +1,4 @@
-"""Which screen the windows of this process come on: the display, else the web viewer of its server, else none."""
+"""Select the screen for windows of this process: the display, else the web viewer of its server, else none."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ ADVICE = (
 
 
 class Ended(Protocol):
-    """What is told of the end of the process, and of a fork."""
+    """Notified of the end of the process, and of a fork."""
 
     def close(self) -> None: ...
     def forget(self) -> None: ...
 
 
 class Finder:
-    """Looks for a screen. The display is tried once, and the web viewer once for each connection of the script."""
+    """Finds a screen. The display is tried once, and the web viewer once for each connection of the script."""
 
     def __init__(self, cv2: Any) -> None:
         self._cv2 = cv2
@@ -38,21 +38,21 @@ class Finder:
 
     def _start(self) -> None:
         self._reasons: list[str] = []
-        """Why there is none, as far as has been found out."""
+        """Reasons for a missing screen found so far."""
 
         self._has_tried_display = self._has_told = False
         self._asked: set[int] = set()
-        """Connections, by identity, whose server has been asked."""
+        """Connections, by identity, whose server was requested."""
 
     def ends_with(self, gui: Ended) -> None:
-        """Have it closed when the process ends, and begin again in a forked child."""
+        """Close it when the process exits, and start again in a forked child."""
         atexit.register(gui.close)
-        if hasattr(os, "register_at_fork"):  # not on Windows, which cannot fork
+        if hasattr(os, "register_at_fork"):  # Windows cannot fork
             os.register_at_fork(after_in_child=gui.forget)
             os.register_at_fork(after_in_child=self._start)
 
     def find(self, report: Report, lost: Lost) -> Screen:
-        """A screen. Raises NoScreen: there is none; the text is empty when that has been told."""
+        """Return a screen. Raises NoScreen; its text is empty if the reason was logged before."""
         if not self._has_tried_display:
             self._has_tried_display = True
             try:

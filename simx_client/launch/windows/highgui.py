@@ -1,6 +1,6 @@
-"""OpenCV's HighGUI as functions of one object: windows by name, keys, mouse, trackbars. Any thread may call them.
+"""OpenCV's HighGUI as methods of one object: windows by name, keys, mouse, trackbars. Thread-safe.
 
-Behaviour is that of OpenCV's documentation and, where that is silent, of the Qt build (opencv-python 4.10 for Linux,
+The behaviour is that of OpenCV's documentation, and otherwise of the Qt build (opencv-python 4.10 for Linux,
 measured) with two exceptions where GTK and Windows agree: letters keep their case, and a new trackbar does not call
 its function. Call-backs run in the thread that calls waitKey, as there.
 """
@@ -24,20 +24,21 @@ from .images import to_rgb
 logger = logging.getLogger(__name__)
 
 PROPERTIES = ("fullscreen", "autosize", "aspect ratio", "opengl", "visible", "topmost", "vsync")
-"""cv2.WND_PROP_..., by number."""
+"""cv2.WND_PROP_... by number."""
 
 _FULLSCREEN, _AUTOSIZE, _RATIO, _OPENGL, _VISIBLE = range(5)
 AUTOSIZE, FREE_RATIO = 1, 0x100
 MOUSE_MOVE = 0
 _WORKING, _WAITS = 0.25, 1000
-"""Seconds after which a waiting thread looks up, so that Ctrl-C reaches it on every system; reports that are kept."""
+"""Seconds after which a waiting thread wakes, so that Ctrl-C works on every system; maximum number of stored
+reports."""
 
 _NO_RECT = (-1, -1, -1, -1)
 
 
 @dataclass
 class Trackbar:
-    """A slider of a window."""
+    """A trackbar of a window."""
 
     value: int
     maximum: int
@@ -50,7 +51,7 @@ class Trackbar:
 
 @dataclass
 class Window:
-    """What the script has asked for under one name."""
+    """Settings of the script for one window name."""
 
     number: int
     flags: int
@@ -59,10 +60,10 @@ class Window:
     parameter: Any = None
     is_full: bool = False
     rect: tuple[int, int, int, int] | None = None
-    """As the screen has reported it."""
+    """As reported by the screen."""
 
     size: tuple[int, int] = (0, 0)
-    """Of the newest image."""
+    """Size of the newest image."""
 
 
 class HighGui:
@@ -70,8 +71,8 @@ class HighGui:
 
     Args:
         cv2: the script's module: it converts images, and its ``error`` is raised.
-        find_screen: gives a screen for the first window, and again for later ones while there is none; raises
-            NoScreen with a sentence for the log, or "" when nothing has changed.
+        find_screen: returns a screen for the first window, and again for later ones while there is none;
+            raises NoScreen with a sentence for the log, or "" if nothing has changed.
     """
 
     def __init__(self, cv2: Any, find_screen: Callable[[s.Report, s.Lost], s.Screen]) -> None:
@@ -82,16 +83,16 @@ class HighGui:
 
     def _start(self) -> None:
         self._state = threading.Condition(threading.RLock())
-        """Over everything below; notified when something is reported."""
+        """Lock for everything below; notified when something is reported."""
 
         self._windows: dict[str, Window] = {}
         self._reports: deque[s.Message] = deque(maxlen=_WAITS)
-        """Keys, and what call-backs are to be called for, in order."""
+        """Keys, and pending call-backs, in order."""
 
     # --- windows ---------------------------------------------------------------------------------
 
     def imshow(self, winname: str, mat: Any) -> None:
-        """Show an image in the window of this name, which is made if there is none. Raises cv2.error."""
+        """Show an image in the window of this name; make the window if needed. Raises cv2.error."""
         rgb = to_rgb(self._cv2, mat)
         height, width = rgb.shape[:2]
         with self._state:
@@ -102,7 +103,7 @@ class HighGui:
                 self._tell(s.SHOW, window.number, width, height, rgb.tobytes())
 
     def namedWindow(self, winname: str, flags: int = AUTOSIZE) -> None:
-        """Make a window; one of that name stays as it is."""
+        """Make a window; an existing one of that name stays unchanged."""
         with self._state:
             if winname not in self._windows:
                 self._open(winname, int(flags))
@@ -122,13 +123,13 @@ class HighGui:
                     logger.warning("cv2.imshow and other windows: %s", reason)
                 return
             logger.info("windows of cv2 are shown %s", self._screen.name)
-            for name, window in self._windows.items():  # made while there was no screen
+            for name, window in self._windows.items():  # made before the screen
                 self._tell(s.OPEN, window.number, name, window.flags)
                 for label in window.trackbars:
                     self._tell_trackbar(window, label)
 
     def destroyWindow(self, winname: str) -> None:
-        """Close a window; nothing happens if there is none of that name."""
+        """Close a window; no effect for an unknown name."""
         with self._state:
             window = self._windows.pop(winname, None)
             if window is not None:
@@ -141,12 +142,13 @@ class HighGui:
                 self.destroyWindow(name)
 
     def moveWindow(self, winname: str, x: int, y: int) -> None:
-        """Move the upper left corner to these pixels of the screen."""
+        """Move the upper left corner to this pixel of the screen."""
         with self._on(winname) as window:
             self._tell(s.MOVE, window.number, int(x), int(y))
 
     def resizeWindow(self, winname: str, *size: Any, **keywords: Any) -> None:
-        """Set the size of the image area, ``width, height`` or ``(width, height)``, unless it follows the image."""
+        """Set the size of the image area, ``width, height`` or ``(width, height)``, unless it follows the
+        image."""
         width, height = size if len(size) == 2 else size[0] if size else _size_of(keywords)
         with self._on(winname) as window:
             if not window.flags & AUTOSIZE:
@@ -158,7 +160,7 @@ class HighGui:
             self._tell(s.TITLE, window.number, str(title))
 
     def getWindowImageRect(self, winname: str) -> tuple[int, int, int, int]:
-        """x, y, width, height of the image on the screen; -1 each if there is no such window."""
+        """Return x, y, width, height of the image on the screen; -1 each for an unknown window."""
         with self._state:
             window = self._windows.get(winname)
             if window is None:
@@ -166,7 +168,8 @@ class HighGui:
             return window.rect or (0, 0, *window.size)
 
     def getWindowProperty(self, winname: str, prop_id: int) -> float:
-        """A property cv2.WND_PROP_...; -1 for what is not known, and of no window all but VISIBLE, which is 0."""
+        """Return a property cv2.WND_PROP_...; -1 for unknown ones; for an unknown window VISIBLE is 0, the
+        others -1."""
         with self._state:
             window = self._windows.get(winname)
             if window is None:
@@ -176,12 +179,12 @@ class HighGui:
                 _AUTOSIZE: float(window.flags & AUTOSIZE),
                 _RATIO: float(window.flags & FREE_RATIO),
                 _OPENGL: 0.0,
-                _VISIBLE: 1.0,  # also where nothing is shown: nobody has closed it
+                _VISIBLE: 1.0,  # also without a screen: the user has not closed it
             }
             return known.get(prop_id, -1.0)
 
     def setWindowProperty(self, winname: str, prop_id: int, prop_value: float) -> None:
-        """Full screen or not, fixed to the image or not, ratio kept or not; the others cannot be set."""
+        """Set full screen, fixed to the image, or keep the ratio; the other properties cannot be set."""
         with self._on(winname) as window:
             value = int(prop_value)
             if prop_id == _FULLSCREEN:
@@ -196,19 +199,20 @@ class HighGui:
                 logger.warning("the window property %s cannot be set; it stays as it is", name)
 
     def displayOverlay(self, winname: str, text: str, delayms: int = 0) -> None:
-        """Show a line of text with the image, for so many milliseconds; 0: until the next."""
+        """Show a line of text with the image for this many milliseconds; 0: until the next text."""
         with self._on(winname) as window:
             self._tell(s.TEXT, window.number, str(text), int(delayms))
 
     displayStatusBar = displayOverlay
 
     def startWindowThread(self) -> int:
-        """Windows always have a thread of their own here."""
+        """Return 0: windows always have a separate thread here."""
         return 0
 
     @contextmanager
     def _on(self, name: str) -> Generator[Window]:
-        """The window of this name, locked; one that nobody sees when there is none: OpenCV raises nothing either."""
+        """Yield the window of this name, locked; a temporary one for an unknown name, for which OpenCV does not raise
+        either."""
         with self._state:
             yield self._windows.get(name) or Window(0, AUTOSIZE)
 
@@ -222,7 +226,7 @@ class HighGui:
         count: int,
         onChange: Callable[[int], object] | None = None,
     ) -> None:
-        """Add a slider of 0..count to a window. `onChange` is called with each new value."""
+        """Add a trackbar of 0..count to a window. `onChange` is called with each new value."""
         with self._state:
             window = self._windows.get(windowName)
             if window is None:
@@ -234,13 +238,13 @@ class HighGui:
             self._tell_trackbar(window, trackbarName)
 
     def getTrackbarPos(self, trackbarname: str, winname: str) -> int:
-        """The value; -1 if the window has no such trackbar. Raises cv2.error: there is no such window."""
+        """Return the value; -1 for an unknown trackbar. Raises cv2.error for an unknown window."""
         with self._state:
             bar = self._window(winname, "getTrackbarPos").trackbars.get(trackbarname)
             return -1 if bar is None else bar.value
 
     def setTrackbarPos(self, trackbarname: str, winname: str, pos: int) -> None:
-        """Set the value, within the limits; its function is called at once if it is another."""
+        """Set the value, within the limits; a changed value calls the trackbar's function at once."""
         with self._state:
             window = self._window(winname, "setTrackbarPos")
             bar = window.trackbars.get(trackbarname)
@@ -265,7 +269,7 @@ class HighGui:
             if bar is None:
                 return
             vars(bar).update(limits)
-            if bar.minimum > bar.maximum:  # the limit that was set before gives way
+            if bar.minimum > bar.maximum:  # the limit set before is replaced
                 bar.minimum = bar.maximum = next(iter(limits.values()))
             self._tell_trackbar(window, label)
         self.setTrackbarPos(label, name, bar.value)
@@ -273,7 +277,7 @@ class HighGui:
     def setMouseCallback(
         self, windowName: str, onMouse: Callable[..., object] | None, param: Any = None
     ) -> None:
-        """Have ``onMouse(event, x, y, flags, param)`` called in waitKey. Raises cv2.error: there is no such window."""
+        """Call ``onMouse(event, x, y, flags, param)`` in waitKey. Raises cv2.error for an unknown window."""
         with self._state:
             window = self._window(windowName, "setMouseCallback")
             window.on_mouse, window.parameter = onMouse, param
@@ -283,7 +287,7 @@ class HighGui:
         self._tell(s.TRACKBAR, window.number, label, bar.value, bar.minimum, bar.maximum)
 
     def _window(self, name: str, function: str) -> Window:
-        """The window of this name. Raises cv2.error."""
+        """Return the window of this name. Raises cv2.error."""
         window = self._windows.get(name)
         if window is None:
             there = ", ".join(map(repr, self._windows)) or "none"
@@ -296,24 +300,24 @@ class HighGui:
     # --- keys ------------------------------------------------------------------------------------
 
     def waitKey(self, delay: int = 0) -> int:
-        """The lowest byte of waitKeyEx's code, or -1."""
+        """Return the lowest byte of waitKeyEx's code, or -1."""
         code = self.waitKeyEx(delay)
         return code if code == -1 else code & 0xFF
 
     def waitKeyEx(self, delay: int = 0) -> int:
-        """Wait for a key in any window, and call the functions that mouse and trackbars have due.
+        """Wait for a key in any window, and call the pending functions of mouse and trackbars.
 
         Args:
             delay: milliseconds; 0 or less: until a key is pressed or no window is left.
 
         Returns:
-            The key: ASCII for letters, digits, 8 back space, 9 tab, 13 return, 27 escape; else the X keysym, as 65361
-            for the left arrow. -1 when none was pressed in this time.
+            The key: ASCII for letters, digits, 8 back space, 9 tab, 13 return, 27 escape; else the X keysym,
+                as 65361 for the left arrow. -1 without a key in this time.
         """
         return self._wait(None if delay <= 0 else time.monotonic() + delay / 1000.0)
 
     def pollKey(self) -> int:
-        """As waitKey, without waiting."""
+        """Return a key as waitKey does, without waiting."""
         code = self._wait(time.monotonic())
         return code if code == -1 else code & 0xFF
 
@@ -342,7 +346,7 @@ class HighGui:
                 _call(window.trackbars[report[2]].on_change, report[3])
 
     def _may_come(self) -> bool:
-        """Whether a key can still be pressed."""
+        """Return whether a key can still be pressed."""
         self._need_screen()
         return self._screen is not None and bool(self._windows)
 
@@ -372,7 +376,7 @@ class HighGui:
                 self._reports.append(report)
             elif report[0] == s.MOUSE and window.on_mouse is not None:
                 if self._reports and _is_move(self._reports[-1]) and _is_move(report):
-                    self._reports.pop()  # a slow function gets the newest place, not a backlog
+                    self._reports.pop()  # a slow function gets the newest position, not a backlog
                 self._reports.append(report)
             self._state.notify_all()
 
@@ -380,13 +384,13 @@ class HighGui:
         with self._state:
             if self._screen is None:
                 return
-            logger.warning("windows of cv2 are no longer shown %s: %s", self._screen.name, reason)
+            logger.warning("windows of cv2 cannot be shown any more %s: %s", self._screen.name, reason)
             self._screen = None
             self._windows.clear()
             self._state.notify_all()
 
     def close(self) -> None:
-        """Leave the screen."""
+        """Close the screen."""
         with self._state:
             screen, self._screen = self._screen, None
             self._windows.clear()
@@ -394,7 +398,7 @@ class HighGui:
             screen.close()
 
     def forget(self) -> None:
-        """In a forked child: the windows are the parent's; the child's own come on a screen of its own."""
+        """Drop the parent's windows in a forked child; windows of the child get a new screen."""
         if self._screen is not None:
             self._screen.forget()
         self._screen = None
@@ -410,7 +414,7 @@ def _size_of(keywords: dict[str, Any]) -> tuple[int, int]:
 
 
 def _call(function: Callable[..., object] | None, *arguments: Any) -> None:
-    """A function of the script's; what it raises is printed, as OpenCV does."""
+    """Call a function of the script; print its exception, as OpenCV does."""
     if function is not None:
         try:
             function(*arguments)

@@ -1,4 +1,4 @@
-"""Images as ``cv2.imshow`` takes them, as 8-bit RGB. OpenCV's own functions convert, so its errors stay its own.
+"""Convert images as ``cv2.imshow`` takes them to 8-bit RGB. OpenCV's functions convert, so errors are OpenCV's.
 
 Source of the scales: OpenCV's documentation of imshow (8-bit as it is, 16-bit divided by 256, floating point times
 255) and ``convertToShow`` in its highgui module (signed integers).
@@ -19,15 +19,15 @@ _WORDS = {1: "GRAY2RGB", 3: "BGR2RGB", 4: "BGRA2RGB"}
 
 
 def to_rgb(cv2: Any, image: Any) -> Any:
-    """An image as an array of uint8, (height, width, 3), red first; the caller's image is not changed.
+    """Return an image as a new array of uint8, (height, width, 3), red first.
 
     Args:
         cv2: the module, which is the script's.
-        image: (height, width) or (height, width, 1, 3 or 4) of integers of 8 or 16 bits or of floats; blue first.
-            A ``cv2.UMat`` as well.
+        image: (height, width) or (height, width, 1, 3 or 4) of integers of 8 or 16 bits or of floats; blue
+            first. A ``cv2.UMat`` as well.
 
     Raises:
-        cv2.error: the image is empty, or of a depth or a number of channels that imshow does not show.
+        cv2.error: the image is empty, or imshow does not support its depth or number of channels.
     """
     if isinstance(image, cv2.UMat):
         image = image.get()
@@ -59,7 +59,7 @@ def to_rgb(cv2: Any, image: Any) -> Any:
 
 
 def _scaled(image: Any) -> Any:
-    """0..1 as 0..255, rounded; less is black, more is white, what is no number is black."""
+    """Scale 0..1 to 0..255, rounded; smaller values and NaN are black, larger ones white."""
     import numpy as np
 
     with np.errstate(invalid="ignore", over="ignore"):

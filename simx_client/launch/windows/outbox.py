@@ -1,4 +1,4 @@
-"""Messages that wait for a slow screen. Of the images of one window the newest is enough."""
+"""Messages that wait for a slow screen. Only the newest image of a window is kept."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from .screen import SHOW, Message
 
 
 class Outbox:
-    """A queue for one reader. Its length is bounded by the windows there are and by what is not an image."""
+    """A queue for one reader. Its length is bounded by the number of windows and of messages without images."""
 
     def __init__(self) -> None:
         self._ready = threading.Condition()
         self._messages: list[Message] = []
 
     def put(self, message: Message) -> None:
-        """Add a message. An image replaces the one of its window that waits, unless the window was told something
-        else in between."""
+        """Add a message. An image replaces the waiting one of its window, unless another message for the
+        window came in between."""
         with self._ready:
             if message[0] == SHOW:
                 for index in range(len(self._messages) - 1, -1, -1):
@@ -30,7 +30,7 @@ class Outbox:
             self._ready.notify()
 
     def take(self, timeout: float | None = None) -> list[Message]:
-        """All that waits, in order; empty after so many seconds without a message."""
+        """Return all waiting messages, in order; empty after this many seconds without a message."""
         with self._ready:
             if not self._messages:
                 self._ready.wait(timeout)

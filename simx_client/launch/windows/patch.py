@@ -1,4 +1,5 @@
-"""Puts HighGUI's functions into a ``cv2`` that has none, or none that works here. One that works is left alone."""
+"""Put HighGUI's functions into a ``cv2`` that has none, or none that works here. A working one stays
+unchanged."""
 
 from __future__ import annotations
 
@@ -25,11 +26,11 @@ _BUILT_IN = re.compile(r"^ +(QT|GTK\+?|Win32 UI|Cocoa|Wayland|Framebuffer)[^:]*:
 
 
 def patch_cv2(cv2: ModuleType) -> None:
-    """Give the module windows, unless it has its own and they can be opened here."""
-    if not hasattr(cv2, "getBuildInformation"):  # not OpenCV, but a file of the script's by that name
+    """Add windows to the module, unless it has windows that can be opened here."""
+    if not hasattr(cv2, "getBuildInformation"):  # not OpenCV, but a file of the script with that name
         return
-    # Editors' advice of some years was `from cv2 import cv2`, which OpenCV's loader no longer allows. It imports its
-    # compiled module under the same name before the package, so this is called for both.
+    # Editors recommended `from cv2 import cv2` for some years, which OpenCV's loader no longer allows. It
+    # imports its compiled module under the same name before the package, so this is called for both.
     if hasattr(cv2, "__path__") and not hasattr(cv2, "cv2"):
         setattr(cv2, "cv2", cv2)  # noqa: B010 - a module's attribute
         sys.modules.setdefault("cv2.cv2", cv2)
@@ -38,14 +39,15 @@ def patch_cv2(cv2: ModuleType) -> None:
 
 
 def works_by_itself(cv2: Any, environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether this OpenCV was built with a window system, and has a display: without one Qt ends the process."""
+    """Return whether this OpenCV was built with a window system, and has a display: without one Qt ends the
+    process."""
     if not is_built_with_windows(cv2):
         return False
     return display.is_there(environment) or bool(environment.get("QT_QPA_PLATFORM"))
 
 
 def is_built_with_windows(cv2: Any) -> bool:
-    """What OpenCV says of itself; versions before 4.5.3 say so in the information of the build only."""
+    """Return whether OpenCV was built with windows; before 4.5.3 only the build information says so."""
     if hasattr(cv2, "currentUIFramework"):
         try:
             return cv2.currentUIFramework() not in ("", "NONE")

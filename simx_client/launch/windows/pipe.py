@@ -14,7 +14,7 @@ _CHUNK = 1 << 20
 
 
 def write(file: int, message: Any) -> None:
-    """Write one message to a file descriptor. Raises OSError: nobody reads any more."""
+    """Write one message to a file descriptor. Raises OSError if the reader has closed it."""
     body = msgpack.packb(message)
     rest = memoryview(_HEAD.pack(len(body)) + body)
     while rest:
@@ -22,7 +22,7 @@ def write(file: int, message: Any) -> None:
 
 
 def read_all(file: int) -> Iterator[list[Any]]:
-    """Messages until the other side closes its end, or ends."""
+    """Yield messages until the other side closes its end, or exits."""
     while (head := _exactly(file, _HEAD.size)) is not None:
         body = _exactly(file, _HEAD.unpack(head)[0])
         if body is None:

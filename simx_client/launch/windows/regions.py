@@ -25,7 +25,8 @@ class Regions:
         self._cv2, self._gui = cv2, gui
 
     def selectROI(self, *arguments: Any, **keywords: Any) -> Rect:
-        """x, y, width, height of a rectangle that a person draws; zeros when cancelled, or when no key can come.
+        """Return x, y, width, height of a rectangle that the user draws; zeros when cancelled, or if no key
+        can come.
 
         Args:
             arguments: ``[windowName,] img[, showCrosshair[, fromCenter[, printNotice]]]``.
@@ -38,7 +39,7 @@ class Regions:
         return rect
 
     def selectROIs(self, *arguments: Any, **keywords: Any) -> Any:
-        """As selectROI, several until Escape; (count, 4) int32, an empty tuple for none."""
+        """Select several rectangles until Escape; return (count, 4) int32, an empty tuple for none."""
         import numpy as np
 
         name, image, cross, from_centre, notice = _arguments(arguments, keywords)
@@ -55,7 +56,7 @@ class Regions:
         return np.array(found, np.int32) if found else ()
 
     def _select(self, name: str, image: Any, cross: bool, from_centre: bool) -> tuple[Rect, int]:
-        """A rectangle, and the key that ended the selection; -1 when none can come."""
+        """Return a rectangle, and the key that ended the selection; -1 if none can come."""
         gui, cv2 = self._gui, self._cv2
         height, width = image.shape[:2]
         begin: list[int] = []
@@ -103,7 +104,8 @@ def _between(x0: int, y0: int, x1: int, y1: int, width: int, height: int, *, fro
 
 
 def _arguments(arguments: tuple[Any, ...], keywords: dict[str, Any]) -> tuple[str, Any, bool, bool, bool]:
-    """Window, image, cross-hair, from the centre, notice: OpenCV takes the name of the window first, or not at all."""
+    """Return window, image, cross-hair, from the centre, notice: OpenCV takes the window's name first, or not
+    at all."""
     rest = list(arguments)
     if rest and isinstance(rest[0], str):
         name = rest.pop(0)

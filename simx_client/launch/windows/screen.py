@@ -1,5 +1,8 @@
-"""What a screen is told, and what it reports. A window is known by a number that is never used again: what is still
-reported of a closed window does not concern its successor of the same name."""
+"""Messages to and from a screen.
+
+A window has a number that is never used again: reports of a closed window do not apply to a new one of the
+same name.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ FULL = "full"
 """number, whether it fills the screen."""
 
 TRACKBAR = "trackbar"
-"""number, label, value, minimum, maximum: a new one, or another value."""
+"""number, label, value, minimum, maximum: a new trackbar, or a new value."""
 
 TEXT = "text"
 """number, text, milliseconds (0: until the next text): a line above the image."""
@@ -43,39 +46,39 @@ DRAGGED = "dragged"
 """number, label, value of a trackbar: reported."""
 
 CLOSED = "closed"
-"""number: a person has closed the window. Reported."""
+"""number: the user has closed the window. Reported."""
 
 PLACED = "placed"
 """number, x, y, width, height of the image area on the screen: reported."""
 
 Message = Sequence[Any]
-"""One of the words above and what belongs to it."""
+"""One of the words above and its values."""
 
 Report = Callable[[Message], None]
-"""Takes what a screen reports, on any thread."""
+"""Receives the reports of a screen, on any thread."""
 
 Lost = Callable[[str], None]
-"""Called when a screen is gone, with the reason; on any thread."""
+"""Called with the reason when a screen is lost; on any thread."""
 
 
 class NoScreen(Exception):
-    """There is no such screen; the text says why, and what to do about it."""
+    """The screen is not available; the text says why, and what to do."""
 
 
 class Screen(Protocol):
     """Shows windows."""
 
     name: str
-    """Where windows are to be seen, for people."""
+    """Location of the windows, for messages."""
 
     def tell(self, message: Message) -> None:
-        """Have this done soon; never waits. Of the images of a window that wait only the newest is shown."""
+        """Queue a message; never waits. Only the newest waiting image of a window is shown."""
         ...
 
     def close(self) -> None:
-        """Leave; windows disappear."""
+        """Close the screen with its windows."""
         ...
 
     def forget(self) -> None:
-        """In a forked child: the screen is the parent's. Free what was inherited, disturb nothing."""
+        """Free inherited resources in a forked child; the screen belongs to the parent."""
         ...

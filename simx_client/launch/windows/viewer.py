@@ -1,7 +1,7 @@
 """Windows in the web viewer of the server that the script drives: images go to the server, keys come back.
 
-A connection of its own, so that the script's calls keep their order and their pace. What travels is in
-``protocol.windows``.
+A separate connection, so that the script's calls keep their order and their pace. ``protocol.windows``
+describes the messages.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import msgpack
 
 from simx_client.client.channel import Channel
 from simx_client.connection.connection import Connection
-from simx_client.connection.endpoints import find_place
+from simx_client.connection.endpoints import find_address
 from simx_client.transport.zenoh import ZenohTransport
 
 from ...errors import SimxError
@@ -24,32 +24,32 @@ from . import screen as s
 from .outbox import Outbox
 
 TIMEOUT = 5.0
-"""Seconds to connect and for each answer: a script of the scene may hold the server up."""
+"""Time-out in seconds to connect and for each answer: a script of the scene may delay the server."""
 
 EVERY, EVERY_IDLE = 0.1, 1.0
-"""Seconds between two exchanges with and without windows: ten images a second are shown, the newest."""
+"""Seconds between two exchanges with and without windows: ten images per second, the newest ones."""
 
 LARGEST_SIDE = 1280
-"""Pixels; larger images are shown smaller."""
+"""Pixels; larger images are scaled down."""
 
 _QUALITIES = (90, 60, 30)
-"""Of JPEG, the first that is small enough."""
+"""Qualities of JPEG; the first that is small enough is used."""
 
 
 class Viewer:
     """The web viewer as a screen."""
 
     def __init__(self, cv2: Any, where: str, report: s.Report, lost: s.Lost) -> None:
-        """Ask the server at an address, as simxStart was given it, whether it has a web viewer.
+        """Request from a server, given by its address in simxStart, whether it has a web viewer.
 
         Raises:
-            NoScreen: it has none, or cannot be asked.
+            NoScreen: it has none, or does not answer.
         """
         self.name = f"in the web viewer of the server at {where}, tab Cameras; keys are typed there"
         self._cv2, self._report, self._lost = cv2, report, lost
         self._owner = secrets.token_hex(8)
         self._windows: dict[int, dict[str, Any]] = {}
-        """As they travel, by number; the image only until it was sent."""
+        """Windows as they are sent, by number; the image only until it was sent."""
 
         self._outbox = Outbox()
         self._is_closed = threading.Event()
@@ -67,17 +67,17 @@ class Viewer:
         self._thread.start()
 
     def tell(self, message: s.Message) -> None:
-        """Queue it; never waits."""
+        """Queue a message; never waits."""
         self._outbox.put(message)
 
     def close(self) -> None:
-        """Leave the server: it forgets the windows."""
+        """Close the connection: the server removes the windows."""
         if not self._is_closed.is_set():
             self._is_closed.set()
             self._thread.join(TIMEOUT)
 
     def forget(self) -> None:
-        """In a forked child: the threads of the connection did not come along."""
+        """Drop the connection in a forked child, in which its threads do not exist."""
         self._is_closed.set()
 
     # --- the thread ------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ class Viewer:
             window[w.IMAGE] = self._packed(*rest)
 
     def _packed(self, width: int, height: int, pixels: bytes) -> bytes:
-        """The image as JPEG, within the server's limits."""
+        """Return the image as JPEG, within the server's limits."""
         import numpy as np
 
         cv2 = self._cv2
@@ -138,9 +138,9 @@ class Viewer:
         return packed
 
     def _exchange(self, windows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-        """Tell the server all windows, and new images; what it has for us. Raises SimxError, ValueError."""
+        """Send all windows and new images to the server; return its reply. Raises SimxError, ValueError."""
         told = msgpack.packb({w.OWNER: self._owner, w.WINDOWS: list(windows)})
-        results = self._channel.ask(
+        results = self._channel.request(
             lambda calls: calls.simxCallScriptFunction(w.ADD_ON, w.ADD_ON_TYPE, w.EXCHANGE, [], [], [], told)
         )
         for window in windows:
@@ -159,12 +159,12 @@ class Viewer:
 
 
 def _connect(where: str) -> Connection:
-    """Raises NoScreen."""
+    """Connect to the server. Raises NoScreen."""
     host, _, port = where.rpartition(":")
     try:
-        place = find_place(host, int(port))
+        place = find_address(host, int(port))
         connection = Connection(
-            # No port: a client that asks for 19999 starts the simulation.
+            # Without a port: a client that connects to 19999 starts the simulation.
             lambda: ZenohTransport(place, connect_timeout=TIMEOUT, retry=False, asked_port=0),
             where=where,
             timeout=TIMEOUT,

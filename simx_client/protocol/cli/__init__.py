@@ -1,1 +1,1 @@
-"""What the command lines of the client and of the server share: parser, exit codes, install lines."""
+"""Code shared by the command lines of the client and of the server: parser, exit codes, install lines."""

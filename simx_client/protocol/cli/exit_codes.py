@@ -1,20 +1,20 @@
-"""What the programs end with. ``docs/operations.md`` says when."""
+"""Exit codes of the programs. ``docs/operations.md`` describes them."""
 
 from __future__ import annotations
 
 DONE = 0
 FAILURE = 1
 USAGE = 2
-"""As argparse has it."""
+"""Wrong usage, as in argparse."""
 
 DIVERGED = 3
-"""A replay came to another state than the recording."""
+"""A replay reached another state than the recording."""
 
 INCOMPLETE = 4
-"""A replay came to the same states as far as the recording could be read, or had nothing to compare."""
+"""A replay reached the same states as far as the recording could be read, or had nothing to compare."""
 
 INTERRUPTED = 130
-"""As shells have it after Ctrl-C."""
+"""As in shells after Ctrl-C."""
 
 UNREAD = 141
-"""As shells have it when whoever read the output has gone."""
+"""As in shells when the reader of the output has exited."""

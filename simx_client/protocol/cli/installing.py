@@ -1,8 +1,9 @@
-"""The one place that says how to install what is missing.
+"""Commands that install missing packages.
 
-This project is not on a package index, so a line that names it with an extra fails everywhere but in a clone's own
-folder. The packages behind an extra are on one: a line that names those, with the versions that this project takes,
-works from a clone and from a wheel. Standard library only, and nothing of it is imported before something is missing.
+This project is not on a package index, so a command that names it with an extra fails outside the folder of a
+clone. The packages behind an extra are on an index: a command that names those, with the versions that this
+project takes, works from a clone and from a wheel. Uses the standard library only, and imports it when
+something is missing.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ CLIENT = "simx-vrep-client"
 _EXTRA = re.compile(r"\s*(?:\band\s+)?\bextra\s*==\s*['\"](?P<extra>[\w.-]+)['\"]")
 _NAME = re.compile(r"[\w.-]+")
 _PROJECT = Path(__file__).resolve().parents[3] / "pyproject.toml"
-"""It lies there in a clone."""
+"""Exists in a clone."""
 
 
 def declared() -> dict[str | None, list[str]]:
-    """What this project requires (None), and each of its extras, as pip takes it; empty where nobody knows."""
+    """Return what this project requires (None) and each of its extras, as pip takes it; empty if unknown."""
     if _PROJECT.is_file():
         import tomllib
 
@@ -44,7 +45,7 @@ def declared() -> dict[str | None, list[str]]:
 
 
 def by_extra(requirements: Iterable[str]) -> dict[str | None, list[str]]:
-    """Requirements as a distribution's metadata has them, by the extra that asks for them, or None."""
+    """Return a distribution's requirements by extra, or None for those without an extra."""
     found: dict[str | None, list[str]] = {}
     for text in requirements:
         requirement, _, marker = text.partition(";")
@@ -56,18 +57,18 @@ def by_extra(requirements: Iterable[str]) -> dict[str | None, list[str]]:
 
 
 def name_of(requirement: str) -> str:
-    """The package that a requirement is about."""
+    """Return the package of a requirement."""
     found = _NAME.match(requirement)
     return found[0] if found else ""
 
 
 def extra_line(extra: str) -> str:
-    """A shell's line that installs the packages of an extra."""
+    """Return a shell command that installs the packages of an extra."""
     return line(declared().get(extra, [f"{DISTRIBUTION}[{extra}]"]))
 
 
 def package_line(*names: str) -> str:
-    """A shell's line that installs packages, in versions that this project takes where it asks for them."""
+    """Return a shell command that installs packages, in the versions that this project takes."""
     wanted = {
         name_of(each): each.partition(";")[0] for some in declared().values() for each in reversed(some)
     }
@@ -75,7 +76,7 @@ def package_line(*names: str) -> str:
 
 
 def missing_line() -> str:
-    """A shell's line that installs all that a server needs and that is not here."""
+    """Return a shell command that installs all missing packages of a server."""
     needed = declared().get(None, [])
     return line([each for each in needed if not _is_installed(name_of(each))] or needed)
 
@@ -91,12 +92,12 @@ def missing_server() -> str:
 
 
 def line(requirements: Sequence[str]) -> str:
-    """A shell's line that installs these into the Python that runs now."""
+    """Return a shell command that installs these into the running Python."""
     return " ".join([_installer(), *map(_quoted, requirements)])
 
 
 def _installer() -> str:
-    """Of this Python: another may come first on the path."""
+    """Return the running Python's pip: another Python may be first in the path."""
     python, uv = Path(sys.executable), shutil.which("uv")
     if importlib.util.find_spec("pip") is None and uv is not None:
         return f"uv pip install --python {_quoted(str(python))}"
@@ -110,7 +111,7 @@ def _quoted(word: str) -> str:
         return f'"{word}"' if re.search(r"[^\w.:\\/-]", word) else word
     return shlex.quote(
         word.replace("'", '"')
-    )  # a marker may have either, and the shell takes these more plainly
+    )  # a marker may have either quote, and the shell takes these more easily
 
 
 def _is_installed(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""The parser of every command line of the project: flags written out in full, ``--version``, and "did you mean"."""
+"""The parser of every command line of the project: flags in full, ``--version``, and "did you mean"."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]  # of many overloads, one
         self, args: Iterable[str] | None = None, namespace: Any = None
     ) -> Any:
-        """Parse as argparse does. ``-port``, which argparse takes for ``-p ort``, is refused."""
+        """Parse as argparse does, but refuse ``-port``, which argparse takes for ``-p ort``."""
         self._words = list(sys.argv[1:] if args is None else args)
         for flag in self._unknown_flags():
             if f"-{flag}" in self._option_string_actions:
@@ -61,7 +61,8 @@ class Parser(argparse.ArgumentParser):
             )
 
     def _unknown_flags(self) -> Iterator[str]:
-        """The words that look like flags and are none, without what belongs to another program's command line."""
+        """Yield the words that look like flags but are unknown, without those of another program's command
+        line."""
         hands_on = any(action.nargs == argparse.REMAINDER for action in self._actions)
         words = iter(self._words)
         for word in words:

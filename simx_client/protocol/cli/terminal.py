@@ -1,6 +1,6 @@
-"""What a terminal can show: colours, and the characters of its encoding; and what a closed pipe does to a program.
+"""Capabilities of a terminal: colours, and the characters of its encoding; and handling of a closed pipe.
 
-NO_COLOR switches colours off (no-color.org), FORCE_COLOR on (force-color.org); NO_COLOR wins.
+NO_COLOR switches colours off (no-color.org), FORCE_COLOR on (force-color.org); NO_COLOR has precedence.
 """
 
 from __future__ import annotations
@@ -13,39 +13,40 @@ from typing import TextIO
 from .exit_codes import UNREAD
 
 COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "grey": "90", "bold": "1"}
-"""SGR codes of ECMA-48; 90 is bright black, which all terminals of today know."""
+"""SGR codes of ECMA-48; 90 is bright black, which all present terminals support."""
 
 
 def print_what_can_be() -> None:
-    """Have stdout take ``?`` for a character that its encoding lacks, in place of an exception.
+    """Print ``?`` for a character that stdout's encoding lacks, instead of raising an exception.
 
-    For programs of our own only: a pipe on Windows knows some 250 characters, and names of objects may have any.
+    For programs of this project only: a pipe on Windows has some 250 characters, and names of objects may
+    contain any.
     """
-    reconfigure = getattr(sys.stdout, "reconfigure", None)  # not where a program has put something else there
+    reconfigure = getattr(sys.stdout, "reconfigure", None)  # a program may have replaced stdout
     if reconfigure is not None:
         reconfigure(errors="replace")
 
 
 def while_read(work: Callable[[], int]) -> int:
-    """Do what prints. When nobody reads on, as behind ``| head``, it ends without a word. Returns the exit code."""
+    """Run a function that prints; return the exit code. A closed pipe, as behind `` head``, ends it silently."""
     try:
         code = work()
         sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is still in the buffer
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for output still in the buffer
         return UNREAD
     return code
 
 
 class Paint:
-    """Colours words, or leaves them as they are."""
+    """Colours words, or returns them unchanged."""
 
     def __init__(self, stream: TextIO) -> None:
         """Use colours on this stream if it is a terminal that can show them, or if FORCE_COLOR is set."""
         self.is_on = _has_colours(stream)
 
     def __call__(self, text: str, colour: str) -> str:
-        """`text` in one of COLOURS; surrounding blanks count as text, so columns can be filled before."""
+        """Return `text` in one of COLOURS; surrounding blanks are kept, so columns can be filled before."""
         return f"\x1b[{COLOURS[colour]}m{text}\x1b[0m" if self.is_on and text else text
 
 
@@ -59,7 +60,7 @@ def _has_colours(stream: TextIO) -> bool:
 
 
 def _reads_codes(stream: TextIO) -> bool:
-    """Whether the terminal takes SGR codes. A console of Windows does once it was told to (SetConsoleMode)."""
+    """Return whether the terminal takes SGR codes. A console of Windows does after SetConsoleMode."""
     if sys.platform != "win32":
         return True
     import ctypes

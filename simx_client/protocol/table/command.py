@@ -1,4 +1,4 @@
-"""What an entry of the table can say."""
+"""The entries of the table: functions with their arguments, results and effects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .meanings import Meaning
 
 
 class Place(Enum):
-    """Where a function does its work."""
+    """Where a function is executed."""
 
     REMOTE = "remote"
     """In the server, in any operation mode."""
@@ -22,14 +22,14 @@ class Place(Enum):
     """In the server, always blocking: the function takes no operation mode."""
 
     LOCAL = "local"
-    """In the client, written by hand in ``simx_client/legacy/local.py``, perhaps out of remote ones."""
+    """In the client, written by hand in ``simx_client/legacy/local.py``; it may call remote ones."""
 
     CARRIED = "carried"
-    """In the server, for a function of the client's: no public name, and no line in the listing."""
+    """In the server, on behalf of a function of the client; without a public name and a line in the listing."""
 
 
 class Effect(Enum):
-    """What a function does to the simulator. It decides who may call the function, and what the call waits for."""
+    """The effect of a function on the simulator. It decides who may call the function, and what the call waits for."""
 
     NOTHING = "nothing"
     """The server takes no part; the function works on the client's own data."""
@@ -38,19 +38,19 @@ class Effect(Enum):
     """Changes nothing that another client could notice. Clients of the viewer role may call only these."""
 
     TAKES = "takes"
-    """Reads something once: it is gone for all other clients."""
+    """Reads something once: other clients cannot read it again."""
 
     CHANGES = "changes"
     """Changes the state of objects, signals, files or the user interface."""
 
     EDITS = "edits"
-    """Changes what the scene consists of, or settings of objects and of the simulator. Waits while a script runs."""
+    """Changes the content of the scene, or settings of objects and of the simulator. Waits while a script runs."""
 
     CONTROLS = "controls"
     """Starts, pauses or stops the simulation, or its stepped mode. Waits while a script runs."""
 
     STEPS = "steps"
-    """Makes one simulation step, and the answer comes after it. Waits while a script runs."""
+    """Makes one simulation step, then answers. Waits while a script runs."""
 
     RUNS_CODE = "runs code"
     """Runs a script of the scene. Waits while another one runs."""
@@ -58,14 +58,14 @@ class Effect(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """One argument or result: its legacy name and what it means."""
+    """One argument or result: its legacy name and its meaning."""
 
     name: str
     meaning: Meaning
 
     @property
     def kind(self) -> Kind:
-        """Which values are valid, and how they travel."""
+        """Return the kind: the valid values and their encoding."""
         return self.meaning.kind
 
 
@@ -84,7 +84,7 @@ class Command:
     """The results in order, without the return code."""
 
     doc: str
-    """One sentence: what the function does."""
+    """The purpose of the function, in one sentence."""
 
     effect: Effect
     place: Place = Place.REMOTE
@@ -101,31 +101,31 @@ class Command:
     """The function of the regular API that does the same in a script."""
 
     remark: str = ""
-    """More for the reference page, in place of what the handler's docstring says."""
+    """More for the reference page, in place of the handler's docstring."""
 
     makes_image: bool = False
     """The server renders an image for the answer."""
 
     adds_objects: bool = False
-    """After it there may be objects that the scene did not have at first."""
+    """Can add objects to the scene."""
 
     loads_file: bool = False
-    """Bit 0 of its second argument says that the file named by the first lies on the client's side."""
+    """Bit 0 of its second argument: the file named by the first one is on the client's side."""
 
     keeps_every_call: bool = False
     """Calls with equal keys are all executed, even when they wait in one paused batch."""
 
     takes_what_it_reads: bool = False
-    """Each successful read empties the inbox; unread data is put together, none is lost."""
+    """Each successful read empties the inbox; unread data is concatenated, none is lost."""
 
     never_blocking: bool = False
     """Blocking mode is refused with the illegal-mode code."""
 
     stream_ends_with_hit: bool = False
-    """A stream of it ends by itself with the first hit; read in buffer mode, that value is gone."""
+    """Its stream ends automatically with the first hit; reading in buffer mode removes that value."""
 
     no_hit: int | None = None
-    """First result of a success that says there was nothing; None: every success is a hit."""
+    """First result of a success without a hit; None: every success is a hit."""
 
     @cached_property
     def arguments(self) -> tuple[Value, ...]:
@@ -137,33 +137,33 @@ class Command:
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
-        """Python parameter names in order, as the original binding spells them."""
+        """Return the Python parameter names in order, spelled as in the original binding."""
         client = () if self.place is Place.LOCAL else ("clientID",)
         mode = ("operationMode",) if self.place is Place.REMOTE else ()
         return (*client, *self.takes, *mode)
 
     @cached_property
     def gives_image(self) -> bool:
-        """Whether a result is an image: streams of it travel alone, and only the newest."""
+        """Return whether a result is an image: its streams are sent alone, and only the newest image."""
         return any(meaning.kind.is_image for meaning in self.gives.values())
 
     @cached_property
     def answers_soon(self) -> bool:
-        """Whether the answer comes without rendering and without a simulation step."""
+        """Return whether the answer comes without rendering and without a simulation step."""
         return not self.makes_image and self.effect is not Effect.STEPS
 
     @cached_property
     def only_reads(self) -> bool:
-        """Whether it changes nothing that another client could notice, so that viewers may call it."""
+        """Return whether it changes nothing that another client could notice, so that viewers may call it."""
         return self.effect is Effect.READS
 
     @cached_property
     def waits_for_scripts(self) -> bool:
-        """Whether it has to wait while a script runs. Others may be executed between two calls of the script."""
+        """Return whether it waits while a script runs. Others can be executed between two calls of the script."""
         return self.effect in (Effect.EDITS, Effect.CONTROLS, Effect.STEPS, Effect.RUNS_CODE)
 
     def is_hit(self, values: Sequence[Any]) -> bool:
-        """Whether a success with these results ends a stream of this command."""
+        """Return whether a success with these results ends a stream of this command."""
         return self.stream_ends_with_hit and (self.no_hit is None or values[:1] != [self.no_hit])
 
     @cached_property
@@ -172,7 +172,7 @@ class Command:
 
     @cached_property
     def checks(self) -> tuple[Callable[[Any], Any], ...]:
-        """What the server has each argument pass."""
+        """Return the check of each argument, for the server."""
         return tuple(meaning.kind.check for meaning in self.takes.values())
 
     @cached_property

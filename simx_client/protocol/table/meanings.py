@@ -1,8 +1,8 @@
-"""What an argument or a result stands for: an object's handle, a signal's name, a joint's position.
+"""Meanings of arguments and results: an object's handle, a signal's name, a joint's position.
 
-A meaning refines a kind (``kinds.py``). The kind says which values are valid and how they travel; the meaning says what
-they are for. The reference page, the command line, completion and `simx-check` read it here, so none of them has to
-guess from an argument's name.
+A meaning refines a kind (``kinds.py``). The kind defines the valid values and their encoding, the meaning their
+purpose. The reference page, the command line, completion and `simx-check` read it here, so none of them guesses from
+an argument's name.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ REQUIRED: Any = object()
 
 
 class Role(Enum):
-    """What a call does with the thing that an argument names."""
+    """The effect of a call on the thing that an argument names."""
 
     NEEDS = "needs"
     """The thing must exist, or the call fails."""
@@ -33,11 +33,11 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What one argument or result stands for."""
+    """The meaning of one argument or result."""
 
     kind: Kind
     sentence: str = ""
-    """What it is, with its unit and frame, for the reference page."""
+    """A description with unit and frame, for the reference page."""
 
     sample: str = ""
     """Python text that stands for it in the example of the reference page; arguments only."""
@@ -49,7 +49,7 @@ class Meaning:
     """The function that finds a handle by a name, where the command line accepts the name too."""
 
     names: str = ""
-    """What a text names, for `simx-check`: an object, a scene file, a float signal."""
+    """The thing that a text names, for `simx-check`: an object, a scene file, a float signal."""
 
     role: Role = Role.NEEDS
     automatic: bool = False

@@ -94,4 +94,4 @@ CARRIED = (
         legacy_id=0x3004,
     ),
 )
-"""What travels for the sake of a function in the client."""
+"""Calls that a function of the client sends."""

@@ -129,7 +129,7 @@ def get_object_group_data(
     """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
 
     Raises:
-        CommandError: `object_type` is no object type and no collection.
+        CommandError: `object_type` is neither an object type nor a collection.
     """
     sim = world.simulation
     if object_type in world.collections:

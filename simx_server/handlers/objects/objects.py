@@ -72,7 +72,7 @@ def get_object_child(world: World, client: ClientSession, parent: int, index: in
 def set_object_parent(world: World, handle: int, parent: int, keep_in_place: bool) -> None:
     """Parent -1 is the world.
 
-    Differs: there is no predefined assembly, which V-REP does when 0x400000 is added and the place is not kept.
+    Differs: without the predefined assembly that V-REP does when 0x400000 is added and the place is not kept.
     """
     sim = world.simulation
     if handle > 0 and handle & _ASSEMBLY_FLAG:
@@ -107,7 +107,7 @@ def remove_model(world: World, handle: int) -> None:
 
 @handler("simxCopyPasteObjects")
 def copy_paste_objects(world: World, handles: list[int]) -> list[int]:
-    """Unknown handles are skipped, the selection stays. What a run copied is gone after its stop."""
+    """Unknown handles are skipped, the selection stays. A stop removes the objects that the run copied."""
     return copy_objects(world, handles)
 
 

@@ -23,7 +23,7 @@ def get_object_position(world: World, handle: int, relative_to: int) -> list[flo
 
 @handler("simxSetObjectPosition")
 def set_object_position(world: World, handle: int, relative_to: int, position: list[float]) -> None:
-    """What is below moves along; dynamic shapes lose their velocity, or get the first one they were given since.
+    """Children move along; dynamic shapes lose their velocity, or get the first one they were given since.
 
     A link moves against its joint, which stays; a joint moves with all it carries.
     """

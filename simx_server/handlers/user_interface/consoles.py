@@ -21,7 +21,7 @@ def open_console(
     text_color: list[float] | None,
     background_color: list[float] | None,
 ) -> int:
-    """A handle of its own for every console.
+    """Open a text console; every console has a different handle.
 
     Differs: the original without a window gave every console the handle 1.
     """
@@ -33,7 +33,7 @@ def open_console(
 
 @handler("simxAuxiliaryConsoleClose")
 def close_console(world: World, handle: int) -> None:
-    """An unknown handle is no error, as in V-REP."""
+    """An unknown handle succeeds, as in V-REP."""
     world.user_interface.consoles.close(handle)
 
 

@@ -43,5 +43,5 @@ def get_dialog_result(world: World, handle: int) -> int:
 
 @handler("simxGetDialogInput")
 def get_dialog_input(world: World, handle: int) -> str:
-    """What stands in the edit box; '' for a dialog without one."""
+    """Return the text in the edit box; '' for a dialog without one."""
     return world.user_interface.dialogs.get(handle).input

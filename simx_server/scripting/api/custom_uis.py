@@ -36,7 +36,7 @@ class CustomUIFunctions(ApiPart):
         return self._world.user_interface.custom_uis.get(ui).element(button).label
 
     def setUIButtonLabel(self, ui: int, button: int, up: str, down: str | None = None) -> None:
-        """What stands on it when it is up, and when it is down; nil: the same."""
+        """Set the texts of the released and of the pressed button; nil: the same text for both."""
         custom_uis.set_ui_button_label(self._world, ui, button, up, up if down is None else down)
 
     def removeUI(self, ui: int) -> None:

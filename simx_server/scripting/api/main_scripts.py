@@ -36,7 +36,7 @@ class MainScriptFunctions(ApiPart):
     def handleChildScripts(self, call_type: int = _ACTUATION, *_values: Any) -> int:
         """Call a phase of all child scripts; how many have it. For actuation their threads go on first.
 
-        Partly: values for the child scripts are not handed on; init and cleanup come by themselves, and count 0.
+        Partly: values for the child scripts are not handed on; init and cleanup run automatically, and count 0.
         """
         if self._script.kind != ScriptKind.MAIN:
             raise CommandError(
@@ -50,7 +50,7 @@ class MainScriptFunctions(ApiPart):
         return 0 if function is None else self._world.scripts.handle_children(function)
 
     def launchThreadedChildScripts(self) -> int:
-        """Threads begin with the simulation: none is left to launch."""
+        """Return 0: threads start with the simulation."""
         return 0
 
     def resumeThreads(self, _location: int = 0) -> int:
@@ -62,11 +62,11 @@ class MainScriptFunctions(ApiPart):
         return 0
 
     def handleAddOnScripts(self, _call_type: int, *_values: Any) -> int:
-        """There are no add-ons with phases."""
+        """Return 0: this server has no add-ons."""
         return 0
 
     def handleSandboxScript(self, _call_type: int, *_values: Any) -> int:
-        """There is no sandbox script."""
+        """Return 0: this server has no sandbox script."""
         return 0
 
     def handleDynamics(self, _seconds: float) -> int:
@@ -77,26 +77,26 @@ class MainScriptFunctions(ApiPart):
         """Everything is started when a main script is called first."""
 
     def handleSensingStart(self) -> None:
-        """Sensing begins by itself."""
+        """Do nothing: sensing starts automatically."""
 
     def handleJointMotion(self) -> int:
         """Partly: joints in motion mode move with the physics."""
         return 0
 
     def handleMechanism(self, _mechanism: int) -> int:
-        """There are no mechanisms of V-REP's geometric constraint solver."""
+        """Return 0: this server has no geometric constraint solver."""
         return 0
 
     def handleMill(self, _mill: int) -> int:
-        """There are no mills."""
+        """Return 0: this server has no mills."""
         return 0
 
     def resetMill(self, _mill: int) -> int:
-        """There are no mills."""
+        """Return 0: this server has no mills."""
         return 0
 
     def openModule(self, _module: int | str) -> int:
-        """There are no plugins with start and end: 0 were called."""
+        """Return 0: this server has no plugins with start and end."""
         return 0
 
     def closeModule(self, _module: int | str) -> int:

@@ -90,7 +90,7 @@ class MessageFunctions(ApiPart):
         )
 
     def auxiliaryConsoleClose(self, console: int) -> int:
-        """1, or 0 when there is no such console."""
+        """Return 1, or 0 for an unknown console."""
         known = any(each.handle == console for each in self._world.user_interface.consoles)
         consoles.close_console(self._world, console)
         return int(known)

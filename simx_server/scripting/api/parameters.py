@@ -71,7 +71,7 @@ class ParameterFunctions(ApiPart):
         return 1
 
     def getNamedStringParam(self, name: str) -> bytes | None:
-        """What a script of this server kept under a name; nil when there is none."""
+        """Return the value that a script of this server stored under a name; nil for an unknown name."""
         return self._world.custom_data.read(APPLICATION, f"{_NAMED}{name}")
 
     def setNamedStringParam(self, name: str, value: bytes) -> int:

@@ -95,7 +95,7 @@ class ScriptFunctions(ApiPart):
             return -1, str(problem)
 
     def getScriptText(self, script: int) -> bytes:
-        """What the script's file or annotation says."""
+        """Return the script's text, from its file or annotation."""
         return self._get(script).source(self._sim)
 
     def getScriptHandle(self, owner: str | None = None) -> int:
@@ -200,7 +200,7 @@ class ScriptFunctions(ApiPart):
         return sum(parameters.set(o, name, text) for o in (owners if every else [self._get(script).owner]))
 
     def getScriptExecutionCount(self) -> int:
-        """How many passes were begun before this one."""
+        """Return how many simulation steps were started before this one."""
         return self._sim.pass_count
 
     def isScriptExecutionThreaded(self) -> int:

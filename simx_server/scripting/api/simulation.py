@@ -116,7 +116,7 @@ class SimulationFunctions(ApiPart):
         return now if since < 0 else (now - since) % _MILLISECONDS
 
     def getRandom(self, seed: int | None = None) -> float:
-        """From 0 to below 1. Each script has numbers of its own, the same in every run; a seed begins others."""
+        """Return a number from 0 to below 1. Each script has its own sequence, the same in every run or for a seed."""
         if self._random is None or seed is not None:
             self._random = random.Random(self._owner if seed is None else seed)
         return self._random.random()
@@ -130,4 +130,4 @@ class SimulationFunctions(ApiPart):
         return 1
 
     def adjustRealTimeTimer(self, _instance: int, _seconds: float) -> None:
-        """Partly: has no effect, as the server paces the passes by itself."""
+        """Partly: has no effect, as the server paces the simulation steps."""

@@ -59,7 +59,7 @@ class ThreadFunctions(ApiPart):
             yield
 
     def setThreadAutomaticSwitch(self, enable: bool | int) -> int:
-        """Whether calls of ``sim`` and loops give way automatically; gives the level that was set before.
+        """Set whether calls of ``sim`` and loops yield automatically; return the level set before.
 
         False raises a level, true lowers it; a number sets it. At 0 they do.
         """
@@ -72,7 +72,7 @@ class ThreadFunctions(ApiPart):
         return before
 
     def getThreadAutomaticSwitch(self) -> bool:
-        """Whether calls of ``sim`` and loops give way automatically."""
+        """Return whether calls of ``sim`` and loops yield automatically."""
         return self._script.switching.level == 0
 
     def setStepping(self, enable: bool | int) -> int:
@@ -80,7 +80,7 @@ class ThreadFunctions(ApiPart):
         return self.setThreadAutomaticSwitch(not enable if isinstance(enable, bool) else enable)
 
     def setThreadSwitchTiming(self, milliseconds: float) -> None:
-        """After how much time a call of ``sim`` or a loop gives way; at first 2 ms. Each call counts for 0.01 ms, in
+        """Set the time after which a call of ``sim`` or a loop yields; initially 2 ms. Each call counts for 0.01 ms, in
         Python for 0.04 ms; each turn of a loop for 0.2 microseconds, in Python for 0.5.
 
         Differs: V-REP looked at the wall clock, by which no run was quite like the one before.

@@ -18,7 +18,7 @@ class TubeFunctions(ApiPart):
         return 1
 
     def tubeWrite(self, tube: int, data: bytes) -> int:
-        """What is written before somebody opens the other end waits for him."""
+        """Write a packet; packets written before the other end opens are kept."""
         self._world.tubes.write(tube, data)
         return 1
 

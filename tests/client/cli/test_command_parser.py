@@ -44,7 +44,7 @@ def test_list_of_commands_and_what_is_wrong_call_it_so_too(
         main(["--help"])
     assert capsys.readouterr().out.startswith("usage: simx COMMAND [ARGS...]")
     assert main(["watch", "simxGetVisionSensorImage", "1"]) == 2
-    assert "for pictures simx image" in capsys.readouterr().err
+    assert "for images simx image" in capsys.readouterr().err
 
 
 def test_python_that_runs_the_module_is_named() -> None:

@@ -64,7 +64,7 @@ def test_page_tells_what_an_operator_asks(lab: ServerProcess, capsys: pytest.Cap
     assert page.startswith("lab  running  scene pendulum  up ")
     assert f"pid {lab.process.pid}" in page
     assert re.search(r"health +(good|the simulation cannot keep up)", page)  # on a busy machine
-    assert re.search(r"passes +[\d.]+ /s, [\d.]+ x real time", page)
+    assert re.search(r"steps +[\d.]+ /s, [\d.]+ x real time", page)
     assert re.search(r"simxGetJointPosition +[\d.]+ +10 +[\d.]+ [um]s", page)
     assert re.search(r"CLIENT +ROLE +PORT +CALLS/S", page)
     assert "driver" in page

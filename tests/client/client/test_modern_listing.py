@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from modern_world import messages_of
-from real_world import RealWorld
+from real_world import RealWorld, path_of
 
 import simx_client as v
 from simx_client import Client, errors
@@ -20,7 +20,9 @@ def test_all_objects_are_listed_as_what_they_are_with_one_message(client: Client
     assert {name: type(listed[name]) for name in kinds} == kinds
     assert {each.name: each.kind for each in listed}["light1"] == "light"
     assert sizes == [2], "names and types"
-    listed["shoulder"].position  # noqa: B018 - each can be used at once
+    shoulder = listed["shoulder"]
+    assert isinstance(shoulder, Joint)
+    assert shoulder.position is not None, "each can be used at once"
     handles = v.simxGetObjects(client.id, v.sim_handle_all, v.simx_opmode_blocking)[1]
     assert [each.handle for each in listed] == handles, "in the scene's order"
     assert listed.names == [each.name for each in listed]
@@ -47,7 +49,7 @@ def test_a_listed_object_is_the_one_that_its_name_finds(client: Client) -> None:
 
 def test_objects_of_a_scene_that_was_replaced_are_listed_anew(world: RealWorld, client: Client) -> None:
     before = client.objects()
-    world.simulation.load(world.simulation.scene.path)
+    world.simulation.load(path_of(world))
     after = client.objects()
     assert after.names == before.names
     assert client.joint("shoulder") is after["shoulder"]

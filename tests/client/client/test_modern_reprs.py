@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from modern_world import messages_of
-from real_world import RealWorld
+from real_world import RealWorld, path_of
 
 import simx_client as v
 from simx_client import Client, batch
@@ -62,7 +62,7 @@ def test_a_repr_says_that_the_scene_the_server_or_the_client_has_gone(
 ) -> None:
     all_of_them = things(client)
     wrist = client.joint("wrist")
-    world.simulation.load(world.simulation.scene.path)
+    world.simulation.load(path_of(world))
     client.objects()
     assert repr(wrist).endswith(", of a scene that was replaced>")
     CLIENTS._connections[client.id]._transport.lose()  # type: ignore[union-attr]

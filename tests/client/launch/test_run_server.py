@@ -146,4 +146,4 @@ def test_a_server_that_ends_early_is_mentioned(folder: Path) -> None:
     """
     finished = simx_run(folder, text, flags=("--server", "scene.xml"))
     assert finished.returncode == 0
-    assert "simx-server had ended by itself with code 3" in finished.stderr
+    assert "simx-server had already exited with code 3" in finished.stderr

@@ -117,6 +117,7 @@ def test_other_modes_work_as_with_every_command(client, world, here, there):
 def test_time_out_of_the_transfer_is_the_one_that_was_given(client, here, monkeypatch):
     waits: list[float | None] = []
     connection = files.CLIENTS.get(client)
+    assert connection is not None
     monkeypatch.setattr(
         connection, "blocking", lambda _shape, _values, timeout=None: waits.append(timeout) or 0
     )
@@ -288,6 +289,7 @@ def test_oneshot_load_keeps_the_key_of_the_given_path(client, here):
 
 def test_server_keeps_few_lent_files_and_needs_each_one_sent(client, world):
     connection = files.CLIENTS.get(client)
+    assert connection is not None
     for number in range(6):
         assert connection.blocking(files._LEND, [f"path{number}", "a.xml", CUBE.encode()]) == 0
     (session,) = world.engine.sessions.values()
@@ -301,6 +303,7 @@ def test_server_keeps_few_lent_files_and_needs_each_one_sent(client, world):
 
 def test_lent_file_under_a_hostile_name_is_refused(client, there):
     connection = files.CLIENTS.get(client)
+    assert connection is not None
     paths = ("../../x.xml", "a/x.xml", "/x.xml", "a\\x.xml", "..\\x.xml")
     for name in ("C:\\x.xml", "", "a\0b", "/", "..", "x.xml/", "x" * 300 + ".xml", *paths):
         assert connection.blocking(files._LEND, ["path", name, CUBE.encode()]) == REMOTE_ERROR, name

@@ -6,7 +6,7 @@ import logging
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from handler_calls import World
@@ -23,6 +23,7 @@ from simx_server.files.library import shipped_scenes
 from simx_server.handlers.files import lend_file, load_scene_of_server, store_file
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.records import Kind
+from simx_server.runtime.sessions import ClientSession
 from simx_server.scene.formats.sources import Sources
 from simx_server.world.simulation import Simulation
 
@@ -240,7 +241,7 @@ def recorded_contents(recording: Path) -> list[bytes]:
 
 
 def lend(world: World, name: str, text: str) -> None:
-    lend_file(world.parts, world.client, name, name, text.encode())
+    lend_file(world.parts, cast(ClientSession, world.client), name, name, text.encode())
 
 
 def test_lent_file_keeps_its_name_in_log_errors_and_listings(

@@ -266,6 +266,7 @@ def test_a_killed_client_frees_its_stepped_mode_and_its_streams(scene):
             assert wait_until(
                 lambda: v.simxGetBooleanParameter(watcher, waiting, BLOCKING) == (0, False), BEFORE_THE_LEASE
             )
+            assert client.stdin is not None
             client.stdin.close()
 
 
@@ -303,6 +304,7 @@ def test_the_ready_line_names_endpoints_realm_and_scene_and_is_all_of_stdout(sce
         assert "realm=lab-7" in process.ready
         assert "scene=pendulum" in process.ready
         assert process.process.wait(10) == 0
+        assert process.process.stdout is not None
         assert process.process.stdout.read() == ""
 
 

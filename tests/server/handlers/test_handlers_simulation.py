@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
 from simx_server.parts.status_bar import KEPT
+from simx_server.runtime.clock import Pacer
 from simx_server.world.simulation import SimulationState
 
 TINY = '<mujoco><worldbody><body name="thing"><geom size="1"/></body></worldbody></mujoco>'
@@ -48,9 +48,9 @@ def test_scene_is_loaded_from_the_workspace_while_stopped(world: World) -> None:
     world.call("simxLoadScene", "tiny.ttt", 0)
     assert world.call("simxGetStringParameter", 13).endswith("tiny.xml")
     world.run()
-    for command in (("simxLoadScene", "tiny.xml", 0), ("simxCloseScene",)):
+    for name, *arguments in (("simxLoadScene", "tiny.xml", 0), ("simxCloseScene",)):
         with pytest.raises(CommandError, match="stop it first"):
-            world.call(*command)
+            world.call(name, *arguments)
     world.call("simxStopSimulation")
     world.call("simxCloseScene")
     assert world.call("simxGetObjects", -2) == []
@@ -116,7 +116,7 @@ def test_window_switches_read_off_and_stay_off(world: World) -> None:
 
 
 def test_real_time_switch_changes_the_pace_while_stopped(world: World) -> None:
-    pace = SimpleNamespace(speed=1.0)
+    pace = Pacer(1.0)
     world.parts.parameters.pace = pace
     assert world.call("simxGetBooleanParameter", 25) is True
     world.call("simxSetBooleanParameter", 25, False)

@@ -7,7 +7,6 @@ import logging
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from handler_calls import World
@@ -17,6 +16,7 @@ from sim_api_calls import ScriptWorld
 import simx_client as v
 from simx_server.app.settings import Settings
 from simx_server.errors import CommandError
+from simx_server.runtime.clock import Pacer
 
 FALLING = '<mujoco><worldbody><body name="ball" pos="0 0 5"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
 
@@ -176,12 +176,12 @@ def test_arguments_of_the_application_can_be_set_by_scripts(tmp_path: Path) -> N
 def test_mouse_is_where_a_page_last_saw_it(world: World) -> None:
     numbers = (v.sim_intparam_mouse_x, v.sim_intparam_mouse_y, v.sim_intparam_mouse_buttons)
     assert [world.call("simxGetIntegerParameter", number) for number in numbers] == [0, 0, 0]
-    world.parts.user_interface.mouse = (120, 40, 1)
+    world.parts.user_interface.mouse = (120, 40, 1)  # pyright: ignore[reportAttributeAccessIssue]
     assert [world.call("simxGetIntegerParameter", number) for number in numbers] == [120, 40, 1]
 
 
 def test_speed_modifier_doubles_the_pace_of_this_run(world: World) -> None:
-    pace = SimpleNamespace(speed=1.0)
+    pace = Pacer(1.0)
     world.parts.parameters.pace = pace
     world.call("simxSetIntegerParameter", 36, 2)
     assert pace.speed == 1, "nothing happens while stopped"
@@ -195,7 +195,7 @@ def test_speed_modifier_doubles_the_pace_of_this_run(world: World) -> None:
 
 
 def test_speed_modifier_changes_nothing_without_a_pace(world: World) -> None:
-    world.parts.parameters.pace = SimpleNamespace(speed=math.inf)
+    world.parts.parameters.pace = Pacer(math.inf)
     world.run()
     world.call("simxSetIntegerParameter", 36, 3)
     assert world.call("simxGetIntegerParameter", 36) == 0

@@ -119,9 +119,9 @@ def test_what_is_not_there_or_of_another_kind_is_refused(world: World, ui: int) 
     for prop in (4, 0x8000, -1):
         with pytest.raises(CommandError, match="sim_buttonproperty_ bits"):
             world.call("simxSetUIButtonProperty", ui, 3, prop)
-    for command in (("simxGetUIButtonProperty", 99, 3), ("simxSetUIButtonLabel", 99, 3, "", "")):
+    for name, *arguments in (("simxGetUIButtonProperty", 99, 3), ("simxSetUIButtonLabel", 99, 3, "", "")):
         with pytest.raises(CommandError, match="no custom UI with handle 99"):
-            world.call(*command)
+            world.call(name, *arguments)
     assert world.call("simxGetUIEventButton", 99) == (-1, [0, 0]), "always a success"
 
 

@@ -6,6 +6,7 @@ import time
 import weakref
 from concurrent.futures import Future
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from plain_world import HANDLERS, World
@@ -18,7 +19,7 @@ from simx_client.protocol.messages import Batch, Call, Operation
 from simx_server.handlers.registry import Handler
 from simx_server.runtime import publishing
 from simx_server.runtime.clock import Pacer
-from simx_server.runtime.sessions import ClientSession
+from simx_server.runtime.sessions import ClientSession, Link
 from simx_server.world.simulation import SimulationState
 
 
@@ -262,7 +263,7 @@ def test_clients_whose_streams_had_to_wait_come_first_after_the_next_pass(world,
 
 
 def test_a_picture_that_a_trigger_waits_for_is_gone_when_it_was_sent():
-    session = ClientSession("client", "name", 19997, SimpleNamespace())
+    session = ClientSession("client", "name", 19997, cast(Link, SimpleNamespace()))
     session.set_stepping(True)
     triggered = session.trigger(is_running=True)
     pictures = [Future(), Future()]

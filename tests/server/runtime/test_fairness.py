@@ -276,7 +276,8 @@ def test_what_was_sent_together_acts_before_the_next_step_all_the_same(
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(batches, "LONGEST_TOGETHER", TIMEOUT)
     monkeypatch.setattr("simx_server.runtime.server_loop.SERVING", 0.0)
-    join(world, "one"), join(world, "other")
+    join(world, "one")
+    join(world, "other")
     world.simulation.start()
     sets = [Call(0, Operation.EXECUTE, 1, "simxSetJointPosition", [1, float(value)]) for value in range(30)]
     world.engine.submit("one", encode(Batch(1, 0, sets)))
@@ -295,7 +296,8 @@ def test_a_batch_without_end_does_not_stop_the_simulation(
     monkeypatch.setattr(batches, "SLICE", 0.0)
     monkeypatch.setattr(batches, "LONGEST_TOGETHER", 0.0)
     monkeypatch.setattr("simx_server.runtime.server_loop.SERVING", 0.0)
-    join(world, "one"), join(world, "other")
+    join(world, "one")
+    join(world, "other")
     world.simulation.start()
     world.engine.submit("one", reads(*range(1, 1000)))
     for _ in range(20):
@@ -395,6 +397,6 @@ def test_the_physics_thread_waits_for_one_client_once_and_threads_send_from_then
 
 def test_while_all_read_nothing_is_handed_to_a_thread() -> None:
     sent: list[str] = []
-    postman = Postman(Care(), pytest.fail)
+    postman = Postman(Care(), lambda is_behind: pytest.fail(f"fell behind: {is_behind}"))
     postman.send(lambda: sent.append(threading.current_thread().name), 1 << 30)
     assert sent == [threading.current_thread().name]

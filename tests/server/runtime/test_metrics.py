@@ -7,7 +7,7 @@ import logging
 import random
 from collections.abc import Iterator
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -34,7 +34,7 @@ from simx_server.runtime.monitoring.metrics import (
     percentiles,
 )
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.image import CameraView, Picture, RenderError
+from simx_server.sensors.vision.image import CameraView, Picture, Renderer, RenderError
 from simx_server.sensors.vision.render_thread import RenderThread
 
 BLOCKING = v.simx_opmode_blocking
@@ -274,7 +274,7 @@ def test_pictures_are_timed_by_the_name_of_their_camera(world: World) -> None:
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     renderer = OneGoodPicture()
-    thread = RenderThread(lambda: Backend("egl", "a test"), lambda model, backend: renderer)
+    thread = RenderThread(lambda: Backend("egl", "a test"), lambda model, backend: cast(Renderer, renderer))
     world.engine.metrics.pictures = thread.times
     view = CameraView(0, 4, 4, 45.0, 0.1, 10.0)
     try:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 from processes import wait_until
@@ -14,6 +15,7 @@ from scenes_for_tests import ARM
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
+from simx_server.gateways.loopback import LoopbackTransport
 from simx_server.scene.trial.helper import Helper
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
@@ -125,7 +127,8 @@ def test_nothing_is_left_of_a_client_that_goes_during_a_trial(
     assert v.simxLoadModel(loader, file, 1, ONESHOT)[0] in (0, 1)
     assert v.simxGetPingTime(other)[0] == 0
     assert sorted((tmp_path / "server").iterdir()) != before, "else nothing was lent"
-    connection._transport.lose()
+    assert connection is not None
+    cast(LoopbackTransport, connection._transport).lose()
     go_on.set()
     assert wait_until(lambda: v.simxGetPingTime(other)[0] == 0 and len(world.engine.sessions) == 1, 20)
     assert sorted((tmp_path / "server").iterdir()) == before

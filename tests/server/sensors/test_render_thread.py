@@ -513,10 +513,14 @@ def test_a_real_picture_comes_through_the_thread() -> None:
         asker.model, asker.data = load(SCENE.replace('pos="-0.4 0 0.3"', 'pos="0.4 0 0.3"'))
         after = asker.ask(1.0, depth=True).result(WAIT)
         left, right = pixel_of(FRONT, -0.4, 0.3, 2.0), pixel_of(FRONT, 0.4, 0.3, 2.0)
+        assert before.depth is not None
+        assert after.depth is not None
         assert before.depth[left] < 0.3 < before.depth[right]
         assert after.depth[right] < 0.3 < after.depth[left]
         with pytest.raises(RenderError, match="camera id 9"):
             asker.ask(2.0, dataclasses.replace(FRONT, camera_id=9)).result(WAIT)
-        assert asker.ask(3.0).result(WAIT).rgb[left].any()
+        colours = asker.ask(3.0).result(WAIT).rgb
+        assert colours is not None
+        assert colours[left].any()
     finally:
         thread.close()

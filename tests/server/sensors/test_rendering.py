@@ -3,13 +3,14 @@
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 import pytest
 from both_renderers import make_renderer, opengl_name
 from camera_world import FRONT, SCENE, load, pixel_of
+from numpy.typing import NDArray
 
 from simx_server.sensors.opengl import renderer as opengl
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
@@ -30,9 +31,23 @@ __all__ = ["make_renderer", "opengl_name"]
 ONE_GREY_LEVEL = 1 / 255
 
 
-def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Picture:
+class Drawn(NamedTuple):
+    """An image with both channels."""
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+
+
+def both(picture: Picture) -> Drawn:
+    """Return both channels of an image."""
+    assert picture.rgb is not None
+    assert picture.depth is not None
+    return Drawn(picture.rgb, picture.depth)
+
+
+def picture_of(make_renderer, xml: str = SCENE, view: CameraView = FRONT) -> Drawn:
     model, data = load(xml)
-    return make_renderer(model).render(data, view, rgb=True, depth=True)
+    return both(make_renderer(model).render(data, view, rgb=True, depth=True))
 
 
 # What a picture shows
@@ -136,6 +151,7 @@ def test_a_background_colour_fills_what_nothing_is_seen_in(make_renderer) -> Non
     model, data = load(SCENE)
     alone = make_renderer(model).render(data, coloured, rgb=True, depth=False)
     assert alone.depth is None
+    assert alone.rgb is not None
     assert np.array_equal(alone.rgb, picture.rgb)
 
 
@@ -249,10 +265,10 @@ def test_both_renderers_see_the_same(opengl_name: str) -> None:
     view = dataclasses.replace(FRONT, far=3.0)
     drawn = OpenGLRenderer(model, opengl_name)
     try:
-        one = drawn.render(data, view, rgb=True, depth=True)
+        one = both(drawn.render(data, view, rgb=True, depth=True))
     finally:
         drawn.close()
-    other = RaycastRenderer(model).render(data, view, rgb=True, depth=True)
+    other = both(RaycastRenderer(model).render(data, view, rgb=True, depth=True))
     # Tessellated outlines differ from true ones by part of a pixel, so a few edge pixels may disagree.
     assert np.mean((one.depth < 1.0) != (other.depth < 1.0)) < 0.003
     apart = np.abs(one.depth - other.depth)
@@ -288,10 +304,10 @@ def test_a_renderer_that_turns_to_another_model_draws_it_with_its_own_textures(o
     blue, red = load(TEXTURED.format("0 0 1")), load(TEXTURED.format("1 0 0"))
     renderers = [OpenGLRenderer(red[0], opengl_name), OpenGLRenderer(blue[0], opengl_name)]
     try:
-        fresh = renderers[0].render(red[1], FRONT, rgb=True, depth=True)
-        before = renderers[1].render(blue[1], FRONT, rgb=True, depth=True)
+        fresh = both(renderers[0].render(red[1], FRONT, rgb=True, depth=True))
+        before = both(renderers[1].render(blue[1], FRONT, rgb=True, depth=True))
         renderers[1].turn_to(red[0])
-        turned = renderers[1].render(red[1], FRONT, rgb=True, depth=True)
+        turned = both(renderers[1].render(red[1], FRONT, rgb=True, depth=True))
     finally:
         for renderer in renderers:
             renderer.close()
@@ -319,11 +335,11 @@ def test_round_things_far_away_look_the_same_with_fewer_corners(
     model, data = row_of_cylinders(distance=3.0)
     asked: list[bool] = []
 
-    def render(may_be_coarse: Callable[..., bool]) -> Picture:
+    def render(may_be_coarse: Callable[..., bool]) -> Drawn:
         monkeypatch.setattr(opengl, "may_be_coarse", may_be_coarse)
         renderer = OpenGLRenderer(model, opengl_name)
         try:
-            return renderer.render(data, FRONT, rgb=True, depth=True)
+            return both(renderer.render(data, FRONT, rgb=True, depth=True))
         finally:
             renderer.close()
 

@@ -11,11 +11,14 @@ import pytest
 
 pytest.importorskip("viser", reason="needs the extra viewer")
 
+from typing import cast
+
 import viser
 from browser_panels import Stage, browser
 from real_world import BLOCKING, Open, handle_of
 
 import simx_client as v
+from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.elements import HELD, Latest
 from simx_server.viewer.page.panels.interface import Interface
@@ -279,7 +282,7 @@ def test_of_values_that_wait_only_the_newest_is_sent(stage: Stage) -> None:
     waiting: list[Callable] = []
     sent: list[int] = []
     hands = type("Slow", (), {"do": staticmethod(waiting.append)})()
-    latest: Latest[int] = Latest(hands, lambda client, value: sent.append(value))
+    latest: Latest[int] = Latest(cast(Hands, hands), lambda client, value: sent.append(value))
     for value in (1, 2, 3):
         latest.change(value)
     for action in waiting:

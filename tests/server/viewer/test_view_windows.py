@@ -33,7 +33,7 @@ from simx_server.viewer.windows import (
 JPEG = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
 
 
-def window(number: int = 1, **others: Any) -> dict[str, Any]:
+def window(number: Any = 1, **others: Any) -> dict[str, Any]:
     return {w.NUMBER: number, w.TITLE: "camera", w.TEXT: "", w.TRACKBARS: [], w.IMAGE: JPEG, **others}
 
 

@@ -8,15 +8,19 @@ import mujoco
 import numpy as np
 import pytest
 
-viser = pytest.importorskip("viser", reason="needs the extra viewer")
+pytest.importorskip("viser", reason="needs the extra viewer")
 
-from browser_panels import browser  # noqa: E402
+import viser
+from browser_panels import browser
+from trimesh.visual import ColorVisuals, TextureVisuals
+from trimesh.visual.material import PBRMaterial
 
-from simx_server.viewer.page.bodies import Body, appearance, meshes_of  # noqa: E402
-from simx_server.viewer.page.drawings import Drawings  # noqa: E402
-from simx_server.viewer.page.mirror import Copy, Mirror  # noqa: E402
-from simx_server.viewer.page.selected import Selected  # noqa: E402
-from simx_server.viewer.page.world import World, contact_forces  # noqa: E402
+from simx_server.viewer.messages import Drawing, SceneItem
+from simx_server.viewer.page.bodies import Body, appearance, meshes_of
+from simx_server.viewer.page.drawings import Drawings
+from simx_server.viewer.page.mirror import Copy, Mirror
+from simx_server.viewer.page.selected import Selected
+from simx_server.viewer.page.world import World, contact_forces
 
 __all__ = ["browser"]
 
@@ -49,6 +53,7 @@ def model() -> mujoco.MjModel:
 
 def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: mujoco.MjModel) -> None:
     (mesh,) = meshes_of(model, model.body("cube").id)
+    assert isinstance(mesh.visual, ColorVisuals)
     assert np.abs(mesh.bounds).max() == pytest.approx(0.35)  # the sphere's top: neither of the big boxes
     colors = {tuple(color) for color in mesh.visual.vertex_colors.tolist()}
     assert colors == {(0, 255, 0, 255), (0, 0, 255, 255)}
@@ -59,6 +64,9 @@ def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: muj
 def test_plane_has_its_pattern_as_often_as_the_material_says(model: mujoco.MjModel) -> None:
     (mesh,) = meshes_of(model, 0)
     assert np.allclose(mesh.bounds, [[-2, -1, 0], [2, 1, 0]])
+    assert isinstance(mesh.visual, TextureVisuals)
+    assert isinstance(mesh.visual.material, PBRMaterial)
+    assert mesh.visual.uv is not None
     assert mesh.visual.uv.max(axis=0).tolist() == [4, 2]
     pixels = np.asarray(mesh.visual.material.baseColorTexture)
     assert pixels.shape == (10, 20, 3)
@@ -126,7 +134,7 @@ def test_selected_objects_get_axes_where_they_are(model: mujoco.MjModel, browser
         {"handle": 7, "name": "cube", "element": "body", "id": model.body("cube").id},
         {"handle": 8, "name": "mark", "element": "site", "id": model.site("mark").id},
     ]
-    selected.choose(items, 2.0)
+    selected.choose(cast(list[SceneItem], items), 2.0)
     selected.move(Copy(model, data))
     nodes = browser.scene._handle_from_node_name
     assert np.allclose(nodes["/selected/7"].position, [1, 2, 3])
@@ -150,7 +158,7 @@ def test_drawing_objects_are_shown_as_what_they_are(
 ) -> None:
     drawings = Drawings(browser.scene)
     drawing = {"handle": 1, "flags": flags, "size": 2.0, "color": (1, 0, 0), "points": points, "items": items}
-    drawings.update([drawing])
+    drawings.update([cast(Drawing, drawing)])
     assert isinstance(browser.scene._handle_from_node_name["/drawings/1"], kind)
     drawings.frame.visible = False
     drawings.update([])

@@ -12,7 +12,7 @@ from simx_server.world import physics_warnings
 
 def warn(text: str) -> None:
     """As MuJoCo's compiler does, called by this package."""
-    registry: dict[str, object] = {}
+    registry: dict[str | tuple[str, type[Warning], int], int] = {}
     warnings.warn_explicit(
         text, DeprecationWarning, "loader.py", 1, "simx_server.scene.formats.loader", registry
     )

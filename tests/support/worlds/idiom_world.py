@@ -15,7 +15,7 @@ import pytest
 from real_world import RealWorld
 
 import simx_client as vrep
-from simx_client.connection.endpoints import Place
+from simx_client.connection.endpoints import ServerAddress
 from simx_client.errors import ConnectionFailed
 from simx_client.legacy import local
 from simx_server.gateways.loopback import LoopbackTransport
@@ -36,7 +36,7 @@ class IdiomWorld(RealWorld):
         if self._thread is not None:
             self._thread.start()
 
-    def open(self, place: Place, **_: Any) -> LoopbackTransport:
+    def open(self, place: ServerAddress, **_: Any) -> LoopbackTransport:
         port = place.host_and_port[1] if place.host_and_port else 0
         if port not in self.ports:
             raise ConnectionFailed(f"nothing listens at {place}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import Future
+from typing import Any, cast
 
 from plain_world import HANDLERS, PlainSimulation
 
@@ -33,7 +34,7 @@ def main() -> None:
         "simxGetStringSignal": lambda sim, name: MEGABYTE,
     }
     handlers = {name: Handler(BY_NAME[name], function, False) for name, function in functions.items()}
-    engine = Engine(PlainSimulation(), {**HANDLERS, **handlers}, Pacer(1.0))
+    engine = Engine(cast(Any, PlainSimulation()), {**HANDLERS, **handlers}, Pacer(1.0))
     gateway = ZenohGateway(engine, ports=[0])
     sys.stdout.write(f"{gateway.ports[0]}\n")
     sys.stdout.flush()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from concurrent.futures import Future
 from types import SimpleNamespace
+from typing import Any, cast
 
 import simx_client as vrep
 from simx_client.connection.clients import CLIENTS
@@ -145,7 +146,7 @@ class World:
 
     def __init__(self, speed: float = float("inf"), *, now=time.monotonic, **engine_options) -> None:
         self.simulation = PlainSimulation()
-        self.engine = Engine(self.simulation, HANDLERS, Pacer(speed, now), **engine_options)
+        self.engine = Engine(cast(Any, self.simulation), HANDLERS, Pacer(speed, now), **engine_options)
         self.transports: dict[int, LoopbackTransport] = {}
 
     def client(self, *, port: int = 0, **options) -> int:

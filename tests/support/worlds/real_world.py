@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
@@ -23,12 +23,19 @@ from simx_server.sensors.vision.render_thread import RenderThread
 BLOCKING = v.simx_opmode_blocking
 
 
+def path_of(world: RealWorld) -> Path:
+    """Return the file of the loaded scene."""
+    path = world.simulation.scene.path
+    assert path is not None
+    return path
+
+
 class RealWorld:
     """What `simx-server SCENE --speed max` is, without the network."""
 
     def __init__(self, scene: str | Path, *, speed: float = math.inf, workspace: Path | None = None) -> None:
         self._stack = ExitStack()
-        settings = Settings(scene=str(scene), workspace=workspace)
+        settings = Settings(scene=str(scene), workspace=cast(Path, workspace))  # None: without one
         self.parts = open_world(settings, self._stack)
         self.simulation = self.parts.simulation
         pacer = Pacer(speed)

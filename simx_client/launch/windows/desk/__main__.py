@@ -1,4 +1,4 @@
-"""Owns the windows of one script: messages come on stdin, reports go to stdout, the end of stdin is the end."""
+"""Own the windows of one script: read messages from stdin, write reports to stdout, exit at the end of stdin."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ..pipe import read_all, write
 from .backend import Backend, NoBackend
 
 PAUSE = 0.01
-"""Seconds between two looks at the window system's events while no message comes."""
+"""Seconds between two polls of the window system's events while no message comes."""
 
 ONLY = "SIMX_WINDOWS"
-"""Names a window system, tk or pygame, that is to be used alone."""
+"""Variable that selects one window system, tk or pygame."""
 
 
 def main() -> int:
-    """Returns the exit code."""
+    """Run the process; return the exit code."""
     source, target = os.dup(0), os.dup(1)
-    os.dup2(2, 1)  # what libraries print is no report
+    os.dup2(2, 1)  # output of libraries is not a report
     try:
         backend = _backend()
     except NoBackend as reason:
@@ -55,7 +55,7 @@ def _read(source: int, inbox: Outbox) -> None:
 
 
 def _backend() -> Backend:
-    """The first window system that works. Raises NoBackend, with what to install."""
+    """Return the first window system that works. Raises NoBackend, with what to install."""
     from . import sdl, tk
 
     chosen = os.environ.get(ONLY, "").strip()

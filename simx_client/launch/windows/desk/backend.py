@@ -1,22 +1,22 @@
-"""What a window system offers, and what it is told people do. Pixels are those of the window's inside."""
+"""The interface of a window system, and the user's events. Pixels are those of the window's inside."""
 
 from __future__ import annotations
 
 from typing import Any, Protocol
 
 SHIFT, CONTROL, ALT = 16, 8, 32
-"""cv2.EVENT_FLAG_SHIFTKEY, CTRLKEY, ALTKEY: modifiers are given as their sum."""
+"""cv2.EVENT_FLAG_SHIFTKEY, CTRLKEY, ALTKEY: modifiers are passed as their sum."""
 
 LEFT, RIGHT, MIDDLE = 0, 1, 2
 """Mouse buttons in cv2's order."""
 
 
 class NoBackend(Exception):
-    """It is not installed, or the display cannot be opened; the text says which."""
+    """The window system is not installed, or the display cannot be opened; the text says which."""
 
 
 class Listener(Protocol):
-    """A window that takes events."""
+    """A window that receives events."""
 
     def on_key(self, keysym: int) -> None: ...
     def on_motion(self, x: int, y: int, modifiers: int) -> None: ...
@@ -24,11 +24,11 @@ class Listener(Protocol):
     def on_wheel(self, steps: int, is_horizontal: bool, x: int, y: int, modifiers: int) -> None: ...
     def on_close(self) -> None: ...
     def on_place(self, x: int, y: int, width: int, height: int) -> None:
-        """The inside of the window is there on the screen, and so large."""
+        """Handle a new position or size of the window's inside on the screen."""
         ...
 
     def on_exposed(self) -> None:
-        """What was drawn is lost; a system that keeps it does not tell."""
+        """Handle the loss of the drawn pixels; a system that keeps them does not call this."""
         ...
 
 
@@ -54,5 +54,5 @@ class Backend(Protocol):
 
     def open(self, title: str, width: int, height: int, listener: Listener) -> Pane: ...
     def pump(self) -> None:
-        """Deliver the events that are there; does not wait."""
+        """Deliver the pending events; do not wait."""
         ...

@@ -8,30 +8,30 @@ import cv2
 import numpy as np
 
 ROW = 28
-"""Pixels of height of a trackbar or a line of text."""
+"""Height of a trackbar or a line of text in pixels."""
 
 _GROUND, _INK, _RAIL, _KNOB = (240, 240, 240), (30, 30, 30), (170, 170, 170), (31, 111, 139)
 _SHARE = 0.42
-"""Of the width that the label has."""
+"""Share of the width for the label."""
 
 _MARGIN = 12
 
 
 def rail(width: int) -> tuple[int, int]:
-    """From and to which x the slider runs."""
+    """Return the first and last x of the slider."""
     begin = max(int(width * _SHARE), 1)
     return begin, max(begin + 1, width - _MARGIN)
 
 
 def value_at(x: int, width: int, minimum: int, maximum: int) -> int:
-    """The value of a slider that is put to x."""
+    """Return the value of a slider at x."""
     begin, end = rail(width)
     share = min(max((x - begin) / (end - begin), 0.0), 1.0)
     return minimum + round(share * (maximum - minimum))
 
 
 def text_row(width: int, text: str) -> Any:
-    """A line of text, (ROW, width, 3)."""
+    """Return a line of text as uint8, (ROW, width, 3)."""
     row = np.full((ROW, width, 3), _GROUND, np.uint8)
     line = text.replace("\n", " ")
     cv2.putText(row, line, (6, ROW - 9), cv2.FONT_HERSHEY_SIMPLEX, 0.45, _INK, 1, cv2.LINE_AA)
@@ -39,7 +39,7 @@ def text_row(width: int, text: str) -> Any:
 
 
 def trackbar_row(width: int, label: str, value: int, minimum: int, maximum: int) -> Any:
-    """A trackbar: label and value at the left, slider at the right."""
+    """Return a trackbar: label and value at the left, slider at the right."""
     row = text_row(width, f"{label}: {value}")
     begin, end = rail(width)
     row[:, max(0, begin - 8) :] = _GROUND  # a long label ends before the slider
@@ -53,7 +53,7 @@ def trackbar_row(width: int, label: str, value: int, minimum: int, maximum: int)
 def fitted(
     image: Any, width: int, height: int, *, keeps_ratio: bool
 ) -> tuple[Any, tuple[int, int, int, int]]:
-    """An image scaled into an area, on grey, and where it lies there: x, y, width, height."""
+    """Scale an image into an area, on grey; return it with its position in the area: x, y, width, height."""
     rows, columns = image.shape[:2]
     scale_x, scale_y = width / columns, height / rows
     if keeps_ratio:

@@ -1,4 +1,4 @@
-"""Windows with SDL, by pygame's interface to it, which has several windows and a renderer for each."""
+"""Windows with SDL, by pygame's interface, which has several windows and a renderer for each."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WITH_WINDOWS = ("x11", "wayland", "windows", "cocoa")
 
 _BUTTONS = {1: LEFT, 2: MIDDLE, 3: RIGHT}
 _UNICODE = 0x01000000
-"""Added to a code point above Latin-1 it is an X keysym."""
+"""Offset of a code point above Latin-1 in an X keysym."""
 
 _KEYSYMS = {
     "RETURN": 0xFF0D, "ESCAPE": 0xFF1B, "BACKSPACE": 0xFF08, "TAB": 0xFF09, "DELETE": 0xFFFF, "INSERT": 0xFF63,
@@ -26,7 +26,7 @@ _KEYSYMS = {
 
 
 def open_sdl() -> Backend:
-    """Raises NoBackend."""
+    """Open SDL. Raises NoBackend."""
     os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
     os.environ["SDL_VIDEO_X11_WMCLASS"] = "simx"
     # A script's choice of a driver without windows is for its own pygame.
@@ -43,7 +43,7 @@ def open_sdl() -> Backend:
         raise NoBackend(f"pygame cannot open the display: {error}") from None
     if (
         driver := pygame.display.get_driver()
-    ) not in _WITH_WINDOWS:  # SDL takes any, such as one without a screen
+    ) not in _WITH_WINDOWS:  # SDL falls back to any driver, such as one without a screen
         raise NoBackend(f"pygame finds no window system (SDL's driver is '{driver}')")
     pygame.key.set_repeat(400, 30)
     return _Sdl(pygame, video)
@@ -55,12 +55,12 @@ class _Sdl:
     def __init__(self, pygame: Any, video: Any) -> None:
         self._pygame, self._video = pygame, video
         self._listeners: dict[int, tuple[Any, Listener]] = {}
-        """By SDL's number of the window; with the window."""
+        """Window and listener, by SDL's number of the window."""
 
         self._keysyms = {getattr(pygame, f"K_{name}"): keysym for name, keysym in _KEYSYMS.items()}
         self._mouse = (0, 0)
         self._held = 0
-        """Modifiers as of the newest event: what SDL tells when it is asked may be later than the event at hand."""
+        """Modifiers as of the newest event: SDL's present state may be later than the event at hand."""
 
         self._typed = ""
 
@@ -82,29 +82,10 @@ class _Sdl:
     def _deliver(self, event: Any, window: Any, listener: Listener) -> None:
         pygame = self._pygame
         kind = event.type
-        if kind in (pygame.KEYDOWN, pygame.KEYUP):
-            self._held = event.mod
-            if kind == pygame.KEYDOWN:
-                self._typed = event.unicode
-                listener.on_key(self._keysym(event))
-        elif kind == pygame.TEXTINPUT and event.text != self._typed:  # composed of several keys
-            for letter in event.text:
-                listener.on_key(_keysym_of(ord(letter)))
-        elif kind == pygame.MOUSEMOTION:
-            self._mouse = event.pos
-            x, y = event.pos
-            listener.on_motion(x, y, self._modifiers())
-        elif kind in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
-            self._mouse = event.pos
-            if event.button in _BUTTONS:
-                is_down = kind == pygame.MOUSEBUTTONDOWN
-                x, y = event.pos
-                listener.on_button(_BUTTONS[event.button], is_down, x, y, self._modifiers())
-        elif kind == pygame.MOUSEWHEEL:
-            x, y = self._mouse
-            for steps, is_horizontal in ((event.y, False), (event.x, True)):
-                if steps:
-                    listener.on_wheel(steps, is_horizontal, x, y, self._modifiers())
+        if kind in (pygame.KEYDOWN, pygame.KEYUP, pygame.TEXTINPUT):
+            self._deliver_key(event, listener)
+        elif kind in (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP, pygame.MOUSEWHEEL):
+            self._deliver_mouse(event, listener)
         elif kind == pygame.WINDOWCLOSE:
             listener.on_close()
         elif kind in (pygame.WINDOWMOVED, pygame.WINDOWSIZECHANGED, pygame.WINDOWEXPOSED):
@@ -113,13 +94,38 @@ class _Sdl:
             if kind == pygame.WINDOWEXPOSED:
                 listener.on_exposed()
 
+    def _deliver_key(self, event: Any, listener: Listener) -> None:
+        if event.type == self._pygame.TEXTINPUT:
+            if event.text != self._typed:  # composed of several keys
+                for letter in event.text:
+                    listener.on_key(_keysym_of(ord(letter)))
+            return
+        self._held = event.mod
+        if event.type == self._pygame.KEYDOWN:
+            self._typed = event.unicode
+            listener.on_key(self._keysym(event))
+
+    def _deliver_mouse(self, event: Any, listener: Listener) -> None:
+        if event.type == self._pygame.MOUSEWHEEL:
+            x, y = self._mouse
+            for steps, is_horizontal in ((event.y, False), (event.x, True)):
+                if steps:
+                    listener.on_wheel(steps, is_horizontal, x, y, self._modifiers())
+            return
+        self._mouse = x, y = event.pos
+        if event.type == self._pygame.MOUSEMOTION:
+            listener.on_motion(x, y, self._modifiers())
+        elif event.button in _BUTTONS:
+            is_down = event.type == self._pygame.MOUSEBUTTONDOWN
+            listener.on_button(_BUTTONS[event.button], is_down, x, y, self._modifiers())
+
     def _keysym(self, event: Any) -> int:
         if event.key in self._keysyms:
             return self._keysyms[event.key]
         if event.unicode and event.unicode.isprintable():
             return _keysym_of(ord(event.unicode[0]))
         if 0 < event.key < 0x110000 and chr(event.key).isprintable():
-            return _keysym_of(event.key)  # with Control there is no text
+            return _keysym_of(event.key)  # Control suppresses the text
         return 0
 
     def _modifiers(self) -> int:
@@ -138,13 +144,13 @@ def _keysym_of(code: int) -> int:
 class _Pane:
     def __init__(self, owner: _Sdl, pygame: Any, video: Any, window: Any) -> None:
         self._owner, self._pygame, self._video, self._window = owner, pygame, video, window
-        # By software: what is drawn is one picture, and there is always such a renderer.
+        # In software: only one image is drawn, and this renderer is always available.
         self._renderer = video.Renderer(window, accelerated=0)
 
     def draw(self, rgb: Any) -> None:
         height, width = rgb.shape[:2]
-        picture = self._pygame.image.frombuffer(rgb.tobytes(), (width, height), "RGB")
-        texture = self._video.Texture.from_surface(self._renderer, picture)
+        rgb_image = self._pygame.image.frombuffer(rgb.tobytes(), (width, height), "RGB")
+        texture = self._video.Texture.from_surface(self._renderer, rgb_image)
         self._renderer.clear()
         texture.draw(dstrect=(0, 0, width, height))
         self._renderer.present()

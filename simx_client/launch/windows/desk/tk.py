@@ -1,4 +1,5 @@
-"""Windows with Tk, which comes with Python (on Debian and Ubuntu: python3-tk). Its keysyms are X's, on every system."""
+"""Windows with Tk, which comes with Python (on Debian and Ubuntu: python3-tk). Its keysyms are X's, on every
+system."""
 
 from __future__ import annotations
 
@@ -10,13 +11,13 @@ from .backend import ALT, CONTROL, LEFT, MIDDLE, RIGHT, SHIFT, Backend, Listener
 
 _BUTTONS = {1: LEFT, 2: MIDDLE, 3: RIGHT} if sys.platform != "darwin" else {1: LEFT, 2: RIGHT, 3: MIDDLE}
 _WHEEL_BUTTONS = {4: (1, False), 5: (-1, False), 6: (1, True), 7: (-1, True)}
-"""On X: steps, and whether sideways."""
+"""Wheel buttons on X: steps, and whether sideways."""
 
 _ALT_BITS = 0x20000 if sys.platform == "win32" else 0x8
 
 
 def open_tk() -> Backend:
-    """Raises NoBackend."""
+    """Open Tk. Raises NoBackend."""
     try:
         import tkinter
     except ImportError:
@@ -86,7 +87,7 @@ class _Pane:
         self._top.geometry(f"{x:+d}{y:+d}")
 
     def close(self) -> None:
-        with contextlib.suppress(self._tkinter.TclError):  # it has gone already
+        with contextlib.suppress(self._tkinter.TclError):  # it is closed already
             self._top.destroy()
 
     def _destroyed(self, event: Any) -> None:
@@ -122,7 +123,7 @@ class _Pane:
         self._turned(event, is_horizontal=True)
 
     def _turned(self, event: Any, *, is_horizontal: bool = False) -> None:
-        """The wheel on Windows and macOS."""
+        """Handle the wheel on Windows and macOS."""
         delta = event.delta
         steps = delta if sys.platform == "darwin" else round(delta / 120) or (1 if delta > 0 else -1)
         self._listener.on_wheel(steps, is_horizontal, event.x, event.y, _modifiers(event))

@@ -1,4 +1,4 @@
-"""The windows of the process: what the script has told of each, its layout, and what people do with it."""
+"""The windows of the process: the script's settings of each, its layout, and the user's actions."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from .backend import Backend, Pane
 
 AUTOSIZE, FREE_RATIO = 1, 0x100
 EMPTY = (320, 240)
-"""Width and height of a window that has not got an image yet."""
+"""Width and height of a window without an image."""
 
 LEAST_WIDTH = 320
-"""Pixels, of a window with trackbars or text: they are to be read."""
+"""Minimum width in pixels of a window with trackbars or text, so that they can be read."""
 
 MOVE, DOWN, UP, DOUBLE, WHEEL, SIDE_WHEEL = 0, 1, 4, 7, 10, 11
-"""cv2.EVENT_...; to DOWN, UP and DOUBLE the button is added."""
+"""cv2.EVENT_...; DOWN, UP and DOUBLE plus the button."""
 
 BUTTON_FLAGS = (1, 2, 4)
 """cv2.EVENT_FLAG_LBUTTON, RBUTTON, MBUTTON."""
 
 DOUBLE_TIME, DOUBLE_WAY = 0.4, 4
-"""Seconds and pixels between the two clicks of a double click."""
+"""Maximum seconds and pixels between the two clicks of a double click."""
 
 WHEEL_STEP = 120
-"""Of cv2.getMouseWheelDelta for one notch."""
+"""cv2.getMouseWheelDelta for one notch."""
 
 ASCII = {
     0xFF08: 8,
@@ -43,11 +43,11 @@ ASCII = {
     0xFF8D: 13,
     0xFFBD: ord("="),
 }
-"""X keysyms that HighGUI gives as ASCII. Source: X11's keysymdef.h; measured with opencv-python 4.10."""
+"""X keysyms that HighGUI returns as ASCII. Source: X11's keysymdef.h; measured with opencv-python 4.10."""
 
 
 def key_code(keysym: int) -> int | None:
-    """The code of waitKeyEx for an X keysym; None for a modifier alone, which HighGUI does not report."""
+    """Return the code of waitKeyEx for an X keysym; None for a modifier alone, which HighGUI does not report."""
     if 0xFFE1 <= keysym <= 0xFFEE or 0xFE01 <= keysym <= 0xFE0F or keysym in (0, 0xFF7E, 0xFF7F, 0xFF14):
         return None
     if 0xFFAA <= keysym <= 0xFFB9:  # operators and digits of the keypad
@@ -57,7 +57,7 @@ def key_code(keysym: int) -> int | None:
 
 @dataclass
 class Bar:
-    """A trackbar as it is drawn."""
+    """A trackbar to be drawn."""
 
     value: int
     minimum: int
@@ -65,14 +65,14 @@ class Bar:
 
 
 class Desk:
-    """All windows. One thread."""
+    """All windows. Used by one thread."""
 
     def __init__(self, backend: Backend, report: s.Report) -> None:
         self._backend, self._report = backend, report
         self._windows: dict[int, ShownWindow] = {}
 
     def do(self, message: s.Message) -> None:
-        """What the script tells."""
+        """Execute a message of the script."""
         word, number, *rest = message
         window = self._windows.get(number)
         if word == s.OPEN:
@@ -81,7 +81,7 @@ class Desk:
                 self._windows[number] = window
             window.set_flags(rest[1])
         elif window is None:
-            return  # a person has closed it meanwhile
+            return  # the user has closed it meanwhile
         elif word == s.CLOSE:
             del self._windows[number]
             window.pane.close()
@@ -89,7 +89,7 @@ class Desk:
             window.do(word, rest)
 
     def tick(self) -> None:
-        """Draw what has changed, and forget what has been closed."""
+        """Draw changed windows, and remove closed ones."""
         now = time.monotonic()
         for window in list(self._windows.values()):
             window.tick(now)
@@ -104,7 +104,7 @@ class Desk:
 
 
 class ShownWindow:
-    """One window. The trackbars stand in rows above the image, as does a line of text."""
+    """One window. The trackbars and a line of text are rows above the image."""
 
     def __init__(
         self, backend: Backend, number: int, title: str, report: Callable[[s.Message], None]
@@ -115,15 +115,15 @@ class ShownWindow:
         self._bars: dict[str, Bar] = {}
         self._text, self._text_until = "", 0.0
         self._size = EMPTY
-        """Of the inside, as the system has it or has been told."""
+        """Size of the inside, as reported by the system or requested."""
 
         self._area = (0, 0, *EMPTY)
-        """Where the image is in the window: x, y, width, height."""
+        """Position of the image in the window: x, y, width, height."""
 
         self._pressed = 0
         self._dragged: str | None = None
         self._last_down = (0.0, -1, 0, 0)
-        """When, which button, where."""
+        """Time, button and position."""
 
         self._is_stale = True
         self._is_closed = False
@@ -137,7 +137,7 @@ class ShownWindow:
         self._is_stale = True
 
     def do(self, word: str, rest: list[Any]) -> None:
-        """Anything but opening and closing."""
+        """Execute a message other than opening and closing."""
         if word == s.SHOW:
             width, height, pixels = rest
             is_first = self._image is None
@@ -164,7 +164,7 @@ class ShownWindow:
         self._is_stale = True
 
     def _fit(self, width: int, height: int) -> None:
-        """Make the window so large that the image area is."""
+        """Resize the window for an image area of this size."""
         self._resize(width, height + self._head())
 
     def _head(self) -> int:
@@ -253,7 +253,7 @@ class ShownWindow:
                 and now - when < DOUBLE_TIME
                 and abs(x - last_x) + abs(y - last_y) < DOUBLE_WAY
             ):
-                event, button_then = DOUBLE, -1  # a third click begins anew
+                event, button_then = DOUBLE, -1  # a third click starts again
             else:
                 button_then = button
             self._last_down = now, button_then, x, y
@@ -271,7 +271,8 @@ class ShownWindow:
             self._report((s.DRAGGED, self._number, self._dragged, value))
 
     def _mouse(self, event: int, x: int, y: int, modifiers: int, delta: int = 0) -> None:
-        """In pixels of the image; what happens beside it counts only while a button is held, and as its nearest."""
+        """Report a mouse event in pixels of the image; outside only while a button is held, at the nearest
+        pixel."""
         if self._image is None:
             return
         left, top, columns, rows = self._area
@@ -285,7 +286,7 @@ class ShownWindow:
 
 
 def _at_corner(image: Any, width: int, height: int) -> tuple[Any, tuple[int, int, int, int]]:
-    """An image as it is, with grey at the right and below where the window is larger."""
+    """Return an image unscaled, with grey at the right and below if the window is larger."""
     rows, columns = image.shape[:2]
     if (columns, rows) != (width, height):
         area = np.full((height, width, 3), 170, np.uint8)

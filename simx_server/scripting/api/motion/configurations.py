@@ -36,7 +36,7 @@ class ConfigurationFunctions(ApiPart):
         return pack_table([self._taken(each) for each in (base, *self._sim.scene.descendants(base))])
 
     def setConfigurationTree(self, configuration: bytes) -> None:
-        """Bring it back; objects that are gone meanwhile are left out. What has to be moved for it is at rest then."""
+        """Restore it; removed objects are left out. Objects that had to be moved are at rest afterwards."""
         for entry in unpack_table(configuration):
             if not isinstance(entry, dict) or "handle" not in entry:
                 raise CommandError("these bytes are no configuration; take one with sim.getConfigurationTree")

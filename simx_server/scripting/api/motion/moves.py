@@ -129,7 +129,7 @@ class MoveFunctions(Moving):
         return written(motion.state), motion.unused
 
     def moveToConfig_init(self, parameters: dict[str, Any]) -> dict[str, Any]:
-        """What moveToConfig with a table begins with; gives the table for moveToConfig_step."""
+        """Prepare moveToConfig with a table; return the table for moveToConfig_step."""
         return self._begin(*self._configuration(parameters))
 
     def moveToConfig_step(self, data: dict[str, Any]) -> tuple[int, dict[str, Any]]:
@@ -145,7 +145,7 @@ class MoveFunctions(Moving):
     moveToPose_cleanup = moveToConfig_cleanup
 
     def moveToPose_init(self, parameters: dict[str, Any]) -> dict[str, Any]:
-        """What moveToPose with a table begins with; gives the table for moveToPose_step."""
+        """Prepare moveToPose with a table; return the table for moveToPose_step."""
         return self._begin(*self._posed(parameters))
 
     def _begin(self, motion: Motion, data: dict[str, Any]) -> dict[str, Any]:

@@ -77,7 +77,7 @@ class OldMoveFunctions(Moving):
         acceleration: float | list[float] = 0.0,
         angle_to_length: float = 1.0,
     ) -> Waiting:
-        """All arrive together, the longest way at this velocity; where velocities are a table, each by itself.
+        """All arrive together, the longest way at this velocity; where velocities are a table, each joint separately.
 
         `angle_to_length`: m per rad, to tell which way is longest. Cyclic joints take the shorter way; goals outside
         an interval mean its end.
@@ -119,7 +119,7 @@ class OldMoveFunctions(Moving):
     ) -> Waiting:
         """To an object that may move meanwhile; velocity in ways per second. `what`: 1 position, 2 orientation, 3 both.
 
-        Partly: there are no path objects, so a distance on one is an error.
+        Partly: without path objects, so a distance on one is an error.
         """
         if distance_on_path is not None:
             raise CommandError("there are no path objects; leave the distance on the path nil")

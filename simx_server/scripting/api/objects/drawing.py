@@ -46,7 +46,7 @@ class DrawingFunctions(ApiPart):
     ) -> int:
         """`kind`: a sim.drawing_* plus flags; `tolerance` (m): items this near to another are left out; `most`: items.
 
-        Partly: it is kept, and shown by whoever shows the scene; pictures of vision sensors are without it.
+        Partly: the web viewer shows it; images of vision sensors do not contain it.
         """
         return self._world.drawings.create(
             kind,

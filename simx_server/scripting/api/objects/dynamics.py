@@ -45,7 +45,7 @@ class DynamicsFunctions(ApiPart):
     def addForceAndTorque(
         self, shape: int, force: list[float] | None = None, torque: list[float] | None = None
     ) -> None:
-        """At the centre of mass, both along world axes. Flags as for addForce, also each by itself."""
+        """At the centre of mass, both along world axes. Flags as for addForce, also separately."""
         handle = self._reset(shape)
         self._world.applied_forces.add(
             handle,
@@ -93,7 +93,7 @@ class DynamicsFunctions(ApiPart):
         return 1
 
     def computeMassAndInertia(self, shape: int, density: float) -> int:
-        """What the shape has when it is filled with kg/m^3; 1."""
+        """Set the mass and inertia of the shape filled with this density in kg/m^3; return 1."""
         inertia.compute_inertia(self._sim, self._self(shape), density)
         return 1
 

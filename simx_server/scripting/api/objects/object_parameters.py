@@ -133,7 +133,7 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectProperty(self, handle: int) -> int:
-        """Bits sim.objectproperty_, for whoever shows the scene; at first sim.objectproperty_selectable."""
+        """Return the bits world.objectproperty_, for viewers; initially world.objectproperty_selectable."""
         kept = self._world.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 

@@ -142,14 +142,14 @@ class ObjectFunctions(ApiPart):
         )
 
     def copyPasteObjects(self, handles: list[int], _options: int = 0) -> list[int]:
-        """The copies, of a model its base. What a run copied is gone after its stop.
+        """Return the copies, of a model its base. A stop removes the objects that the run copied.
 
         Partly: a model base is always copied with all below it, and nothing is stripped away, whatever the options.
         """
         return objects.copy_paste_objects(self._world, [self._self(handle) for handle in handles])
 
     def removeObject(self, handle: int) -> None:
-        """What is below it stays. sim.handle_all empties the scene. What a run removed is there after its stop."""
+        """Remove an object; its children stay. world.handle_all empties the scene. A stop restores removed objects."""
         objects.remove_object(self._world, self._self(handle))
 
     def removeObjects(self, handles: list[int], _delayed: bool = False) -> None:

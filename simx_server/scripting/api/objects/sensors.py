@@ -81,7 +81,7 @@ class SensorFunctions(ApiPart):
         return sensors.read_force_sensor(self._world, self._self(sensor))
 
     def breakForceSensor(self, sensor: int) -> int:
-        """What it holds comes apart until the stop."""
+        """Separate the parts that it holds together, until the stop."""
         sensors.break_force_sensor(self._world, self._self(sensor))
         return 1
 

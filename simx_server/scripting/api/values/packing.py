@@ -180,7 +180,7 @@ class PackingFunctions(ApiPart):
         return pack_table(table)
 
     def unpackTable(self, data: bytes) -> Any:
-        """What `packTable` packed."""
+        """Unpack a table that `packTable` packed."""
         return unpack_table(data)
 
 

@@ -91,7 +91,7 @@ class ImageFilters(WorkImages):
     def matrix3x3OnWorkImg(
         self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None = None
     ) -> bool:
-        """Each pixel becomes its neighbours' sum by weight, so many times; without a matrix it is blurred."""
+        """Replace each pixel with the weighted sum of its neighbours, this many times; without a matrix, blur."""
         return self._convolve(sensor, passes, multiplier, matrix, 3)
 
     def matrix5x5OnWorkImg(
@@ -122,12 +122,12 @@ class ImageFilters(WorkImages):
         return False
 
     def circularCutWorkImg(self, sensor: int, radius: float, to_buffer1: bool) -> bool:
-        """What is outside a circle becomes black; radius 1 touches the nearer sides."""
+        """Blacken the pixels outside a circle; radius 1 touches the nearer sides."""
         work = self._work(sensor)
         return self._keep(work, filters.within_circle(work.image.shape, radius), to_buffer1)
 
     def rectangularCutWorkImg(self, sensor: int, sizes: list[float], to_buffer1: bool) -> bool:
-        """What is outside a rectangle about the middle becomes black."""
+        """Blacken the pixels outside a rectangle about the middle."""
         work = self._work(sensor)
         width, height = numbers(sizes, 2, "a size")
         return self._keep(work, filters.within_rectangle(work.image.shape, width, height), to_buffer1)
@@ -148,7 +148,7 @@ class ImageFilters(WorkImages):
 
 
 class SimVision(ImageFilters):
-    """What is found comes packed (sim.unpackFloatTable), ready for the packedPackets of sysCall_vision."""
+    """Filters that find things. Results are packed (sim.unpackFloatTable) for the packedPackets of sysCall_vision."""
 
     def binaryWorkImg(
         self,
@@ -209,8 +209,9 @@ class SimVision(ImageFilters):
         return False, _packed([len(found), 6, *(number for blob in found for number in blob.numbers)])
 
     def changedPixelsOnWorkImg(self, sensor: int, threshold: float) -> tuple[bool, bytes] | bool:
-        """What has changed by that share against buffer 2, which takes it over. The packet, for each such pixel: 1 or
-        -1 (brighter, darker), x and y in pixels; none without a change. The image: white, black, else grey."""
+        """Find the pixels that changed by that share against buffer 2, which then takes the image. The packet, for each
+        such pixel: 1 or -1 (brighter, darker), x and y in pixels; none without a change. The image: white, black, else
+        grey."""
         work = self._work(sensor)
         packet, work.image, work.buffer2 = findings.changes(work.image, work.buffer2, threshold)
         return (False, _packed(packet)) if packet else False

@@ -20,8 +20,8 @@ PACKAGE = str(Path(python_interpreter.__file__).parent)
 if PACKAGE not in sys.path:
     sys.path.append(PACKAGE)
 
-import python_calls  # noqa: E402
-import python_confine  # noqa: E402
+import python_calls  # noqa: E402 # pyright: ignore[reportMissingImports] - see PACKAGE
+import python_confine  # noqa: E402 # pyright: ignore[reportMissingImports]
 
 __all__ = ["script"]
 
