@@ -1,0 +1,197 @@
+"""Check the words and constructions of pages, docstrings, comments, help texts and log lines.
+
+Each finding is one line: file, line, the words found and what to write instead. Exit code 1: there are findings.
+``python tests/system/english.py`` reads the pages and the folders in ``CLEAN``; with paths as arguments it reads those.
+A folder joins ``CLEAN`` once it has no findings.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import sys
+import tokenize
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "docs/*.md")
+GENERATED = {"api.md", "coverage.md", "script-functions.md"}
+"""Pages made from docstrings and tables in Python: a finding belongs to its source."""
+
+CLEAN = ("simx_client", "tests/system/english.py")
+"""Folders and files whose Python texts have no findings. Add to this list, never remove from it."""
+
+PENDING = {
+    # to be rewritten
+    "simx_client/checking/wants.py",
+    "simx_client/cli/arguments.py",
+    "simx_client/protocol/commands.py",
+    "simx_client/protocol/kinds.py",
+}
+"""Files in clean folders that still have findings. Only remove from this list."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One expression that plain English avoids, and what to write instead."""
+
+    expression: re.Pattern[str]
+    instead: str
+
+
+def rule(expression: str, instead: str, flags: int = re.IGNORECASE) -> Rule:
+    """Return a rule; a space in the expression also matches the end of a line."""
+    return Rule(re.compile(expression.replace(" ", r"\s+"), flags | re.MULTILINE), instead)
+
+
+SENTENCE = r"(?:^|[.:;!?|(] |[.:;!?]\\* )"
+RULES = (
+    rule(
+        SENTENCE + r"(?:What|Who|Whoever|Whatever) (?=\w)(?![^.]*\?)",
+        "name the thing that acts; no headless relative clause",
+        0,
+    ),
+    rule(r"\b(?:whoever|whomever)\b", "'a client that', 'the caller'"),
+    rule(r"\bnobody\b", "a positive statement: 'no client', 'the server ... only'"),
+    rule(r"\b(?:is|are|was|were) no \w+", "'is not a', 'has no'"),
+    rule(r"\bwhose turn\b", "'the next client'"),
+    rule(r"\bso many\b", "a number, 'this many', 'that number of'"),
+    rule(r"\banew\b", "'again'"),
+    rule(r"\bby (?:itself|themselves)\b", "'automatically', 'alone'"),
+    rule(r"\bof (?:its|their|his|your|one's) own\b", "'its own X', 'a private X', 'a separate X'"),
+    rule(r"\bof late\b", "'recently'"),
+    rule(r"\bmend(?:s|ed|ing)?\b", "'fix'"),
+    rule(r"\bbeg(?:in|ins|an|un|inning)\b", "'start'"),
+    rule(r"\b(?:not|nothing) to be had\b", "'is not available', 'cannot be'"),
+    rule(r"\bpatience\b", "'time-out'"),
+    rule(r"\blinger(?:s|ed|ing)?\b", "'batch', 'coalesce'"),
+    rule(r"\b(?:gives?|gave|giving) (?:up (?:no|on)|way)\b", "'drop', 'wait'"),
+    rule(r"\blets? (?:nobody|somebody|everybody|it|them|him) in\b", "'accept'"),
+    rule(r"\bpage in the browser\b|\bpage of (?:`)?--view\b", "'web viewer'"),
+    rule(r"\b(?:server|simulation)(?:'s)? engine\b", "'server loop'"),
+    rule(r"\b(?:camera|sensor|vision)(?:'s|s)? pictures?\b", "'image'"),
+    rule(r"\bmap of the house\b|\bthe rooms\b", "'architecture', 'layout'"),
+)
+
+NOUN = re.compile(
+    r"(?:A|An|The|All|Any|Each|Every|What|Whether|Which|Who|How|Where|When|Of|One|Two|Both|Per|As|For|From|In|On|At"
+    r"|Seconds|Its|This|That|These|Those|It|If|Not|No|Nothing|Only|With|Without|Same|Like)\b"
+)
+"""Beginnings of a docstring that does not say in the imperative what the function does."""
+
+
+def search(text: str, line: int) -> Iterator[tuple[int, str]]:
+    """Yield line and finding of each rule that a text breaks; the text starts at the line given."""
+    for each in RULES:
+        for found in each.expression.finditer(text):
+            at = line + text.count("\n", 0, found.start())
+            yield at, f"'{' '.join(found[0].split())}': write {each.instead}"
+
+
+def blank(found: re.Match[str]) -> str:
+    """Return as many line ends as the match has, so that the lines after it keep their numbers."""
+    return "\n" * found[0].count("\n")
+
+
+def page_findings(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the findings in a Markdown page, its fenced blocks left out."""
+    yield from search(re.sub(r"```.*?```", blank, path.read_text(encoding="utf-8"), flags=re.DOTALL), 1)
+
+
+def is_log_call(node: ast.Call) -> bool:
+    """Return whether a call writes a log line, as ``log.info(...)`` and ``LOG.warning(...)`` do."""
+    function = node.func
+    levels = {"debug", "info", "warning", "error", "exception", "critical"}
+    return (
+        isinstance(function, ast.Attribute)
+        and function.attr in levels
+        and isinstance(function.value, ast.Name)
+        and "log" in function.value.id.lower()
+    )
+
+
+def strings(node: ast.expr | None) -> Iterator[tuple[str, int]]:
+    """Yield the texts inside an expression with their lines; those of f-strings part by part."""
+    for each in ast.walk(node) if node is not None else ():
+        if isinstance(each, ast.Constant) and isinstance(each.value, str):
+            yield each.value, each.lineno
+
+
+def texts(tree: ast.Module) -> Iterator[tuple[str, int]]:
+    """Yield docstrings, help texts and log lines of a module with the lines where they start."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr):
+            yield from strings(node.value if isinstance(node.value, ast.Constant) else None)
+        elif isinstance(node, ast.Call):
+            for keyword in node.keywords:
+                if keyword.arg in {"help", "description", "epilog"}:
+                    yield from strings(keyword.value)
+            if is_log_call(node) and node.args:
+                yield from strings(node.args[0])
+
+
+def comments(source: str) -> Iterator[tuple[str, int]]:
+    """Yield the comments of a module with their lines; those of adjacent lines as one text."""
+    block: list[str] = []
+    last = 0
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type != tokenize.COMMENT:
+            continue
+        if block and token.start[0] != last + 1:
+            yield "\n".join(block), last - len(block) + 1
+            block = []
+        block.append(token.string.lstrip("# "))
+        last = token.start[0]
+    if block:
+        yield "\n".join(block), last - len(block) + 1
+
+
+def moods(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the functions whose docstring does not start with a verb in the imperative."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            text = ast.get_docstring(node) or ""
+            if NOUN.match(text):
+                yield (
+                    node.body[0].lineno,
+                    f"'{text.split()[0]} ...': start with a verb: 'Return', 'Yield', 'Set'",
+                )
+
+
+def module_findings(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the findings in the texts of a Python file."""
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    for text, line in [*texts(tree), *comments(source)]:
+        yield from search(re.sub(r"``.*?``", blank, text, flags=re.DOTALL), line)
+    yield from moods(tree)
+
+
+def chosen(arguments: Sequence[str]) -> Iterator[Path]:
+    """Yield the files to read: those given, or the pages and the clean folders."""
+    for pattern in () if arguments else PAGES:
+        yield from (path for path in sorted(ROOT.glob(pattern)) if path.name not in GENERATED)
+    for name in arguments or CLEAN:
+        path = ROOT / name
+        found = sorted(path.rglob("*.py")) if path.is_dir() else [path]
+        yield from (each for each in found if arguments or str(each.relative_to(ROOT)) not in PENDING)
+
+
+def main(arguments: list[str]) -> int:
+    """Print each finding and how many there are; return the exit code."""
+    files = list(chosen(arguments))
+    count = 0
+    for path in files:
+        findings = page_findings(path) if path.suffix == ".md" else module_findings(path)
+        for line, text in sorted(findings):
+            print(f"{path.relative_to(ROOT)}:{line}: {text}")
+            count += 1
+    print(f"{len(files)} files read, {count} findings")
+    return 1 if count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
