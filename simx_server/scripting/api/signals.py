@@ -21,7 +21,7 @@ class SignalFunctions(ApiPart):
         return self._world.signals.get_integer(name)
 
     def clearIntegerSignal(self, name: str | None = None) -> int:
-        """Clear a signal; nil or '' clears all of this type. The same applies to all types."""
+        """Clear a signal; nil or '' clears all of this type. The functions of the other types do the same."""
         self._world.signals.clear_integer(name or "")
         return 1
 

@@ -89,7 +89,7 @@ class CollisionFunctions(ApiPart):
         return (0, 0.0) if found is None else (1, found)
 
     def handleDistance(self, handle: int) -> tuple[int, float]:
-        """Measure now and return 1 and metres, or 0 and 0; for sim.handle_all and similar handles the least distance."""
+        """Measure now and return 1 and metres, or 0 and 0; for sim.handle_all and the like the least distance."""
         meter = self._world.meters.distances
         found = [away for each in _meant(meter, handle) if (away := meter.handle(each)) is not None]
         return (1, min(found)) if found else (0, 0.0)

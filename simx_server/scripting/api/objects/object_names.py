@@ -18,7 +18,7 @@ class ObjectNameFunctions(ApiPart):
         return self._sim.scene.get(self._self(handle)).name
 
     def setObjectName(self, handle: int, name: str) -> None:
-        """Set the old name, and the alias to the same without its number. Renaming during a run is reset at the stop."""
+        """Set the old name, and the alias to the same without its number. The stop resets names set during a run."""
         renaming.rename(self._sim, self._self(handle), name)
 
     def getObjectAlias(self, handle: int, options: int = -1) -> str:

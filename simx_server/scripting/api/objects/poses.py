@@ -109,7 +109,7 @@ class PoseFunctions(ApiPart):
         return linear, angular
 
     def resetDynamicObject(self, handle: int) -> None:
-        """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means every object."""
+        """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects."""
         handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
         for each in handles:
             handlers.reset_dynamic_object(self._world, each)
