@@ -23,7 +23,7 @@
 
 local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, texts = ...
 
--- The metatable of Python objects, in case one gets out.
+-- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
 
 local coresume, yield, isyieldable, costatus =
