@@ -101,31 +101,31 @@ class WorkImages(ApiPart):
         return False
 
     def addWorkImgToBuffer1(self, sensor: int) -> bool:
-        """Add, with components of at most 1."""
+        """Add the work image to buffer 1, with components of at most 1."""
         work = self._work(sensor)
         work.buffer1 = np.minimum(work.buffer1 + work.image, 1.0)
         return False
 
     def subtractWorkImgFromBuffer1(self, sensor: int) -> bool:
-        """Subtract, with components of at least 0."""
+        """Subtract the work image from buffer 1, with components of at least 0."""
         work = self._work(sensor)
         work.buffer1 = np.maximum(work.buffer1 - work.image, 0.0)
         return False
 
     def addBuffer1ToWorkImg(self, sensor: int) -> bool:
-        """Add, with components of at most 1."""
+        """Add buffer 1 to the work image, with components of at most 1."""
         work = self._work(sensor)
         work.image = np.minimum(work.image + work.buffer1, 1.0)
         return False
 
     def subtractBuffer1FromWorkImg(self, sensor: int) -> bool:
-        """Subtract, with components of at least 0."""
+        """Subtract buffer 1 from the work image, with components of at least 0."""
         work = self._work(sensor)
         work.image = np.maximum(work.image - work.buffer1, 0.0)
         return False
 
     def multiplyWorkImgWithBuffer1(self, sensor: int) -> bool:
-        """Multiply, with components of at most 1."""
+        """Multiply the work image by buffer 1, with components of at most 1."""
         work = self._work(sensor)
         work.image = np.minimum(work.image * work.buffer1, 1.0)
         return False
