@@ -1,10 +1,10 @@
-"""The scene's own scripts: which there are, when they run, and what they may call.
+"""The scene's own scripts: the list of them, their calls, and the functions that they may call.
 
-`scripts.py` keeps them and finds who is meant (`targets.py`), `phases.py` says which lives and is called when,
-`lives.py` begins, calls and ends one, `vision_call_backs.py` asks those that judge pictures. `interpreter.py` is the
-border to a script's language: `lua.py` with its sandbox, watch, library and patterns, `python_interpreter.py`. `api/`
-is the ``sim`` that scripts see, `namespaces.py` finds a function in it, `signature.py` turns script values into typed
-arguments. `bodies.py` is for scripts of V-REP 3.
+`scripts.py` stores them and finds the target of a call (`targets.py`), `phases.py` decides which one runs and when it
+is called, `lives.py` starts, calls and ends one, `callbacks/` calls those that physics or cameras need.
+`interpreter.py` is the interface to a script's language: `lua/` with its sandbox, watch, library and patterns, and
+`python/`. `api/` is the ``sim`` that scripts see, `namespaces.py` finds a function in it, `signature.py` converts
+script values into typed arguments. `bodies.py` is for scripts of V-REP 3.
 """
 
 from .scripts import Scripts

@@ -1,8 +1,8 @@
-"""Scripts of V-REP 3 that define no call-back: their whole text was run at each call, or once as a thread.
+"""Scripts of V-REP 3 without call-backs: V-REP ran their whole text at each call, or once as a thread.
 
-They become scripts with call-backs by a line before and lines after their text, so line numbers stay. In a body the
-variable ``sim_call_type`` says what is called for; what it assigns to globals stays, what is local is new each time.
-Every phase has one number, whatever it is called in which version and kind of script.
+A line before and lines after their text turn them into scripts with call-backs, so line numbers stay. In a body the
+variable ``sim_call_type`` holds the present phase; globals keep their values between calls, locals do not. Every
+phase has one number, whatever its name in the version and kind of script.
 """
 
 from __future__ import annotations
@@ -61,11 +61,14 @@ _THREAD_BEGINNING = b"function sysCall_threadmain() "
 
 
 def with_call_backs(source: bytes, *, threaded: bool = False, is_child: bool = True) -> bytes:
-    """The text of a script as one with ``sysCall_`` functions; unchanged when it has such, or is no body.
+    """Return the text of a script as one with ``sysCall_`` functions; unchanged if it already has some, or is not a
+    body.
 
     Args:
-        is_child: it knows no phases but initialization, actuation, sensing and cleanup.
-        threaded: it was annotated as a thread; else a body is one when it has no phases and names a thread's functions.
+        threaded: the script was annotated as a thread; otherwise a body is a thread when it has no phases and
+            uses
+            functions of threads.
+        is_child: the script only has the phases initialization, actuation, sensing and cleanup.
     """
     code = _COMMENT.sub(b"", source)
     if _CALL_BACK.search(code):

@@ -1,7 +1,7 @@
-"""Which functions embedded scripts find under ``sim`` and its like, told from the code that answers them.
+"""List of the functions that embedded scripts find under ``sim`` and the other namespaces, read from the code.
 
-What a method's docstring says after ``Partly:`` or ``Not here:`` is the difference from the original; a method without
-either does what the original does.
+In a method's docstring, the text after ``Partly:`` or ``Not here:`` is the difference from the original; a method
+without these marks behaves as the original does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .signature import Parameter, Signature
 
 
 class Support(StrEnum):
-    """How much of a function is there."""
+    """Degree to which a function is implemented."""
 
     FULL = "full"
     PARTLY = "partly"
@@ -45,17 +45,17 @@ class ScriptFunction:
     """One line of the listing."""
 
     name: str
-    """With its namespace."""
+    """Name with its namespace."""
     arguments: str
     topic: str
     support: Support
     doc: str
     differs: str
-    """What is different, of a function that is not fully there."""
+    """Difference from the original, if the function is not fully implemented."""
 
 
 def script_functions() -> list[ScriptFunction]:
-    """All of them, by topic as the files of `api/` have them."""
+    """Return all functions, by topic in the order of the files of `api/`."""
     found: list[ScriptFunction] = []
     for space, kind in api.NAMESPACES.items():
         known = signatures(space)
@@ -87,19 +87,19 @@ def _argument(parameter: Parameter) -> str:
 
 
 def as_text(lines: list[ScriptFunction]) -> str:
-    """A table for people, and a closing count."""
+    """Return a table for people, with a count at its end."""
     width = max(len(line.name) for line in lines)
     rows = [f"{line.name:{width}}  {line.support:6}  {line.differs or line.doc}".rstrip() for line in lines]
     return "\n".join([*rows, _count(lines)])
 
 
 def as_records(lines: list[ScriptFunction]) -> list[dict[str, object]]:
-    """The same for programs, ready for json.dumps."""
+    """Return the lines for programs, ready for json.dumps."""
     return [asdict(line) for line in lines]
 
 
 def as_markdown(lines: list[ScriptFunction]) -> str:
-    """The page docs/script-functions.md."""
+    """Return the page docs/script-functions.md."""
     sections: list[str] = []
     for space in api.NAMESPACES:
         of_space = [line for line in lines if line.name.startswith(f"{space}.")]

@@ -1,4 +1,4 @@
-"""The four values that a function called from outside must return, checked."""
+"""Check of the four values that a function must return to a caller outside."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .signature import describe, to_bytes, to_float, to_int, to_list, to_text
 
 
 def _to_float32(value: Any) -> float:
-    """Rounded to single precision, as every number that leaves the simulator."""
+    """Return a number rounded to single precision, as are all numbers that leave the simulator."""
     number = to_float(value)
     try:
         return struct.unpack("<f", struct.pack("<f", number))[0]
@@ -30,10 +30,10 @@ _RESULTS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
 
 
 def check_results(function: str, results: list[Any]) -> tuple[list[int], list[float], list[str], bytes]:
-    """Integers, floats, strings and buffer; further results are ignored.
+    """Return integers, floats, strings and buffer; further results are ignored.
 
     Raises:
-        ScriptError: fewer than four, or one of the wrong kind.
+        ScriptError: there are fewer than four results, or one has the wrong type.
     """
     names = ", ".join(name for name, _ in _RESULTS)
     if len(results) < len(_RESULTS):

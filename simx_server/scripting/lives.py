@@ -1,4 +1,4 @@
-"""The life of one script: its begin, calls into it, and its end, by an error or otherwise."""
+"""The life of one script: its start, calls into it, and its end, by an error or otherwise."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ NEVER_CALLED = (
     *("sysCall_beforeCopy", "sysCall_afterCopy", "sysCall_beforeDelete", "sysCall_afterDelete"),
     *("sysCall_afterCreate", "sysCall_event", "sysCall_msg", "sysCall_userConfig", "sysCall_realTimeIdle"),
 )
-"""Call-backs of CoppeliaSim that nothing here leads to; a script that has one is told so."""
+"""Call-backs of CoppeliaSim that the server never calls; a script that has one gets a message."""
 
 
 OpenSpaces = Callable[[Script], Spaces]
-"""Makes the namespaces of a script that begins."""
+"""Creates the namespaces of a script that starts."""
 
 
 class Lives:
-    """Begins, calls and ends scripts."""
+    """Starts, calls and ends scripts."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class Lives:
         *,
         allows_code: bool,
     ) -> None:
-        """`changed` is called when a script has begun or was stopped by an error."""
+        """Create the lives of scripts. `changed` is called when a script has started or was stopped by an error."""
         self._sim = sim
         self._signals = signals
         self._status_bar = status_bar
@@ -57,22 +57,26 @@ class Lives:
         self.allows_code = allows_code
         self._active = 0
         self.time_limit = TIME_LIMIT
-        """Processor seconds for one call into a script; taken over when a script begins."""
+        """Processor seconds for one call into a script; a script takes the value at its start."""
 
     @property
     def is_active(self) -> bool:
-        """Whether a call into any script is going on."""
+        """Return whether a call into any script is in progress."""
         return self._active > 0
 
     def describe(self, script: Script) -> str:
-        """A script in a message's words."""
+        """Return a script's description for messages."""
         if script.kind == ScriptKind.MAIN:
             return f"main script ({script.file})"
         item = self._sim.scene.objects.get(script.owner)
         return f"{script.kind.text} of '{item.name if item else 'a removed object'}' ({script.file})"
 
     def run(self, script: Script, function: str, *arguments: Any) -> list[Any]:
-        """Call any function of a script; all its results. Raises ScriptError."""
+        """Call any function of a script and return all its results.
+
+        Raises:
+            ScriptError: the script failed.
+        """
         if script.interpreter is None:
             where = self.describe(script)
             if script.problem:
@@ -121,7 +125,7 @@ class Lives:
         self._changed()
 
     def call(self, script: Script, function: str, *arguments: Any) -> list[Any] | None:
-        """Call a function if the script has it and may run; None if not. An error ends the script."""
+        """Call a function if the script has it and may run; return None if not. An error ends the script."""
         if not (script.enabled or function == "sysCall_init"):
             return None
         if not self._may_run(script) or not script.has(function):
@@ -169,7 +173,7 @@ class Lives:
         self._changed()
 
     def announce(self, script: Script) -> None:
-        """A script is there that begins later: say it now if it may not."""
+        """Print a warning now if a script that starts later will not be allowed to run."""
         try:
             script.code(self._sim, allows_code=self.allows_code)
         except CodeNotAllowed as problem:
@@ -183,19 +187,19 @@ class Lives:
         self._sim.tell(lambda part: part.script_stopped(text))
 
     def drop(self, script: Script) -> None:
-        """Forget a script's state, and the signals it set."""
+        """Delete a script's state, and the signals it set."""
         script.close()
         script.problem = ""
         script.enabled = True
         self._signals.clear_owned(script.signal_owner)
 
     def _serve_others(self) -> None:
-        if not self._sim.physics_calls.is_in_step:  # what they ask for may need a copy of the state
+        if not self._sim.physics_calls.is_in_step:  # a request may need a copy of the state
             self._sim.interruptions.serve_others()
 
 
 def _python_interpreter(name: str, side: ScriptSide, time_limit: float, folder: Path | None) -> Interpreter:
-    """Imported only when a scene has such a script."""
+    """Return an interpreter for Python; the import is delayed until a scene has such a script."""
     from .python.interpreter import PythonInterpreter
 
     return PythonInterpreter(name, side, time_limit=time_limit, folder=folder)

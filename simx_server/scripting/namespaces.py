@@ -1,4 +1,4 @@
-"""One script's view of the server: the objects behind ``sim``, ``simIK`` ... and the way a call finds their methods."""
+"""One script's view of the server: the objects behind ``sim``, ``simIK`` ... and the lookup of their methods."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @cache
 def signatures(space: str) -> Mapping[str, Signature]:
-    """Every function of a namespace with its parameters."""
+    """Return every function of a namespace with its parameters."""
     found: dict[str, Signature] = {}
     for part in api.NAMESPACES[space].__mro__:
         for name, member in vars(part).items() if issubclass(part, api.ApiPart) else ():
@@ -34,7 +34,7 @@ def signatures(space: str) -> Mapping[str, Signature]:
 
 @cache
 def constants(space: str) -> Mapping[str, Constant]:
-    """Those of the parts, and for ``sim`` those of the remote API."""
+    """Return the constants of the parts, and for ``sim`` also those of the remote API."""
     found: dict[str, Constant] = dict(api.known_constants()) if space == "sim" else {}
     for part in reversed(api.NAMESPACES[space].__mro__):
         found.update(vars(part).get("CONSTANTS", {}))
@@ -49,13 +49,15 @@ class Namespaces:
 
     @staticmethod
     def names() -> Mapping[str, Mapping[str, Constant | None]]:
-        """Per namespace its constants, and every function's name with None."""
+        """Return for each namespace its constants, and every function's name with None."""
         return {space: {**constants(space), **dict.fromkeys(signatures(space))} for space in api.NAMESPACES}
 
     def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting:
-        """Call a function with a script's plain values; its results as a tuple, or a generator that returns them.
+        """Call a function with a script's plain values; return its results as a tuple, or a generator that returns
+        them.
 
-        Raises CommandError: no such function, arguments of the wrong kind, or what the function raises.
+        Raises:
+            CommandError: the function does not exist, arguments have the wrong type, or the function fails.
         """
         space, _, name = full_name.partition(".")
         known = signatures(space)

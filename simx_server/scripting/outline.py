@@ -1,6 +1,7 @@
-"""What a script's text says at a glance, without running it: its functions, the signals it names.
+"""Quick view of a script's text without running it: its functions and the signals that it names.
 
-Found by spelling. A function that comes to be in another way (by `load`, by a table of functions) is not seen.
+The text is searched with patterns. Functions created in other ways (by `load`, by a table of functions) are not
+found.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ _PYTHON_COMMENT = re.compile(r"^\s*#[^\n]*", re.MULTILINE)
 
 
 def functions_in(text: str, language: str) -> list[str]:
-    """Names of the functions that a client or another script may call, in the order of the text."""
+    """Return names of the functions that a client or another script may call, in the order of the text."""
     plain = _without_comments(text, language)
     if language == "python":
         return _once(_PYTHON_FUNCTION.findall(plain))
@@ -31,7 +32,7 @@ def functions_in(text: str, language: str) -> list[str]:
 
 
 def signals_in(text: str, language: str) -> list[str]:
-    """Names of signals that it sets or reads; one that is put together of parts ends with ``*``."""
+    """Return names of signals that the text sets or reads; a name composed of parts ends with ``*``."""
     found = _SIGNAL.finditer(_without_comments(text, language))
     return _once(each[2] + ("*" if each[3] in ("..", "+") else "") for each in found)
 

@@ -1,31 +1,33 @@
-"""The scripts of the loaded scene: which there are, when they live, and when which of their functions is called.
+"""The scripts of the loaded scene: which of them are running, and when their functions are called.
 
-A **child script** lives from start to stop, a **main script** too; a **customization script** lives from the load of
+A **child script** runs from start to stop, a **main script** too; a **customization script** runs from the load of
 the scene to its close, whether the simulation runs or not.
 
 | when | main and child scripts | customization scripts |
 |---|---|---|
 | scene loaded, object added | (added while running: as at start) | `sysCall_init` |
-| each idle pass while stopped | | `sysCall_nonSimulation`, threads |
+| each idle cycle while stopped | | `sysCall_nonSimulation`, threads |
 | start, before the state is saved | | `sysCall_beforeSimulation` |
 | start | `sysCall_init` | |
-| each pass before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
+| each simulation step before physics | threads, then `sysCall_actuation` | the same, after the child scripts |
 | before and after each physics step | `sysCall_dynCallback` | the same |
-| two shapes come near each other | `sysCall_contactCallback`, once in a pass | the same, if it is left to others |
+| two shapes come near each other | `sysCall_contactCallback`, once | the same, if it is left to others |
 | before each physics step | `sysCall_jointCallback` of a joint in position control | the same, if there is none |
-| each picture, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
-| each pass after physics | `sysCall_sensing` | the same, after the child scripts |
-| pause; each idle pass then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
+| each image, each detection of a sensor | `sysCall_vision`, `sysCall_trigger` | the same, if there is none |
+| each simulation step after physics | `sysCall_sensing` | the same, after the child scripts |
+| pause; each idle cycle then; continue | `sysCall_suspend`, `sysCall_suspended`, `sysCall_resume` | the same |
 | stop, before the state is restored | threads once more, `sysCall_cleanup` | |
 | stop, after that | | `sysCall_afterSimulation` |
 | scene closed, object removed | (object removed: no call) | `sysCall_cleanup` |
 
-Of several scripts those deeper in the tree come first, children in their order before their parent, as in V-REP's
-default order. In a pass simulated time is that of the pass's begin, in sensing too. With a main script the child
-scripts' actuation and sensing come when it calls ``sim.handleChildScripts``; physics comes between the two in any case.
+The contact call-back is called once per pair and simulation step.
+
+Scripts deeper in the tree are called first, children in their order before their parent, as in V-REP's default order.
+Throughout a simulation step, also in sensing, simulated time is that of its start. With a main script, the child
+scripts' actuation and sensing run when it calls ``sim.handleChildScripts``; physics runs between the two in any case.
 
 An error in one of these ends that script until the next start (a customization script: until the scene is loaded
-again); an error in a function that a client calls is the client's alone.
+again); an error in a function that a client calls is reported only to that client.
 """
 
 from __future__ import annotations
@@ -61,7 +63,7 @@ class ListOfScripts(Protocol):
 
 
 class Phases:
-    """Calls the scripts of a scene when their time comes."""
+    """Calls the scripts of a scene in their phases."""
 
     def __init__(
         self,
@@ -79,25 +81,25 @@ class Phases:
         self._scripts = scripts
         self._lives = lives
         self._told: set[Script] = set()
-        """Scripts that were told once that nobody asks them."""
+        """Scripts for which the warning about their joint call-back was printed; it is printed once."""
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity)
         self._physics = PhysicsCallBacks(sim, lives)
 
     def actuate(self) -> None:
-        """Threads and actuation, before physics."""
+        """Run threads and actuation, before physics."""
         self._physics.forget_answers()
         self._phase("sysCall_actuation")
 
     def judge_images(self) -> None:
-        """Scripts judge the images of their vision sensors, and are told of detections."""
+        """Let scripts process the images of their vision sensors, and call them on detections."""
         self._vision.sense()
 
     def sense(self) -> None:
-        """Sensing, after physics and the sensors."""
+        """Run sensing, after physics and the sensors."""
         self._phase("sysCall_sensing")
 
     def handle_children(self, function: str) -> int:
-        """Call a function of all child scripts, for actuation after their threads; how many have it."""
+        """Call a function of all child scripts, for actuation after their threads; return how many have it."""
         if function == "sysCall_actuation":
             for script in self._scripts.all(ScriptKind.CHILD):
                 self._lives.resume(script)
@@ -136,11 +138,11 @@ class Phases:
         self.watch()
 
     def _simulated(self) -> list[Script]:
-        """Those that live from start to stop."""
+        """Return the scripts that run from start to stop."""
         return [one for one in self._scripts.all() if one.kind != ScriptKind.CUSTOMIZATION]
 
     def idle(self) -> None:
-        """No pass comes: the simulation is stopped or paused."""
+        """Run the scripts between simulation steps, while the simulation is stopped or paused."""
         if self._sim.is_running:
             self.call_all("sysCall_suspended")
         else:
@@ -149,7 +151,7 @@ class Phases:
             self.call_all("sysCall_nonSimulation", ScriptKind.CUSTOMIZATION)
 
     def watch(self) -> None:
-        """Scripts have begun or ended: who is to be asked for what."""
+        """Update the lists of call-backs after scripts have started or ended."""
         self._watch_idle()
         self._watch_joints()
         scripts = self._scripts.all()
@@ -157,7 +159,7 @@ class Phases:
         self._physics.watch(scripts)
 
     def _watch_joints(self) -> None:
-        """Joints whose script has a joint callback; the child script goes before the customization script."""
+        """Find joints whose script has a joint callback; the child script goes before the customization script."""
         asked: dict[int, Ask] = {}
         for script in reversed(self._scripts.all()):
             is_first = script.kind == ScriptKind.CHILD or script.owner not in asked
@@ -187,7 +189,7 @@ class Phases:
         return ask
 
     def _watch_idle(self) -> None:
-        """Idle turns are made only while a script wants them."""
+        """Check whether a script wants calls while the simulation is idle; without one there are none."""
         self.wants_idle = any(
             one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.all()
         )

@@ -1,4 +1,4 @@
-"""One embedded script: where its text is, which kind it is, and its interpreter while it lives."""
+"""One embedded script: the place of its text, its kind, and its interpreter while it runs."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ PYTHON = "python"
 LUA = "lua"
 
 SUFFIXES = (".lua", ".py")
-"""Of the files that may be scripts when a client says so."""
+"""Endings of files that may be scripts when a client sends a path."""
 
 _NOT_ALLOWED = "and the server runs no code of clients; start it with --allow-code if it shall"
 
 
 class CodeNotAllowed(ScriptError):
-    """A script is a client's, and the operator has not allowed those."""
+    """A script comes from a client, and the operator has not allowed scripts of clients."""
 
 
 class ScriptKind(IntEnum):
-    """The values are V-REP's script types."""
+    """Kinds of scripts; the values are V-REP's script types."""
 
     MAIN = constants.sim_scripttype_mainscript
     CHILD = constants.sim_scripttype_childscript
@@ -43,7 +43,7 @@ class ScriptKind(IntEnum):
 
     @property
     def text(self) -> str:
-        """In words, as used in messages."""
+        """Return the kind in words, for messages."""
         return f"{self.name.lower()} script"
 
 
@@ -57,16 +57,16 @@ class Script:
     """Handle of its object; -1 for a main script."""
 
     file: str
-    """As the annotation says it, relative to the scene's folder; for a text within the scene what messages call it."""
+    """Path in the annotation, relative to the scene's folder; for a text within the scene its name in messages."""
 
     text: str | None = None
     """Its text, when that is within the scene."""
 
     folder: Path | None = None
-    """Where the file is, for the script of a model that was loaded into the scene; None: the scene's folder."""
+    """Folder of the file, for the script of a model that was loaded into the scene; None: the scene's folder."""
 
     of_client: bool = False
-    """A client sent the scene or model that it is annotated in."""
+    """Whether a client sent the scene or model with its annotation."""
 
     language: str = LUA
     threaded: bool = False
@@ -74,32 +74,40 @@ class Script:
 
     switching: Switching = field(default_factory=Switching)
     interpreter: Interpreter | None = None
-    """None while it does not live: a child script while the simulation is stopped, any after an error."""
+    """None while it is not running: a child script while the simulation is stopped, any script after an error."""
 
     enabled: bool = True
-    """Switched off by a script it is not called, but for its init, until switched on or dropped."""
+    """A disabled script is not called, except for its init, until it is enabled or dropped."""
 
     has_thread: bool = False
-    """Its thread is alive."""
+    """Whether its thread is running."""
 
     problem: str = ""
-    """Why it was stopped, when an error did that."""
+    """Reason why it was stopped, if an error stopped it."""
 
     @property
     def signal_owner(self) -> object:
-        """Under what its signals are kept."""
+        """Return the key under which its signals are stored."""
         return ("script", self.handle)
 
     def has(self, function: str) -> bool:
-        """Whether it lives and has this function."""
+        """Return whether it is running and has this function."""
         return self.interpreter is not None and self.interpreter.has(function)
 
     def path(self, sim: Simulation) -> Path:
-        """Its file, which must lie in the scene's folder or that folder's models. Raises ScriptError."""
+        """Return its file, which must lie in the scene's folder or that folder's models.
+
+        Raises:
+            ScriptError: the file does not exist there.
+        """
         return find_file(sim, self.folder, self.file)
 
     def source(self, sim: Simulation) -> bytes:
-        """Its text. Raises ScriptError."""
+        """Return its text.
+
+        Raises:
+            ScriptError: the text cannot be read.
+        """
         if self.text is not None:
             return self.text.encode("utf-8", "surrogateescape")
         try:
@@ -134,20 +142,21 @@ class Script:
 
 
 def script_folder(sim: Simulation, folder: Path | None) -> Path | None:
-    """What lies beside a script: `folder` if its model brought one, else the scene's; None without a file."""
+    """Return the folder of a script: `folder` if its model brought one, else the scene's; None without a file."""
     scene = sim.scene.path
     return folder or (None if scene is None else scene.resolve().parent)
 
 
 def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
-    """A file beside the scene (or in `folder`), in the ``models/`` there, or among the shipped ones; nothing else.
+    """Return a file beside the scene (or in `folder`), in its ``models/``, or among the shipped ones; only these.
 
-    Raises ScriptError.
+    Raises:
+        ScriptError: the file does not exist.
     """
     folder = script_folder(sim, folder)
     if folder is None:
         raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
-    # A model's file names its script as it lies beside it, also when a scene includes that file.
+    # A model's file gives the script's path relative to itself, also when a scene includes that file.
     for base in (folder, sim.files.sources.shipped):
         for path in ((base / name).resolve(), (base / MODELS / name).resolve()):
             if not path.is_relative_to(base):
@@ -159,19 +168,19 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
 
 
 def tell_of_file(sim: Simulation, path: Path) -> None:
-    """A script's file is read: recordings keep it."""
+    """Report that a script's file was read: recordings store it."""
     sim.tell(lambda part: part.file_read(path, sim.files.sources))
 
 
 class Spaces(Protocol):
-    """The namespaces of one script, `sim` and its like; see `namespaces.Namespaces`."""
+    """The namespaces of one script, `sim` and the others; see `namespaces.Namespaces`."""
 
     def names(self) -> Mapping[str, Mapping[str, Constant | None]]: ...
     def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting: ...
 
 
 class ScriptSide:
-    """What a script's interpreter sees of the server; see `interpreter.Api`."""
+    """The server as a script's interpreter sees it; see `interpreter.Api`."""
 
     def __init__(
         self,

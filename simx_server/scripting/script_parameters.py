@@ -1,6 +1,7 @@
 """Simulation parameters of scripts: named texts that belong to the script of an object, for others to set.
 
-`simx:parameters:OBJECT` gives them (any key=value), a script can set more. What a run sets is taken back at its stop.
+`simx:parameters:OBJECT` defines them (any key=value); scripts can set more. Values set during a run are reset at its
+stop.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 _MOST = 1000
-"""Of all scripts together."""
+"""Maximum number for all scripts together."""
 
 
 class ScriptParameters(Part):
-    """By the object that a script belongs to."""
+    """Parameters by the object that a script belongs to."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -34,13 +35,21 @@ class ScriptParameters(Part):
         self._forget()
 
     def get(self, owner: int, name: str) -> str | None:
-        """None when there is none of this name. Raises UnknownHandle."""
+        """Return a parameter; None when it does not exist.
+
+        Raises:
+            UnknownHandle: the object does not exist.
+        """
         note = self._sim.scene.get(owner).annotations.get("parameters", {})
         text = self._set.get((owner, name), note.get(name))
         return None if text is None else str(text)
 
     def set(self, owner: int, name: str, text: str) -> bool:
-        """False when there are too many. Raises UnknownHandle."""
+        """Set a parameter; return False when there are too many.
+
+        Raises:
+            UnknownHandle: the object does not exist.
+        """
         self._sim.scene.get(owner)
         if len(self._set) >= _MOST and (owner, name) not in self._set:
             return False

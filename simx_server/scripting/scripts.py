@@ -1,4 +1,4 @@
-"""The scripts of the loaded scene: which there are, and calls into them. `phases.py` says when which lives."""
+"""The scripts of the loaded scene, and calls into them. `phases.py` decides which one runs when."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 FIRST_HANDLE = 2_000_003
-"""Handles of scripts are far above those of objects and above all script types; V-REP's began about there too."""
+"""Handles of scripts are far above those of objects and above all script types; V-REP's start at a similar number."""
 
 _KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
@@ -47,32 +47,32 @@ class Scripts(Part):
         *,
         allows_code: bool = False,
     ) -> None:
-        """Find no scripts yet.
+        """Create an empty list of scripts.
 
         Args:
-            open_spaces: makes what a script that begins sees of the server.
-            allows_code: scripts may run code that clients send: the operator said so.
+            open_spaces: creates the namespaces of a script that starts.
+            allows_code: scripts may run code that clients send, by the operator's decision.
         """
         self._sim = sim
         self._scripts: list[Script] = []
         self._next_handle = FIRST_HANDLE
         self._is_of_client = False
-        """A client sent the scene."""
+        """Whether a client sent the scene."""
         self.add_ons: dict[str, AddOn] = {}
-        """By name; script type 2 of simxCallScriptFunction."""
+        """Add-ons by name; script type 2 of simxCallScriptFunction."""
         self._lives = Lives(sim, signals, status_bar, open_spaces, self._changed, allows_code=allows_code)
         self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity)
 
     @property
     def allows_code(self) -> bool:
-        """Scripts may run code that clients send."""
+        """Return whether scripts may run code that clients send."""
         return self._lives.allows_code
 
     @allows_code.setter
     def allows_code(self, allows: bool) -> None:
         self._lives.allows_code = allows
 
-    # --- what happens ----------------------------------------------------------------------------
+    # --- events ----------------------------------------------------------------------------------
 
     def scene_closing(self) -> None:
         self.close()
@@ -107,7 +107,7 @@ class Scripts(Part):
         self._phases.actuate()
 
     def judge_images(self) -> None:
-        """Have scripts judge the images of their vision sensors, and tell them of detections."""
+        """Have scripts process the images of their vision sensors, and call them on detections."""
         self._phases.judge_images()
 
     def sense(self) -> None:
@@ -116,17 +116,17 @@ class Scripts(Part):
 
     @property
     def want_idle(self) -> bool:
-        """Whether a script wants to run while the simulation is stopped or paused."""
+        """Return whether a script wants to run while the simulation is stopped or paused."""
         return self._phases.wants_idle
 
     def idle(self) -> None:
-        """Run what scripts do while no simulation step is due: the simulation is stopped or paused."""
+        """Run the scripts while no simulation step is due: the simulation is stopped or paused."""
         if self.want_idle:
             self._phases.idle()
 
     @property
     def time_limit(self) -> float:
-        """Processor seconds for one call into a script; taken over when a script begins."""
+        """Return the processor seconds for one call into a script; a script takes the value at its start."""
         return self._lives.time_limit
 
     @time_limit.setter
@@ -148,10 +148,10 @@ class Scripts(Part):
         strings: list[str],
         buffer: bytes,
     ) -> tuple[list[int], list[float], list[str], bytes]:
-        """Call a function of a script with four arguments; its four results. `targets.py` says who is meant.
+        """Call a function of a script with four arguments; return its four results. `targets.py` finds the script.
 
         Raises:
-            CommandError: no such script or function, an error in it, or results of the wrong kind.
+            CommandError: the script or function does not exist, it fails, or a result has the wrong type.
         """
         function, name = split_target(function, description)
         target = find_target(self, self._sim.scene, options, name)
@@ -163,7 +163,7 @@ class Scripts(Part):
     def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None:
         """Call a call-back of an object's scripts, of the child script before the customization script.
 
-        Gives the results of the first that returns any, None when no script has it. An error ends that script.
+        Returns the results of the first that returns any, None when no script has it. An error ends that script.
         """
         for kind in (ScriptKind.CHILD, ScriptKind.CUSTOMIZATION):
             script = self.of(owner, kind)
@@ -174,15 +174,15 @@ class Scripts(Part):
         return None
 
     def get(self, handle: int) -> Script | None:
-        """The script with this handle."""
+        """Return the script with this handle."""
         return next((script for script in self._scripts if script.handle == handle), None)
 
     def of(self, owner: int, kind: ScriptKind) -> Script | None:
-        """An object's script of this kind; for a main script the owner is -1."""
+        """Return an object's script of this kind; for a main script the owner is -1."""
         return next((one for one in self._scripts if one.owner == owner and one.kind == kind), None)
 
     def all(self, kind: ScriptKind | None = None) -> list[Script]:
-        """The scripts (of a kind) in the order in which they are called."""
+        """Return the scripts (of a kind) in the order in which they are called."""
         if len(self._scripts) < 2:
             return [one for one in self._scripts if kind is None or one.kind == kind]
         places = self._sim.scene.leaves_first()
@@ -190,25 +190,29 @@ class Scripts(Part):
         return sorted(chosen, key=lambda script: places.get(script.owner, -1))
 
     def list_scripts(self) -> str:
-        """The scripts of the scene in one line, for messages."""
+        """Return the scripts of the scene in one line, for messages."""
         return ", ".join(self.describe(script) for script in self._scripts) or "none"
 
     def describe(self, script: Script) -> str:
-        """A script in a message's words."""
+        """Return a script's description for messages."""
         return self._lives.describe(script)
 
     def run(self, script: Script, function: str, *arguments: Any) -> list[Any]:
-        """Call any function of a script; all its results. Raises ScriptError."""
+        """Call any function of a script and return all its results.
+
+        Raises:
+            ScriptError: the script failed.
+        """
         return self._lives.run(script, function, *arguments)
 
     def handle_children(self, function: str) -> int:
-        """Call a function of all child scripts, for actuation after their threads; how many have it."""
+        """Call a function of all child scripts, for actuation after their threads; return how many have it."""
         return self._phases.handle_children(function)
 
     # --- the scene -------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """The scene is left: all scripts end."""
+        """End all scripts when the scene is closed."""
         self._phases.call_all("sysCall_cleanup", ScriptKind.CUSTOMIZATION)
         for script in self._scripts:
             self._lives.drop(script)
@@ -216,16 +220,16 @@ class Scripts(Part):
         self._changed()
 
     def _find(self) -> None:
-        """Another scene: its main script, if it has one; the others are found as after an edit."""
+        """Find the main script of another scene; the others are found as after an edit."""
         self._is_of_client = self._sim.scene_is_of_client
         note = self._sim.scene.annotations.main_script
         if note is not None:
             self._lives.announce(self._add(ScriptKind.MAIN, -1, note, "main"))
 
     def _find_more(self) -> None:
-        """The scene was edited, or an edit was taken back: scripts of new objects begin.
+        """Start the scripts of new objects after an edit of the scene, or after an edit was undone.
 
-        The script of an object that is no more ends with its next call, for this may be within one.
+        The script of a removed object is dropped at its next call, because this method may run within a call.
         """
         objects = self._sim.scene.objects
         if not self._sim.is_running and not self._lives.is_active:
@@ -247,7 +251,7 @@ class Scripts(Part):
                         self._lives.announce(script)
 
     def _with_scripts(self) -> list[int]:
-        """Handles of the objects that have scripts. Few of many do, so their annotations are asked."""
+        """Return handles of the objects that have scripts. These are few, so the search uses the annotations."""
         scene = self._sim.scene
         named = [
             name for name, notes in scene.annotations.objects.items() if not _KINDS.keys().isdisjoint(notes)

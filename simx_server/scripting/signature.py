@@ -1,9 +1,9 @@
-"""How the values that a script passes become the typed arguments of a ``sim`` function.
+"""Conversion of the values that a script passes into the typed arguments of a ``sim`` function.
 
-The annotations of the Python method are the whole description: ``int``, ``float``, ``bool``, ``str``,
-``bytes``, ``list`` of these, ``Any`` plain value, ``dict`` for a table with names, ``X | Y`` for the first that fits,
-and ``X | None`` for what may be left out or nil. Numbers behave as they do in Lua 5.1, which knew one kind of number:
-an integer may be given as 3.0 and loses a fraction.
+The annotations of the Python method are the complete description: ``int``, ``float``, ``bool``, ``str``, ``bytes``,
+``list`` of these, ``Any`` plain value, ``dict`` for a table with names, ``X | Y`` for the first that fits, and ``X |
+None`` for an optional value or nil. Numbers behave as they do in Lua 5.1, which has one type of number: 3.0 is
+accepted as an integer, and a fraction is dropped.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from ..errors import CommandError
 from .interpreter import Function
 
 _NO_TEXT = 10**4000
-"""Python writes no greater integer than one of 4300 digits."""
+"""Python converts no integer above 4300 digits to text."""
 
 
 def to_int(value: Any) -> int:
-    """int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
+    """Return int32, wrapping; a float loses its fraction, true and false are 1 and 0."""
     if isinstance(value, int):
         return to_int32(int(value))
     if isinstance(value, float) and math.isfinite(value):
@@ -38,7 +38,7 @@ def to_float(value: Any) -> float:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         try:
             number = float(value)
-        except OverflowError:  # Python's integers have no end
+        except OverflowError:  # Python's integers have no limit
             number = math.inf
         if math.isfinite(number):
             return number
@@ -60,17 +60,17 @@ def to_bytes(value: Any) -> bytes:
         except UnicodeEncodeError:
             raise TypeError("a string of characters that Unicode has") from None
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) < _NO_TEXT:
-        return str(value).encode()  # as Lua does
+        return str(value).encode()  # as in Lua
     raise TypeError("a string")
 
 
 def to_text(value: Any) -> str:
-    """A C string: cut at the first NUL."""
+    """Return a C string: cut at the first NUL."""
     return to_bytes(value).split(b"\0", 1)[0].decode("utf-8", "surrogateescape")
 
 
 def to_dict(value: Any) -> dict[Any, Any]:
-    """A table with names; an empty one may have arrived as an empty list. Names are text."""
+    """Return a table with names; an empty one may have arrived as an empty list. Names are text."""
     if isinstance(value, list) and not value:
         return {}
     if isinstance(value, dict):
@@ -116,7 +116,7 @@ def to_list(item: Callable[[Any], Any]) -> Callable[[Any], list[Any]]:
 
 
 def _list_part(value: Any) -> list[Any]:
-    """Of a table that has names too, which V-REP did not look at."""
+    """Return the list part of a table that also has names, which V-REP ignored."""
     if isinstance(value, dict) and (numbered := [key for key in value if isinstance(key, int)]):
         if sorted(numbered) != list(range(1, len(numbered) + 1)):
             raise TypeError("a table without gaps")
@@ -125,7 +125,7 @@ def _list_part(value: Any) -> list[Any]:
 
 
 def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """The first conversion that fits."""
+    """Return a conversion that tries several and uses the first that fits."""
 
     def convert(value: Any) -> Any:
         wanted: list[str] = []
@@ -140,7 +140,7 @@ def to_first(*kinds: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _converter(annotation: Any) -> tuple[Callable[[Any], Any], bool]:
-    """The conversion for an annotation, and whether None passes."""
+    """Return the conversion for an annotation, and whether None is accepted."""
     arguments = typing.get_args(annotation)
     origin = typing.get_origin(annotation)
     if isinstance(annotation, types.UnionType) or origin is typing.Union:
@@ -157,7 +157,7 @@ class Parameter:
     convert: Callable[[Any], Any]
     nil_passes: bool
     default: Any
-    """What stands for nil or a missing value; ``inspect.Parameter.empty`` when one must be given."""
+    """Replaces nil or a missing value; ``inspect.Parameter.empty`` for a mandatory value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,7 @@ class Signature:
 
     parameters: tuple[Parameter, ...]
     rest: Parameter | None = None
-    """What stands for all values after them."""
+    """Parameter for all values after the others."""
 
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Signature:
@@ -183,8 +183,11 @@ class Signature:
         return cls(tuple(parameters), rest)
 
     def bind(self, values: Sequence[Any]) -> list[Any]:
-        """Typed arguments for as many values as were given; more values than parameters are ignored, as
-        V-REP did. Raises CommandError, which numbers the argument and says what it must be."""
+        """Return typed arguments for the passed values; more values than parameters are ignored, as in V-REP.
+
+        Raises:
+            CommandError: an argument has the wrong type; the text numbers the argument and names the type.
+        """
         bound: list[Any] = []
         for index, parameter in enumerate(self.parameters, 1):
             if index <= len(values):
@@ -215,7 +218,7 @@ def _convert(index: int, parameter: Parameter, value: Any, got: str) -> Any:
 
 
 def describe(value: Any) -> str:
-    """A plain value in a script author's words."""
+    """Return a plain value in a script author's words."""
     if value is None:
         return "nil"
     if isinstance(value, list):

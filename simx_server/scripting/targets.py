@@ -1,4 +1,4 @@
-"""Who is meant by simxCallScriptFunction: a script by its type and object, by its handle, or an add-on by its name."""
+"""Targets of simxCallScriptFunction: a script by its type and object, by its handle, or an add-on by its name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Known(Protocol):
-    """The scripts and add-ons that can be meant; see `scripts.Scripts`."""
+    """The scripts and add-ons that can be targets; see `scripts.Scripts`."""
 
     add_ons: dict[str, AddOn]
 
@@ -34,15 +34,18 @@ _HIGHEST_TYPE = 0xFF
 
 
 def split_target(function: str, description: str) -> tuple[str, str]:
-    """The function's own name and the name of the target, which is the description or what follows an ``@``."""
+    """Return the function's name without its target, and the target's name: the description or the text after an
+    ``@``.
+    """
     function, _, name = (f"{function}@{description}" if description else function).partition("@")
     return function, name
 
 
 def find_target(scripts: Known, scene: Scene, options: int, name: str) -> Script | AddOn:
-    """The script or add-on for a script type or handle, and the name that goes with a type.
+    """Return the script or add-on for a script type or handle, and the name that goes with a type.
 
-    Raises CommandError, which lists the scripts that there are.
+    Raises:
+        CommandError: the target does not exist; the text lists the scripts of the scene.
     """
     if options > _HIGHEST_TYPE:
         script = scripts.get(options)

@@ -1,6 +1,6 @@
-"""The ``sim`` object of a script: one public method per function, named as V-REP names it, one file per topic.
+"""Assemble the ``sim`` object of a script: one public method per function, named as in V-REP, one file per topic.
 
-The work is done by the code that the remote commands use, so a script and a client get the same numbers and the same
+The methods use the same code as the remote commands, so a script and a client get the same numbers and the same
 errors. A new function is a new method in the file of its topic; a new topic is a new class here.
 """
 
@@ -75,7 +75,7 @@ _LATER_CONSTANTS = MappingProxyType(
         "verbosity_trace": 700,
     }
 )
-"""Constants that scripts use and the remote API's module never had."""
+"""Constants that scripts use and that the remote API's module does not have."""
 
 
 class SimApi(
@@ -117,7 +117,7 @@ class SimApi(
     MoveFunctions,
     OldMoveFunctions,
 ):
-    """What one script may do to the simulation."""
+    """All functions of ``sim``, for one script."""
 
 
 NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
@@ -130,12 +130,12 @@ NAMESPACES: Mapping[str, type[ApiPart]] = MappingProxyType(
         "simx": SimxFunctions,
     }
 )
-"""What scripts find as globals, each a class assembled as `SimApi` is."""
+"""Globals of scripts; each is a class assembled as `SimApi` is."""
 
 
 @cache
 def known_constants() -> Mapping[str, int]:
-    """``sim_NAME`` of the remote API as ``NAME``."""
+    """Return the constants ``sim_NAME`` of the remote API, keyed by ``NAME``."""
     found = {
         name.removeprefix("sim_"): value
         for name, value in vars(constants).items()

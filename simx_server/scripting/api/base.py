@@ -1,4 +1,4 @@
-"""What every part of the ``sim`` object has: the simulation, and whose script is calling."""
+"""Base class of every part of the ``sim`` object: it holds the simulation and the calling script."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ HANDLE_SELF = constants.sim_handle_self
 
 
 class ApiPart:
-    """The functions of one topic; public methods are functions of ``sim`` by the same name.
+    """The functions of one topic; public methods are functions of ``sim`` with the same name.
 
-    Annotations say what a script may pass, see `scripting/signature.py`. What a method returns is what the script
-    gets: None is nil, a list or dict is a table, a tuple is several results. A method that must wait is a generator: a
-    yield lets the script's thread rest until the next pass, what it returns are the results (`interpreter.py`).
+    Annotations declare the types that a script may pass, see `scripting/signature.py`. The script gets the return
+    value: None becomes nil, a list or dict a table, a tuple several results. A method that must wait is a
+    generator: a yield suspends the script's thread until the next simulation step, and its return value holds the
+    results (`interpreter.py`).
     """
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {}
@@ -38,16 +39,18 @@ class ApiPart:
 
     @property
     def _owner(self) -> int:
-        """The object the script belongs to; -1 for a main script."""
+        """Return the object that the script belongs to; -1 for a main script."""
         return self._script.owner
 
     @property
     def _signal_owner(self) -> object:
-        """Under what the script's signals are kept."""
+        """Return the key under which the script's signals are stored."""
         return self._script.signal_owner
 
     def _function(self, callback: str | Function) -> Function:
-        """What to call for a call-back that is given as a function, or as the name of one of this script."""
+        """Return the function to call for a call-back given as a function or as the name of a function of this
+        script.
+        """
         if not isinstance(callback, str):
             return callback
         interpreter = self._script.interpreter
@@ -57,7 +60,7 @@ class ApiPart:
 
     @contextmanager
     def _at_no_cost(self) -> Iterator[None]:
-        """Work with a time limit of its own: it does not count against the script's."""
+        """Work within a separate time limit: the time does not count against the script's limit."""
         before = time.thread_time()
         try:
             yield
@@ -68,7 +71,7 @@ class ApiPart:
         return self._owner if handle == HANDLE_SELF else handle
 
     def _adjusted(self, name: str) -> str:
-        """V-REP's suffix rule: in the script of ``Robot#1`` the plain name ``Wheel`` means ``Wheel#1``."""
+        """Apply V-REP's suffix rule: in the script of ``Robot#1`` the plain name ``Wheel`` means ``Wheel#1``."""
         owner = self._sim.scene.objects.get(self._owner)
         own = owner.name if owner else ""
         if "#" in name or name.startswith(("/", ".", ":")) or "#" not in own:

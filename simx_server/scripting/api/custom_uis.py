@@ -1,4 +1,4 @@
-"""V-REP 3's custom UIs: sliders, buttons and labels by number. What they are: `user_interface/custom_uis.py`."""
+"""V-REP 3's custom UIs: sliders, buttons and labels by number. `user_interface/custom_uis.py` explains them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from .base import ApiPart
 
 
 class CustomUIFunctions(ApiPart):
-    """A slider's position is 0 to 1000."""
+    """Functions for custom UIs. A slider's position is 0 to 1000."""
 
     def getUIHandle(self, name: str) -> int:
-        """A copy's script means its own copy, if there is one."""
+        """Return the handle of a UI. In a copied script, a name means the script's copy of the UI, if there is one."""
         own = self._adjusted(name)
         known = {ui.name for ui in self._world.user_interface.custom_uis}
         return custom_uis.get_ui_handle(self._world, own if own in known else name)
@@ -23,7 +23,9 @@ class CustomUIFunctions(ApiPart):
         custom_uis.set_ui_slider(self._world, ui, button, position)
 
     def getUIEventButton(self, ui: int) -> tuple[int, list[int]]:
-        """The button that was operated, -1 for none; its property, and a slider's position or 1 down, 0 up."""
+        """Return the button that was operated (-1 for none), its property, and a slider's position or 1 for down, 0
+        for up.
+        """
         return custom_uis.get_ui_event_button(self._world, ui)
 
     def getUIButtonProperty(self, ui: int, button: int) -> int:
@@ -36,7 +38,7 @@ class CustomUIFunctions(ApiPart):
         return self._world.user_interface.custom_uis.get(ui).element(button).label
 
     def setUIButtonLabel(self, ui: int, button: int, up: str, down: str | None = None) -> None:
-        """Set the texts of the released and of the pressed button; nil: the same text for both."""
+        """Set the labels that a button shows when it is up and when it is down; nil: the same for both."""
         custom_uis.set_ui_button_label(self._world, ui, button, up, up if down is None else down)
 
     def removeUI(self, ui: int) -> None:

@@ -12,44 +12,48 @@ from .base import ApiPart
 
 
 class EngineFunctions(ApiPart):
-    """Of a shape, or with -1 for the handle of the engine: sim.mujoco_, and the friction of other engines."""
+    """Parameters of a shape, or with handle -1 of the engine: sim.mujoco_, and the friction of other engines."""
 
     CONSTANTS = MappingProxyType(
         {entry.name: number for number, entry in physics_engine_parameters.PARAMETERS.items()}
     )
 
     def getEngineFloatParam(self, number: int, handle: int = -1) -> float:
-        """Partly: of the other engines there are friction and step size."""
+        """Return a floating-point parameter.
+
+        Partly: only friction and step size of the other engines are available.
+        """
         entry = physics_engine_parameters.find(number, is_integer=False)
         return entry.get(self._sim, self._self(handle))
 
     def setEngineFloatParam(self, number: int, handle: int, value: float) -> int:
-        """1. Of two shapes that touch, the greater friction counts. Taken back by the stop.
+        """Set a floating-point parameter until the simulation stops; return 1. Of two touching shapes, the greater
+        friction counts.
 
-        Partly: of the other engines there is friction.
+        Partly: only friction of the other engines is available.
         """
         self._set(physics_engine_parameters.find(number, is_integer=False), handle, value)
         return 1
 
     def getEngineInt32Param(self, number: int, handle: int = -1) -> int:
-        """Partly: those of the other engines are not there."""
+        """Return an integer parameter. Partly: those of the other engines are not available."""
         entry = physics_engine_parameters.find(number, is_integer=True)
         return int(entry.get(self._sim, self._self(handle)))
 
     def setEngineInt32Param(self, number: int, handle: int, value: int) -> int:
-        """1. Taken back by the stop.
+        """Set an integer parameter until the simulation stops; return 1.
 
-        Partly: those of the other engines are not there.
+        Partly: those of the other engines are not available.
         """
         self._set(physics_engine_parameters.find(number, is_integer=True), handle, value)
         return 1
 
     def getEngineBoolParam(self, number: int, _handle: int = -1) -> NoReturn:
-        """Not here: MuJoCo has none of these switches."""
+        """Raise an error. Not here: MuJoCo has none of these switches."""
         raise _no_switch(number)
 
     def setEngineBoolParam(self, number: int, _handle: int, _value: bool) -> NoReturn:
-        """Not here: MuJoCo has none of these switches."""
+        """Raise an error. Not here: MuJoCo has none of these switches."""
         raise _no_switch(number)
 
     # Names of V-REP 3.

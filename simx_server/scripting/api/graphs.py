@@ -1,4 +1,4 @@
-"""Graphs: streams of numbers over simulated time, curves of them, and reading both back."""
+"""Graphs: record streams of numbers over simulated time, make curves of them, and read both back."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ _TIME_CURVE, _XYZ_CURVE = 0, 2
 
 
 class GraphFunctions(ApiPart):
-    """Any object can stand for a graph, as scenes have no graph objects: a dummy of the graph's name does."""
+    """Functions for graphs. Scenes have no graph objects, so any object can represent a graph: a dummy of its name
+    is enough.
+    """
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "stream_transf_raw": 0,
@@ -25,7 +27,9 @@ class GraphFunctions(ApiPart):
     }
 
     def setGraphUserData(self, graph: int, name: str, value: float) -> int:
-        """Recorded at the end of the pass. V-REP 3's form; the stream of this name is made if it is not there."""
+        """Set a stream's value, recorded at the end of the simulation step; V-REP 3's form. A missing stream is
+        created.
+        """
         self._graph(graph).named(name).pending = value
         return 1
 
@@ -38,17 +42,22 @@ class GraphFunctions(ApiPart):
         color: list[float] | None = None,
         _cyclic_range: float = 0.0,
     ) -> int:
-        """The stream's id. Since CoppeliaSim 4. Partly: options and the range of cyclic values are ignored."""
+        """Add a stream and return its id. Since CoppeliaSim 4.
+
+        Partly: options and the range of cyclic values are ignored.
+        """
         return self._graph(graph).add(Stream(name, unit, _color(color, (1.0, 0.0, 0.0))))
 
     def setGraphStreamValue(self, graph: int, stream: int, value: float) -> None:
-        """Recorded at the end of the pass, or by sim.handleGraph."""
+        """Set a stream's value, recorded at the end of the simulation step or by sim.handleGraph."""
         self._graph(graph).stream(stream).pending = value
 
     def setGraphStreamTransformation(
         self, graph: int, stream: int, kind: int, factor: float = 1.0, offset: float = 0.0, window: int = 1
     ) -> None:
-        """`kind`: a sim.stream_transf_*; then factor and offset; then the mean of the last `window` samples."""
+        """Set the transformation of a stream's values: `kind` (a sim.stream_transf_*), then factor and offset, then
+        the mean of the last `window` samples.
+        """
         if not 0 <= kind <= CUMULATIVE:
             raise CommandError(
                 f"{kind} is no transformation; those are 0 raw, 1 derivative, 2 integral, 3 cumulative"
@@ -68,7 +77,8 @@ class GraphFunctions(ApiPart):
         color: list[float] | None = None,
         width: int = 2,
     ) -> int:
-        """The curve's id: two or three streams against each other, -1 for a default value.
+        """Add a curve of two or three streams against each other and return its id. Stream -1 stands for a default
+        value.
 
         Partly: options are ignored.
         """
@@ -85,13 +95,13 @@ class GraphFunctions(ApiPart):
         return found.add(curve)
 
     def destroyGraphCurve(self, graph: int, curve: int) -> None:
-        """A curve, not its streams."""
+        """Remove a curve, but not its streams."""
         found = self._graph(graph)
         found.curve(curve)
         del found.curves[curve]
 
     def duplicateGraphCurveToStatic(self, graph: int, curve: int, name: str = "") -> int:
-        """A copy of what the curve is now; its id."""
+        """Copy the present state of a curve as a static one and return the copy's id."""
         found = self._graph(graph)
         given = found.curve(curve)
         points = found.points(given)
@@ -101,9 +111,11 @@ class GraphFunctions(ApiPart):
         )
 
     def getGraphCurve(self, graph: int, kind: int, index: int) -> tuple[Any, ...] | None:
-        """The curve of an index from 0, nil after the last: of kind 0 streams over time, 1 of two streams, 2 of three.
+        """Return the curve with an index from 0, nil after the last. `kind`: 0 streams over time, 1 curves of two
+        streams, 2 of three.
 
-        Label, attributes (0), colour, a table of numbers for each axis, {least, greatest, ...} of each, id, width.
+        The results are label, attributes (0), colour, a table of numbers for each axis, {least, greatest, ...} of
+        each axis, id and width.
         """
         found = self._graph(graph)
         if not _TIME_CURVE <= kind <= _XYZ_CURVE:
@@ -127,14 +139,14 @@ class GraphFunctions(ApiPart):
         return label, 0, list(color), *axes, limits, number, width
 
     def handleGraph(self, graph: int, time: float) -> int:
-        """Record now what was set, as of this time; sim.handle_all and its like for all."""
+        """Record the values that were set, with this time; sim.handle_all and similar handles mean all graphs."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)
         for handle in self._world.graphs.handles() if every else [self._self(graph)]:
             self._world.graphs.record(handle, time)
         return 1
 
     def resetGraph(self, graph: int) -> int:
-        """Forget what was recorded; sim.handle_all and its like for all."""
+        """Delete the recorded values; sim.handle_all and similar handles mean all graphs."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)
         for handle in self._world.graphs.handles() if every else [self._self(graph)]:
             self._world.graphs.reset(handle)

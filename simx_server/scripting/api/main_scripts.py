@@ -1,8 +1,8 @@
-"""What the main script of a V-REP scene calls in its phases, as the default one does.
+"""Functions that the main script of a V-REP scene calls in its phases, as the default main script does.
 
-Here the server itself does all of it: physics comes between actuation and sensing; sensors, collisions and distances
-are measured when they are read; threads go on before actuation. Only the child scripts wait for a main script to call
-them. So a main script that leaves something out does not leave it undone; Boolean parameters switch things off.
+The server itself does this work: physics runs between actuation and sensing; sensors, collisions and distances are
+measured when they are read; threads are resumed before actuation. Only the child scripts wait for a main script to
+call them. So if a main script omits a call, the server still does the work; Boolean parameters disable parts of it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _CALLED = {_ACTUATION: "sysCall_actuation", CALL_TYPES["syscb_sensing"]: "sysCal
 
 
 class MainScriptFunctions(ApiPart):
-    """For main scripts; what a function handles is a number where V-REP counted."""
+    """Functions for main scripts; they return a number where V-REP returned a count."""
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "scriptthreadresume_launch": -2,
@@ -34,9 +34,11 @@ class MainScriptFunctions(ApiPart):
     }
 
     def handleChildScripts(self, call_type: int = _ACTUATION, *_values: Any) -> int:
-        """Call a phase of all child scripts; how many have it. For actuation their threads go on first.
+        """Call a phase of all child scripts and return how many have it. Before actuation their threads are
+        resumed.
 
-        Partly: values for the child scripts are not handed on; init and cleanup run automatically, and count 0.
+        Partly: values are not passed on to the child scripts; init and cleanup are called automatically, and count
+        as 0.
         """
         if self._script.kind != ScriptKind.MAIN:
             raise CommandError(
@@ -50,59 +52,59 @@ class MainScriptFunctions(ApiPart):
         return 0 if function is None else self._world.scripts.handle_children(function)
 
     def launchThreadedChildScripts(self) -> int:
-        """Return 0: threads start with the simulation."""
+        """Return 0: threads start with the simulation, so none is left to launch."""
         return 0
 
     def resumeThreads(self, _location: int = 0) -> int:
-        """Partly: threads go on before the actuation of child scripts, none anywhere else."""
+        """Return 0. Partly: threads are resumed before the actuation of child scripts, and at no other point."""
         return 0
 
     def handleCustomizationScripts(self, _call_type: int, *_values: Any) -> int:
-        """Partly: customization scripts are called by the server, after the child scripts."""
+        """Return 0. Partly: the server calls customization scripts, after the child scripts."""
         return 0
 
     def handleAddOnScripts(self, _call_type: int, *_values: Any) -> int:
-        """Return 0: this server has no add-ons."""
+        """Return 0: add-ons with phases do not exist."""
         return 0
 
     def handleSandboxScript(self, _call_type: int, *_values: Any) -> int:
-        """Return 0: this server has no sandbox script."""
+        """Return 0: a sandbox script does not exist."""
         return 0
 
     def handleDynamics(self, _seconds: float) -> int:
-        """Partly: physics comes after the actuation of all scripts; a Boolean parameter switches it off."""
+        """Return 1. Partly: physics runs after the actuation of all scripts; a Boolean parameter disables it."""
         return 1
 
     def handleSimulationStart(self) -> None:
-        """Everything is started when a main script is called first."""
+        """Do nothing: everything is started before the first call of a main script."""
 
     def handleSensingStart(self) -> None:
         """Do nothing: sensing starts automatically."""
 
     def handleJointMotion(self) -> int:
-        """Partly: joints in motion mode move with the physics."""
+        """Return 0. Partly: joints in motion mode move with the physics."""
         return 0
 
     def handleMechanism(self, _mechanism: int) -> int:
-        """Return 0: this server has no geometric constraint solver."""
+        """Return 0: mechanisms of V-REP's geometric constraint solver do not exist."""
         return 0
 
     def handleMill(self, _mill: int) -> int:
-        """Return 0: this server has no mills."""
+        """Return 0: mills do not exist."""
         return 0
 
     def resetMill(self, _mill: int) -> int:
-        """Return 0: this server has no mills."""
+        """Return 0: mills do not exist."""
         return 0
 
     def openModule(self, _module: int | str) -> int:
-        """Return 0: this server has no plugins with start and end."""
+        """Return 0, the number of plugins called: plugins with start and end do not exist."""
         return 0
 
     def closeModule(self, _module: int | str) -> int:
-        """As sim.openModule."""
+        """Return 0, as sim.openModule does."""
         return 0
 
     def handleModule(self, _module: int | str, _is_sensing: bool = False) -> int:
-        """As sim.openModule."""
+        """Return 0, as sim.openModule does."""
         return 0

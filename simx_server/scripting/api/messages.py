@@ -1,4 +1,4 @@
-"""What a script tells people: status bar, log, consoles, dialogs."""
+"""Messages of a script to people: status bar, log, consoles, dialogs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ logger = logging.getLogger(__name__)
 _LEVEL = 0x0FFF
 _UNDECORATED = 0xF000
 _ERRORS, _WARNINGS, _SHOWN = (200, 420), (300, 430), 450
-"""sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings; what is above _scriptinfos is not shown."""
+"""sim.verbosity_errors and _scripterrors, _warnings and _scriptwarnings; levels above _scriptinfos are not shown.
+"""
 
 _OK, _RETURN_OK = 0, 3
 """`sim_msgbox_buttons_ok`, `sim_msgbox_return_ok`."""
 
 
 class MessageFunctions(ApiPart):
-    """Nobody need be there to see it: everything is kept, and shown by the server's page."""
+    """Functions for messages. The server stores every message and shows it in its web viewer."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -51,13 +52,14 @@ class MessageFunctions(ApiPart):
     )
 
     def addStatusbarMessage(self, text: str | None = None) -> None:
-        """Nothing for nil, with which V-REP cleared the bar."""
+        """Add a line to the status bar. Nil, which cleared V-REP's status bar, adds nothing."""
         if text is not None:
             self._world.status_bar.add(text)
 
     def addLog(self, verbosity: int | None = None, text: str | None = None) -> None:
-        """Up to sim.verbosity_scriptinfos into the status bar, what is more detailed only into the server's log when it
-        tells debugging. Added to the level: sim.verbosity_undecorated, without the script's name in front."""
+        """Write to the status bar up to sim.verbosity_scriptinfos; write more detailed levels only to the server's
+        log when it logs debug messages. Adding sim.verbosity_undecorated to the level omits the script's name.
+        """
         if text is None:
             return
         level = _SHOWN if verbosity is None else verbosity
@@ -83,25 +85,28 @@ class MessageFunctions(ApiPart):
         text_color: list[float] | None = None,
         background_color: list[float] | None = None,
     ) -> int:
-        """The console's handle. Mode bits: 1 goes with the run, 2 lines are wrapped, 4 a person may close it,
-        8 hidden in pauses, 16 stays with another scene; position and size in pixels, colours RGB 0..1."""
+        """Open a console and return its handle.
+
+        Mode bits: 1 closes with the end of the run, 2 wraps lines, 4 a person may close it, 8 hidden in pauses, 16
+        stays when another scene is loaded. Position and size are in pixels, colours RGB 0..1.
+        """
         return consoles.open_console(
             self._world, title, max_lines, mode, position, size, text_color, background_color
         )
 
     def auxiliaryConsoleClose(self, console: int) -> int:
-        """Return 1, or 0 for an unknown console."""
+        """Close a console; return 1, or 0 when it does not exist."""
         known = any(each.handle == console for each in self._world.user_interface.consoles)
         consoles.close_console(self._world, console)
         return int(known)
 
     def auxiliaryConsolePrint(self, console: int, text: str | None = None) -> int:
-        """Nil clears it. 1, or 0 when the console was closed."""
+        """Print to a console, or clear it with nil; return 1, or 0 when the console was closed."""
         consoles.print_to_console(self._world, console, text)
         return int(self._world.user_interface.consoles.get(console) is not None)
 
     def auxiliaryConsoleShow(self, console: int, shown: bool) -> int:
-        """1, or 0 when the console was closed."""
+        """Show or hide a console; return 1, or 0 when the console was closed."""
         consoles.show_console(self._world, console, shown)
         return int(self._world.user_interface.consoles.get(console) is not None)
 
@@ -115,9 +120,10 @@ class MessageFunctions(ApiPart):
         title_colors: list[float] | None = None,
         dialog_colors: list[float] | None = None,
     ) -> tuple[int, int]:
-        """Style: sim.dlgstyle_; colours: RGB of background and text, 0..1. Handle of the dialog, and of its UI.
+        """Show a dialog and return its handle and the handle of its UI. `style`: sim.dlgstyle_*; colours: RGB of
+        background and text, 0..1.
 
-        Partly: no dialog is modal, the simulation goes on.
+        Partly: no dialog is modal, the simulation continues.
         """
         if modal:
             raise CommandError(
@@ -128,7 +134,7 @@ class MessageFunctions(ApiPart):
         )
 
     def getDialogResult(self, dialog: int) -> int:
-        """sim.dlgret_still_open until somebody answers."""
+        """Return the answer of a dialog, sim.dlgret_still_open until there is one."""
         return dialogs.get_dialog_result(self._world, dialog)
 
     def getDialogInput(self, dialog: int) -> str:
@@ -139,9 +145,10 @@ class MessageFunctions(ApiPart):
         return 1
 
     def msgBox(self, _kind: int, buttons: int, title: str, text: str) -> int:
-        """A message with an OK button only goes to the status bar, and counts as read: sim.msgbox_return_ok.
+        """Print a message with only an OK button to the status bar and return sim.msgbox_return_ok, as if it had
+        been read.
 
-        Partly: a box with a choice is an error, as it would stop the server until somebody comes.
+        Partly: a box with a choice is an error, since it would stop the server until somebody answers.
         """
         if buttons != _OK:
             raise CommandError(

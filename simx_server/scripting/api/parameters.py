@@ -1,4 +1,4 @@
-"""Numbered parameters of the simulator. What each number means: `parameters.py` of the server."""
+"""Numbered parameters of the simulator. `parameters.py` of the server defines the numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from ...handlers import parameters
 from .base import ApiPart
 
 _NAMED = HIDDEN + "named/"
-"""Begins the names under which named parameters are kept."""
+"""Prefix of the names under which named parameters are stored."""
 
 
 class ParameterFunctions(ApiPart):
-    """By sim.boolparam_, sim.intparam_, ... Unknown ones are errors that list the known."""
+    """Functions for parameters by sim.boolparam_, sim.intparam_, ... An unknown number is an error that lists the
+    known ones.
+    """
 
     CONSTANTS = MappingProxyType(
         {
@@ -64,18 +66,18 @@ class ParameterFunctions(ApiPart):
         return parameters.get_array_parameter(self._world, number)
 
     def setArrayParam(self, number: int, values: list[float]) -> int:
-        """Three numbers."""
+        """Set a parameter of three numbers."""
         if len(values) != 3:
             raise CommandError(f"an array parameter is 3 numbers, not {len(values)}")
         parameters.set_array_parameter(self._world, number, values)
         return 1
 
     def getNamedStringParam(self, name: str) -> bytes | None:
-        """Return the value that a script of this server stored under a name; nil for an unknown name."""
+        """Return the value that a script of this server stored under a name; nil when there is none."""
         return self._world.custom_data.read(APPLICATION, f"{_NAMED}{name}")
 
     def setNamedStringParam(self, name: str, value: bytes) -> int:
-        """Kept until the server ends; '' removes it."""
+        """Store a value until the server exits; '' removes it."""
         self._world.custom_data.write(APPLICATION, f"{_NAMED}{name}", value)
         return 1
 

@@ -1,4 +1,4 @@
-"""Scripts of the scene among themselves: handles, names, calls, attributes, parameters."""
+"""Interaction of the scene's scripts: handles, names, calls, attributes, parameters."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
 
 
 class ScriptFunctions(ApiPart):
-    """A script is known by its handle, or by a type and the name of its object; sim.handle_self is the caller."""
+    """Functions for scripts. A handle identifies a script, or a type and the name of its object; sim.handle_self is
+    the caller.
+    """
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "customizationscriptattribute_activeduringsimulation": 0,
@@ -47,7 +49,8 @@ class ScriptFunctions(ApiPart):
     }
 
     def callScriptFunction(self, function: str, script: int, *values: Any) -> tuple[Any, ...]:
-        """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle; any values, and all its results.
+        """Call `NAME@OBJECT` of a script by its type, or `NAME` by its handle, with any values; return all its
+        results.
 
         Functions of the server's add-ons take four tables: integers, floats, strings, and a buffer.
         """
@@ -61,7 +64,7 @@ class ScriptFunctions(ApiPart):
     def setScriptVariable(self, variable: str, script: int, value: Any) -> int:
         """Set a global `NAME@OBJECT` (or a field `TABLE.NAME`) of a script by its type, or `NAME` by its handle.
 
-        Partly: of Lua scripts only.
+        Partly: only in Lua scripts.
         """
         name, described = split_target(variable, "")
         target = self._target(script, described)
@@ -76,9 +79,11 @@ class ScriptFunctions(ApiPart):
         return 1
 
     def executeScriptString(self, text: str, script: int) -> tuple[Any, ...]:
-        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle: 0 and its results.
+        """Run a piece of Lua `TEXT@OBJECT` in a script by its type, or `TEXT` by its handle; return 0 and its
+        results.
 
-        -1 and the message if it fails. An ``@`` in the text itself must not be the last one. Partly: Lua scripts only.
+        Returns -1 and the message if it fails. An ``@`` in the text itself must not be the last one. Partly: only in
+        Lua scripts.
         """
         piece, _, described = (
             text.rpartition("@") if script <= _HIGHEST_TYPE and "@" in text else (text, "", "")
@@ -95,18 +100,20 @@ class ScriptFunctions(ApiPart):
             return -1, str(problem)
 
     def getScriptText(self, script: int) -> bytes:
-        """Return the script's text, from its file or annotation."""
+        """Return the text of the script's file or annotation."""
         return self._get(script).source(self._sim)
 
     def getScriptHandle(self, owner: str | None = None) -> int:
-        """Of the child script of an object, or the caller's without a name. V-REP 3's form."""
+        """Return the handle of an object's child script; without a name, of the caller. V-REP 3's form."""
         if owner is None or owner == str(HANDLE_SELF):
             return self._script.handle
         handle = self._sim.scene.resolve(self._adjusted(owner), self._owner)
         return self._of(handle, ScriptKind.CHILD)
 
     def getScript(self, kind: int, owner: int | str = HANDLE_SELF, _name: str = "") -> int:
-        """Of an object (handle or name) by script type, -1 for none; the caller's with sim.handle_self alone."""
+        """Return the script of an object (handle or name) by script type, -1 for none; with sim.handle_self alone the
+        caller.
+        """
         if kind == HANDLE_SELF:
             return self._script.handle
         if kind not in tuple(ScriptKind):
@@ -119,26 +126,27 @@ class ScriptFunctions(ApiPart):
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind(kind))
 
     def getScriptName(self, script: int = HANDLE_SELF) -> str:
-        """Of its object; empty for the main script."""
+        """Return the name of the script's object; empty for the main script."""
         found = self._get(script)
         return "" if found.kind == ScriptKind.MAIN else self._sim.scene.get(found.owner).name
 
     def getObjectAssociatedWithScript(self, script: int = HANDLE_SELF) -> int:
-        """-1 for the main script."""
+        """Return the script's object; -1 for the main script."""
         return self._get(script).owner
 
     def getScriptAssociatedWithObject(self, owner: int) -> int:
-        """The child script of an object, -1 for none."""
+        """Return the child script of an object, -1 for none."""
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CHILD)
 
     def getCustomizationScriptAssociatedWithObject(self, owner: int) -> int:
-        """The customization script of an object, -1 for none."""
+        """Return the customization script of an object, -1 for none."""
         return self._of(self._sim.scene.get(self._self(owner)).handle, ScriptKind.CUSTOMIZATION)
 
     def getScriptAttribute(self, script: int, attribute: int) -> int | bool:
-        """Whether it is alive and switched on (sim.scriptattribute_enabled), its execution order, type or handle.
+        """Return whether the script is running and enabled (sim.scriptattribute_enabled), its execution order, type
+        or handle.
 
-        Partly: other attributes are not known.
+        Partly: other attributes are unknown.
         """
         found = self._get(script)
         is_on = found.interpreter is not None and found.enabled
@@ -151,10 +159,11 @@ class ScriptFunctions(ApiPart):
         return known[attribute]
 
     def setScriptAttribute(self, script: int, attribute: int, value: int | bool) -> int:
-        """sim.childscriptattribute_enabled: a script that is switched off is not called until it is on again, or its
-        run has ended. Its init is called and it can be called by others all the same.
+        """Set sim.childscriptattribute_enabled: a disabled script is not called until it is enabled again, or its run
+        has ended. Its init is still called, and other scripts can still call it.
 
-        Partly: other attributes can be set to what they are only, and nothing of a script that does not live.
+        Partly: other attributes can only be set to their present values, and no attribute of a script that is not
+        running.
         """
         if self.getScriptAttribute(script, attribute) == value:
             return 1
@@ -172,7 +181,9 @@ class ScriptFunctions(ApiPart):
     def getScriptSimulationParameter(
         self, script: int, name: str, as_text: bool = False
     ) -> bool | float | str | None:
-        """True, false or a number where the text is one, else the text; nil for none, and for `nil`."""
+        """Return true, false or a number where the text is one, else the text; nil for a missing parameter, and for
+        `nil`.
+        """
         text = self._world.script_parameters.get(self._get(script).owner, name)
         if text is None or as_text:
             return text
@@ -189,9 +200,9 @@ class ScriptFunctions(ApiPart):
             return text
 
     def setScriptSimulationParameter(self, script: int, name: str, value: Any) -> int:
-        """Of one script, or with sim.handle_all of all; how many got it.
+        """Set a parameter of one script, or with sim.handle_all of all; return the number of scripts.
 
-        Differs: a parameter that is not there is made. A number is kept as its text.
+        Differs: a missing parameter is created. A number is stored as its text.
         """
         every = script == c.sim_handle_all
         owners = [one.owner for one in self._world.scripts.all() if one.owner != -1]
@@ -204,7 +215,7 @@ class ScriptFunctions(ApiPart):
         return self._sim.pass_count
 
     def isScriptExecutionThreaded(self) -> int:
-        """1 in a script with a thread."""
+        """Return 1 in a script with a thread."""
         return int(self._script.has_thread)
 
     def _get(self, script: int) -> Script:
@@ -230,7 +241,11 @@ class ScriptFunctions(ApiPart):
 
 
 def _text(value: Any) -> str:
-    """How a parameter is kept. Raises CommandError."""
+    """Return the text in which a parameter is stored.
+
+    Raises:
+        CommandError: the value cannot be stored.
+    """
     match value:
         case bool():
             return str(value).lower()

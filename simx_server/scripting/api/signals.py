@@ -1,6 +1,6 @@
-"""Signals: nil when there is none; they go with the script that set them.
+"""Signals: nil for a missing one; the signals of a script are cleared when it ends.
 
-What sets or clears one gives 1, as in V-REP 3.
+Setting or clearing a signal returns 1, as in V-REP 3.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from .base import ApiPart
 
 
 class SignalFunctions(ApiPart):
-    """Integer, float and string signals. Clients see the same ones."""
+    """Functions for integer, float and string signals. Clients see the same ones."""
 
     def setIntegerSignal(self, name: str, value: int) -> int:
         if name:
@@ -21,7 +21,7 @@ class SignalFunctions(ApiPart):
         return self._world.signals.get_integer(name)
 
     def clearIntegerSignal(self, name: str | None = None) -> int:
-        """Nil or '' clears all of this type; the same for all types."""
+        """Clear a signal; nil or '' clears all of this type. The functions of the other types do the same."""
         self._world.signals.clear_integer(name or "")
         return 1
 
@@ -53,18 +53,18 @@ class SignalFunctions(ApiPart):
         self._world.signals.clear_string(name or "")
         return 1
 
-    # One kind of float here: doubles share the name space of the floats, at full precision.
+    # There is one kind of float here: doubles share the names of the floats, at full precision.
 
     def setDoubleSignal(self, name: str, value: float) -> int:
-        """Partly: a float signal of this name is the same signal."""
+        """Set a float signal. Partly: a float signal of this name is the same signal."""
         return self.setFloatSignal(name, value)
 
     def getDoubleSignal(self, name: str) -> float | None:
-        """Partly: a float signal of this name is the same signal."""
+        """Return a float signal. Partly: a float signal of this name is the same signal."""
         return self.getFloatSignal(name)
 
     def clearDoubleSignal(self, name: str | None = None) -> int:
-        """Partly: a float signal of this name is the same signal."""
+        """Clear a float signal. Partly: a float signal of this name is the same signal."""
         return self.clearFloatSignal(name)
 
     setBufferSignal = setStringSignal
@@ -72,9 +72,10 @@ class SignalFunctions(ApiPart):
     clearBufferSignal = clearStringSignal
 
     def getSignalName(self, index: int, kind: int) -> str | None:
-        """The name of the signal at this index, from 0; nil after the last. Kind: 0 integer, 1 float, 2 string.
+        """Return the name of the signal at this index, from 0; nil after the last. `kind`: 0 integer, 1 float, 2
+        string.
 
-        In later versions 2 was double and 3 string: both are taken for strings, as doubles are floats here.
+        In later versions 2 is double and 3 string: both mean strings here, since doubles are floats.
         """
         signals = self._world.signals
         tables = {0: signals.integers, 1: signals.floats, 2: signals.strings, 3: signals.strings}

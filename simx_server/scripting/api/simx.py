@@ -1,4 +1,4 @@
-"""``simx``: what this server's own scripts ask that neither V-REP nor CoppeliaSim has a function for."""
+"""``simx``: functions that this server's own scripts need and that V-REP and CoppeliaSim lack."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from ...scene.objects import ObjectKind
 from .base import ApiPart
 
 _TIP_ENDINGS = ("iktip", "tip")
-"""Of names, lower case, the likelier first."""
+"""Endings of names in lower case, the more likely one first."""
 
 
 class SimxFunctions(ApiPart):
-    """The whole namespace."""
+    """All functions of ``simx``."""
 
     def isCodeAllowed(self) -> bool:
-        """Whether the server was started with --allow-code: then code that clients send may be run."""
+        """Return whether the server was started with --allow-code, so that it runs code sent by clients."""
         return self._world.scripts.allows_code
 
     def getArm(self, robot: int) -> tuple[int, list[int]]:
-        """The tip of a robot and the joints from it up to the robot, those nearest to the robot first.
+        """Return the tip of a robot and the joints between the robot and its tip, those nearest to the robot first.
 
-        The tip is that of an IK group of the scene (simx:ik:NAME) that lies below the robot; without one, a dummy below
-        it whose name ends in ikTip or tip. All hinges and slides between count, whatever their mode is.
+        The tip is that of an IK group of the scene (simx:ik:NAME) below the robot; without one, a dummy below it
+        whose name ends in ikTip or tip. All hinges and slides in between count, in any mode.
         """
         scene, handle = self._sim.scene, self._self(robot)
         item = scene.get(handle)

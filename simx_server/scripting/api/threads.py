@@ -1,7 +1,7 @@
-"""Waiting, and when a script's thread gives way.
+"""Waiting, and switching of a script's thread.
 
-A thread is ``sysCall_thread``, a threaded script of V-REP 3, or a coroutine that a script resumes itself. It goes on
-once per pass, before the actuation of the scripts without threads.
+A thread is ``sysCall_thread``, a threaded script of V-REP 3, or a coroutine that a script resumes itself. It is
+resumed once per simulation step, before the actuation of the scripts without threads.
 """
 
 from __future__ import annotations
@@ -14,28 +14,31 @@ from ..interpreter import Waiting
 from .base import ApiPart
 
 _SHORTEST, _LONGEST = 0.001, 0.2
-"""Seconds a thread may run on; what V-REP takes for setThreadSwitchTiming."""
+"""Limits of the seconds until a thread switches; V-REP accepts them in setThreadSwitchTiming."""
 
 
 class ThreadFunctions(ApiPart):
-    """What waits is over in a later pass; simulated seconds unless said."""
+    """Functions for threads. A wait ends in a later simulation step; times are simulated seconds unless stated
+    otherwise.
+    """
 
     CONSTANTS = CALL_TYPES
 
     def switchThread(self) -> Waiting:
-        """Let everything else go on; back in the next pass."""
+        """Suspend the thread until the next simulation step."""
         yield
         return ()
 
     def step(self) -> Waiting:
-        """The same, by its later name."""
+        """Suspend the thread until the next simulation step: the later name of switchThread."""
         return self.switchThread()
 
     def wait(self, seconds: float, simulation_time: bool = True) -> Waiting:
-        """Wait so long, at least until the next pass; gives the time that it took too long.
+        """Wait for this time, at least until the next simulation step; return the time by which the wait was too
+        long.
 
         Args:
-            simulation_time: False counts seconds of the clock on the wall.
+            simulation_time: False counts seconds of the wall clock.
         """
         if seconds < 0:
             raise CommandError(f"a time to wait is a number not below 0, not {seconds}")
@@ -44,13 +47,13 @@ class ThreadFunctions(ApiPart):
             return self._sim.time if simulation_time else time.monotonic()
 
         start = now()
-        # A whole number of passes must not become one more for rounding.
+        # Rounding must not add a simulation step to a whole number of them.
         while now() - start < seconds - 1e-9:
             yield
         return (max(0.0, now() - start - seconds),)
 
     def waitForSignal(self, name: str) -> Waiting:
-        """Wait until a signal of this name is set, of whatever type; gives its value."""
+        """Wait until a signal of this name and of any type is set; return its value."""
         while True:
             signals = self._world.signals
             for value in (signals.get_integer(name), signals.get_float(name), signals.get_string(name)):
@@ -59,9 +62,9 @@ class ThreadFunctions(ApiPart):
             yield
 
     def setThreadAutomaticSwitch(self, enable: bool | int) -> int:
-        """Set whether calls of ``sim`` and loops yield automatically; return the level set before.
+        """Set whether calls of ``sim`` and loops switch automatically; return the previous level.
 
-        False raises a level, true lowers it; a number sets it. At 0 they do.
+        False raises a level, true lowers it; a number sets it. They switch at level 0.
         """
         switching = self._script.switching
         before = switching.level
@@ -72,33 +75,35 @@ class ThreadFunctions(ApiPart):
         return before
 
     def getThreadAutomaticSwitch(self) -> bool:
-        """Return whether calls of ``sim`` and loops yield automatically."""
+        """Return whether calls of ``sim`` and loops switch automatically."""
         return self._script.switching.level == 0
 
     def setStepping(self, enable: bool | int) -> int:
-        """The later opposite of setThreadAutomaticSwitch."""
+        """Set the level: the later opposite of setThreadAutomaticSwitch."""
         return self.setThreadAutomaticSwitch(not enable if isinstance(enable, bool) else enable)
 
     def setThreadSwitchTiming(self, milliseconds: float) -> None:
-        """Set the time after which a call of ``sim`` or a loop yields; initially 2 ms. Each call counts for 0.01 ms, in
-        Python for 0.04 ms; each turn of a loop for 0.2 microseconds, in Python for 0.5.
+        """Set the time after which a call of ``sim`` or a loop switches; the default is 2 ms. Each call counts as
+        0.01 ms, in Python as 0.04 ms; each iteration of a loop as 0.2 microseconds, in Python as 0.5.
 
-        Differs: V-REP looked at the wall clock, by which no run was quite like the one before.
+        Differs: V-REP used the wall clock, which made every run different.
         """
         self._script.switching.seconds = min(max(milliseconds / 1000, _SHORTEST), _LONGEST)
 
     def setThreadIsFree(self, _is_free: bool) -> int:
-        """In V-REP a thread could run beside the simulation; here none does, so nothing changes."""
+        """Return 0: in V-REP a thread could run in parallel with the simulation; here it never does, so this has no
+        effect.
+        """
         return 0
 
     def getThreadExistRequest(self) -> bool:
-        """Whether the thread is to end: true once the run is ending."""
+        """Return whether the thread is to end: true once the run is ending."""
         return self._sim.is_stopping
 
     def getThreadId(self) -> int:
-        """A number of the script's own, whether it is called in its thread or not."""
+        """Return a number that is unique to the script, inside and outside its thread."""
         return self._script.handle
 
     def setThreadResumeLocation(self, _location: int, _order: int) -> int:
-        """Threads go on before the other scripts' actuation, wherever they ask for."""
+        """Return 0: threads are always resumed before the other scripts' actuation, whatever the location."""
         return 0

@@ -7,10 +7,10 @@ from .base import ApiPart
 
 
 class TubeFunctions(ApiPart):
-    """Two scripts that open a tube of the same header and name are connected."""
+    """Functions for tubes. Two scripts that open a tube with the same header and name are connected."""
 
     def tubeOpen(self, header: int, name: str, size: int, _unused: bool = False) -> int:
-        """A handle. `size`: packets kept until they are read, then the oldest is dropped."""
+        """Open a tube and return its handle. `size`: packets stored until they are read, then the oldest is dropped."""
         return self._world.tubes.open(header, name, size)
 
     def tubeClose(self, tube: int) -> int:
@@ -18,16 +18,18 @@ class TubeFunctions(ApiPart):
         return 1
 
     def tubeWrite(self, tube: int, data: bytes) -> int:
-        """Write a packet; packets written before the other end opens are kept."""
+        """Write a packet; packets written before the other end is open are stored for it."""
         self._world.tubes.write(tube, data)
         return 1
 
     def tubeRead(self, tube: int, blocking: bool = False) -> bytes | Waiting | None:
-        """The oldest packet that has arrived, nil when there is none; blocking waits for one, in a thread."""
+        """Return the oldest packet that has arrived, nil when there is none; blocking waits for one, in a thread."""
         return self._wait_for_packet(tube) if blocking else self._world.tubes.read(tube)
 
     def tubeStatus(self, tube: int) -> tuple[int, int, int]:
-        """1 when connected, else 0; packets to be read here; packets written that the other side has not read."""
+        """Return 1 when connected, else 0; the number of packets to read; the number of packets that the other side
+        has not read.
+        """
         connected, arrived, written = self._world.tubes.status(tube)
         return int(connected), arrived, written
 

@@ -1,4 +1,4 @@
-"""How a script waits for a picture: the render thread makes it, and other clients are answered meanwhile."""
+"""Waiting of a script for an image: the render thread makes it, and the server answers other clients meanwhile."""
 
 from __future__ import annotations
 
@@ -15,14 +15,18 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 PATIENCE = 10.0
-"""Seconds; the first picture of a server may have to wait for a back end to be tried out."""
+"""Time-out in seconds; the first image of a server may have to wait until a back end has been tried."""
 
 _GLANCE = 0.01
-"""Seconds between two looks at what other clients want."""
+"""Seconds between two checks for requests of other clients."""
 
 
 def wait_for(sim: Simulation, future: Future[_T]) -> _T:
-    """The result; other clients are answered until it is there. Raises CommandError after `PATIENCE`."""
+    """Return the result; the server answers other clients until it is available.
+
+    Raises:
+        CommandError: the time-out passed without a result.
+    """
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         if futures.wait([future], _GLANCE).done:

@@ -1,12 +1,12 @@
-"""Scripts that are asked about contacts (``sysCall_contactCallback``), and told of each step (``sysCall_dynCallback``).
+"""Call-backs for contacts (``sysCall_contactCallback``) and for each physics step (``sysCall_dynCallback``).
 
-Two shapes that come near each other are asked about once in a pass, of all scripts that have the call-back in their
-order: the first that does not leave the pair to others (``ignoreContact``) says whether they collide
-(``collisionResponse``). Friction and the like stay the scene's; geoms that are no object are not asked about. Both
-call-backs also have the names of CoppeliaSim 4.5.
+When two shapes come near each other, all scripts with the call-back are called once in a simulation step, in their
+order: the first that does not leave the pair to others (``ignoreContact``) decides whether they collide
+(``collisionResponse``). Friction and similar properties stay those of the scene; geoms that do not belong to an
+object are left out. Both call-backs also have the names of CoppeliaSim 4.5.
 
-Neither may edit the scene, for the steps of a pass work on one model; while contacts are asked about, within a step,
-the state cannot even be copied: no pictures, and other clients wait.
+Neither may edit the scene, because all physics steps of a simulation step use the same model. During the contact
+call-back, within a physics step, the state cannot even be copied: images are not available, and other clients wait.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ class PhysicsCallBacks:
         self._contact: list[tuple[Script, str]] = []
         self._step: list[tuple[Script, str]] = []
         self._known: dict[tuple[int, int], bool] = {}
-        """By pair of shapes what was answered in this pass."""
+        """Answers of this simulation step by pair of shapes."""
         self._is_asked = False
 
     def forget_answers(self) -> None:
-        """Another simulation step begins: scripts are asked again."""
+        """Delete the answers at the start of another simulation step, so that scripts are called again."""
         self._known.clear()
 
     def watch(self, scripts: list[Script]) -> None:
-        """Scripts have begun or ended."""
+        """Update the lists of call-backs after scripts have started or ended."""
         self._contact = _having(scripts, CONTACT)
         self._step = _having(scripts, STEP)
         wants = bool(self._contact) and self._sim.is_running
@@ -75,8 +75,8 @@ class PhysicsCallBacks:
         return True
 
     def _tell(self, index: int, count: int, is_after: bool) -> None:
-        """Before and after physics step `index` (from 0) of the `count` of a pass."""
-        self._sim.changed()  # what a script reads now is of this step
+        """Call the scripts before or after physics step `index` (from 0) of the `count` of a simulation step."""
+        self._sim.changed()  # scripts now read values of this physics step
         known = {
             "passCnt": index + 1,
             "totalPasses": count,
@@ -89,7 +89,7 @@ class PhysicsCallBacks:
 
 
 def _having(scripts: list[Script], functions: tuple[str, ...]) -> list[tuple[Script, str]]:
-    """Those that have one of the functions, with its name."""
+    """Return the scripts that have one of the functions, with its name."""
     return [(one, name) for one in scripts for name in functions if one.has(name)]
 
 

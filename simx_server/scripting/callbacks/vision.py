@@ -1,10 +1,10 @@
-"""Scripts that judge pictures (``sysCall_vision``), and those told of detections (``sysCall_trigger``).
+"""Scripts that process images (``sysCall_vision``), and scripts that are called on detections (``sysCall_trigger``).
 
-A vision sensor whose script has one of the two is rendered in each pass, after physics and before the scripts'
-sensing; all others stay as lazy as they are. The first packet is of the picture as it was rendered; what the script
-returns decides whether the sensor detects, and its packets follow. Handled explicitly, or with external input, the
-sensor's script is asked when a script handles it, or when an image is set. Of a child and a customization script the
-first that returns something has decided.
+A vision sensor whose script has one of the two is rendered in each simulation step, after physics and before the
+scripts' sensing; all others are rendered on request. The first packet is of the image as rendered; the script's
+result decides whether the sensor detects, and its packets follow. For a sensor with explicit handling or external
+input, the script is called when a script handles the sensor, or when an image is set. Of a child and a customization
+script the first one with a result decides.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ VISION = "sysCall_vision"
 TRIGGER = "sysCall_trigger"
 
 Notify = Callable[..., list[Any] | None]
-"""Calls a function of an object's scripts: handle, function, arguments; what the first that returned anything gave."""
+"""Calls a function of an object's scripts (handle, function, arguments) and returns the first result of any of them."""
 
 
 class VisionCallBacks:
@@ -52,16 +52,17 @@ class VisionCallBacks:
         self._judged: frozenset[int] = frozenset()
         self._told: frozenset[int] = frozenset()
         self._asked: set[int] = set()
-        """Whose scripts are judging a picture just now: an image that they set is not judged again."""
+        """Sensors whose scripts are processing an image now: an image that such a script sets is not processed again.
+        """
 
     def watch(self, scripts: list[Script]) -> None:
-        """Scripts have begun or ended."""
+        """Update the list of sensors after scripts have started or ended."""
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
         self._vision.on_picture = self._judge
 
     def sense(self) -> None:
-        """The sensing of a pass: all pictures are asked for before the first script waits for one."""
+        """Process the images of a simulation step: all are requested before the first script waits for one."""
         sim = self._sim
         concerned = self._judged | self._told
         if not concerned:
@@ -74,7 +75,7 @@ class VisionCallBacks:
                 self._tell_of_proximity(handle)
 
     def _judge(self, handle: int) -> None:
-        """A sensor has a new picture."""
+        """Process a sensor's new image."""
         if handle not in self._judged | self._told or handle in self._asked:
             return
         self._asked.add(handle)
@@ -126,7 +127,7 @@ class VisionCallBacks:
         try:
             found = self._proximity.read(handle)
         except CommandError:
-            return  # it is handled explicitly and was not handled yet
+            return  # the sensor has explicit handling and was not handled yet
         if found is not None:
             known = {
                 "handle": handle,
@@ -138,10 +139,10 @@ class VisionCallBacks:
 
 
 def _table(results: list[Any] | None) -> dict[Any, Any]:
-    """The first result, when it is a table with names."""
+    """Return the first result if it is a table with names."""
     return results[0] if results and isinstance(results[0], dict) else {}
 
 
 def _numbers(packet: bytes) -> list[float]:
-    """Of sim.packFloatTable; a rest of less than four bytes is left out."""
+    """Return the numbers of sim.packFloatTable; a rest of less than four bytes is ignored."""
     return list(struct.unpack_from(f"<{len(packet) // 4}f", packet))

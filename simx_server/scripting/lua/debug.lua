@@ -1,19 +1,19 @@
--- Errors, their handlers and `debug` as scripts get them.
+-- Errors, their handlers and `debug` for scripts.
 --
--- Lua's own would show the functions of the sandbox, and `debug` would open it. A script sees only its own
--- functions; those of the server and of Lua's library look like functions in C, as they do in CoppeliaSim.
+-- Lua's own would show the functions of the sandbox, and `debug` would give access to it. A script sees only
+-- its own functions; those of the server and of Lua's library look like C functions, as in CoppeliaSim.
 -- Arguments: the script's world, a copy of it that no script can change, two functions of the hook, and one
--- that says whether a function is that in which calls from the server begin.
+-- that returns whether a function is the entry point of calls from the server.
 
 local world, own, where, look, is_entrance = ...
 local getinfo, running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable =
     debug.getinfo, coroutine.running, error, pcall, xpcall, type, select, tonumber, next, pairs, rawget, setmetatable
 local format, concat, find, gsub, tointeger = string.format, table.concat, string.find, string.gsub, math.tointeger
 
--- Of a long stack the innermost and the outermost functions are shown; of one that is longer still, the innermost.
+-- A long stack shows its innermost and outermost functions; an even longer one only the innermost ones.
 local FIRST, LAST, DEEPEST = 10, 11, 200
 
--- Names of the functions that a script is given, found when they are first wanted.
+-- Names of the functions that a script gets, found on first use.
 local names
 local function name_of(action)
     if not names then
@@ -36,7 +36,7 @@ end
 
 local function is_own(frame) return frame.what ~= "C" and frame.source ~= "=sandbox" end
 
--- The frames that a script may know of, the innermost first. `aside`: while a handler runs, those of the error.
+-- The visible frames, the innermost first. `aside`: while a handler runs, those of the error.
 local aside
 local handle_error
 
@@ -63,7 +63,7 @@ end
 
 local mains = setmetatable({}, { __mode = "k" })
 
--- The name by which a script's function is a global; also when it was called as something else.
+-- The name by which a script's function is a global; also when it was called by another name.
 local function global_name(frame)
     if frame.name and rawget(world, frame.name) == frame.func then return frame.name end
     for name, value in next, world do
@@ -87,7 +87,7 @@ end
 local function traceback(message, frames, from)
     local lines, count = { message and message .. "\n" or "", "stack traceback:" }, #frames
     local last = count < DEEPEST and LAST or 0
-    local skipped = count - from - FIRST - last                     -- one less than are left out, as Lua says it
+    local skipped = count - from - FIRST - last                     -- one less than are left out, as in Lua
     for i = from, count do
         if skipped > 0 and i == from + FIRST then
             lines[#lines + 1] = last > 0 and format("\n\t...\t(skipping %d levels)", skipped) or "\n\t..."
@@ -107,7 +107,7 @@ local function whole(value, number, name)
     return given
 end
 
--- A level as a function in C would count it: that has a caller even when it is called last (``return f()``).
+-- A level as a C function would count it: it has a caller even when it is called last (``return f()``).
 local function called_last(level)
     return level > 1 and getinfo(2, "t").istailcall and level - 1 or level
 end
@@ -131,7 +131,7 @@ local KEYS = {
     f = { "func" }, L = { "activelines" },
 }
 
--- What a script may know of a function: of the server's and of Lua's own no more than of one in C.
+-- The visible properties of a function: the server's and Lua's own functions show those of a C function.
 function world.debug.getinfo(...)
     local thread, subject, options = nil, ...
     if type(subject) == "thread" then thread, subject, options = ... end
@@ -172,7 +172,8 @@ function world.debug.getinfo(...)
     return known
 end
 
--- A memory error comes after few instructions and much time, so each error is followed by a look.
+-- A memory error comes after few instructions and much time, so each error is followed by a check of the
+-- clock.
 local function handled(ok, ...)
     if ok then return true, ... end
     look()
@@ -186,11 +187,11 @@ function world.pcall(...)
     return handled(pcall(...))
 end
 
--- Lua calls a handler where the error is, in the hook that stops a script too, where nothing would stop the handler.
--- So only the frames are kept there, and the handler is called after the unwinding.
+-- Lua calls a handler at the place of the error, also in the hook that stops a script, where the handler could
+-- not be stopped. So only the frames are kept there, and the handler is called after the unwinding.
 local raised
 local function note(problem)
-    -- Of a stack that has run over little is left for going through it.
+    -- After a stack overflow little of the stack is left for a walk through it.
     local is_full = type(problem) == "string" and find(problem, "stack overflow", 1, true)
     raised = is_full and {} or frames_of(nil, 1, DEEPEST)
     return problem

@@ -1,8 +1,8 @@
 """One Lua 5.4 interpreter for one script: a sandbox with a time limit and a memory limit.
 
-What a script gets and gives is said by `interpreter.py`; this file knows no simulation. A table of Lua crosses as a
-list when its keys are 1, 2 ... without a gap (or when it is empty), else as a dict; a Python list or dict arrives as a
-table.
+`interpreter.py` specifies the values that a script receives and returns; this file is independent of the simulation.
+A table of Lua becomes a list when its keys are 1, 2 ... without a gap (or when it is empty), else a dict; a Python
+list or dict becomes a table.
 """
 
 from __future__ import annotations
@@ -43,7 +43,11 @@ _OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\
 
 
 def load_lupa() -> Any:
-    """The lupa module for Lua 5.4; ScriptError with the install line when there is none."""
+    """Return the lupa module for Lua 5.4.
+
+    Raises:
+        ScriptError: it is not installed; the text contains the command that installs it.
+    """
     try:
         return importlib.import_module("lupa.lua54")
     except ImportError as problem:
@@ -53,11 +57,11 @@ def load_lupa() -> Any:
 
 
 _CHUNKS = {file.stem: file.read_bytes() for file in Path(__file__).parent.glob("*.lua")}
-"""The files of Lua beside this one: ``sandbox`` is called first, and calls the others."""
+"""The Lua files in this folder: ``sandbox`` is called first, and calls the others."""
 
 
 class LuaFunction:
-    """A function that a script handed out; see `interpreter.Function`."""
+    """A function that a script passed to the server; see `interpreter.Function`."""
 
     def __init__(self, interpreter: LuaInterpreter, function: Any) -> None:
         self.interpreter = interpreter
@@ -70,20 +74,20 @@ class LuaFunction:
 _T = TypeVar("_T")
 
 _FAILED = (False, b"failed inside the server; its log says why")
-"""What a script is told of a fault of the server's."""
+"""Result that a script gets for an internal error of the server."""
 
 _MANY = 5000
-"""Items of a table that cross within about 3 ms; after as many the clock is looked at."""
+"""Items of a table that are converted in about 3 ms; after this number the clock is checked."""
 
 _LONGEST_LINE = 100_000
-"""Bytes of a line that is printed, and of an error's text."""
+"""Maximum bytes of a printed line, and of an error's text."""
 
 _CALL_TIME = 10e-6
-"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 6 to 10 microseconds."""
+"""Seconds that a call of the API counts as towards `Switching.seconds`; it takes 6 to 10 microseconds."""
 
 
 _TURN_TIME = 0.2e-6
-"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes half of that."""
+"""Seconds that an iteration of a loop counts as towards `Switching.seconds`; a short one takes half of that."""
 
 
 class LuaInterpreter:
@@ -136,9 +140,9 @@ class LuaInterpreter:
         self._face = dict(face.items())
 
     def close(self) -> None:
-        """Free the Lua state; when the script runs, at the end of that call.
+        """Free the Lua state; if the script is running, at the end of that call.
 
-        The state and this object hold each other in a way Python's collector cannot see.
+        The state and this object refer to each other in a way that Python's collector cannot detect.
         """
         self._has_ended = True
         if not self._depth:
@@ -146,19 +150,27 @@ class LuaInterpreter:
             self._waiting.clear()
 
     def run(self, source: bytes) -> None:
-        """Execute the script's text, which defines its functions. Raises ScriptError."""
+        """Execute the script's text, which defines its functions.
+
+        Raises:
+            ScriptError: the script failed.
+        """
         self._enter(b"run", source, b"@" + self.name.encode())
 
     def has(self, function: str) -> bool:
-        """Whether a function of this name exists; dots reach into tables."""
+        """Return whether a function of this name exists; dots select members of tables."""
         return not self._has_ended and bool(self._face[b"has"](function.encode()))
 
     def call(self, function: str, *arguments: Any) -> list[Any]:
-        """Call a function with plain values; all its results as plain values. Raises ScriptError."""
+        """Call a function with plain values and return all its results as plain values.
+
+        Raises:
+            ScriptError: the script failed.
+        """
         return self._enter(b"call", function.encode(), *map(self._to_lua, arguments))
 
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
-        """Call a function that was handed out."""
+        """Call a function that the script passed to the server."""
         return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
 
     def start_thread(self, function: str) -> None:
@@ -166,7 +178,7 @@ class LuaInterpreter:
         self._enter(b"start_thread", function.encode())
 
     def resume(self) -> bool:
-        """Let the thread go on until it waits; True while it is still alive."""
+        """Run the thread until it waits; return True while it is running."""
         return bool(self._enter(b"resume")[0])
 
     def _enter(self, action: bytes, *arguments: Any) -> list[Any]:
@@ -196,11 +208,11 @@ class LuaInterpreter:
         return [self._from_lua(value) for value in results]
 
     def _sealed(self, action: Callable[..., Any], failed: Any) -> Callable[..., Any]:
-        """What Lua is given instead of a function of Python: it never raises, for lupa hands exceptions to scripts.
+        """Return a function for Lua that never raises, because lupa passes exceptions to scripts.
 
         Args:
-            action: the function.
-            failed: what is returned when it raised.
+            action: the function of Python.
+            failed: the result if it raises.
         """
 
         def call(*arguments: Any) -> Any:
@@ -208,14 +220,14 @@ class LuaInterpreter:
                 return action(*arguments)
             except Exception:
                 logger.exception("a call of script %s failed inside the server", self.name)
-            except BaseException as interruption:  # it goes on when the script has been left
+            except BaseException as interruption:  # it is raised again when the script has returned
                 self._raised = interruption
             return failed
 
         return call
 
     def _late(self) -> bool:
-        """The hook's look at the clock; others are served meanwhile, at no cost to the script."""
+        """Check the clock for Lua's hook; the server answers other clients meanwhile, without cost to the script."""
         if self._raised:
             return True
         if time.monotonic() > self._serve_next:
@@ -247,9 +259,10 @@ class LuaInterpreter:
         return True, source
 
     def _invoke(self, level: int, name: bytes, *arguments: Any) -> tuple[Any, ...]:
-        """Run one function of the API: ``(status, ...)`` as `sandbox.lua` says, never an exception.
+        """Run one function of the API and return ``(status, ...)`` as `sandbox.lua` defines it; never raise an
+        exception.
 
-        Lua's ``pcall`` would hand an exception to the script as an object and lose it for the log.
+        Lua's ``pcall`` would pass an exception to the script as an object, and the log would not show it.
         """
         function = _text(name)
 
@@ -293,7 +306,7 @@ class LuaInterpreter:
             return _FAILED
 
     def _to_lua(self, value: Any) -> Any:
-        """A value that lupa makes a value of Lua: anything else it would hand to the script as an object of Python."""
+        """Convert a value so that lupa passes a value of Lua: other values would reach the script as Python objects."""
         kind = type(value)
         if kind is float or kind is bytes or kind is bool or value is None:
             return value
@@ -336,7 +349,9 @@ class LuaInterpreter:
         return value
 
     def _breathing(self, items: Iterable[_T]) -> Iterable[_T]:
-        """The items of a table that crosses; a large one takes long, so others are served between its items."""
+        """Yield the items of a table; a large one takes long to convert, so the server answers other clients
+        meanwhile.
+        """
         if isinstance(items, Sized) and len(items) < _MANY:
             return items
         return self._with_turns_of_others(items)
@@ -348,7 +363,7 @@ class LuaInterpreter:
             yield item
 
     def _explain(self, problem: str) -> str:
-        """With the file's name in front, as Lua puts it for most; old names that do not exist get their advice."""
+        """Return the message with the file's name in front, as Lua does for most; add advice to unknown old names."""
         missing = _OLD_NAME.search(problem)
         if missing:
             try:

@@ -1,11 +1,10 @@
--- Lua's standard library as scripts get it: without files, and with no single call that takes long by
--- itself.
+-- Lua's standard library for scripts: without files, and without a single call that takes long.
 --
--- No hook strikes within a C function, so what takes more than linear time, or linear time on something
--- huge, is done in Lua there, where the hook looks at the clock and others are served. The limits are such
--- that the C function stays below about 0.05 s.
--- Arguments: the script's world, a function that says where the script is, the hook's look, the compiler of
--- chunks.
+-- No hook runs within a C function. So functions that take more than linear time, or linear time on huge
+-- values, are written in Lua here: the hook checks the clock in them, and the server answers other clients.
+-- The limits keep a C function below about 0.05 s.
+-- Arguments: the script's world, a function that returns the script's position, the hook's check of the clock,
+-- the compiler of chunks.
 
 local world, where, look, compile = ...
 local error, type, pairs, pcall, select, tostring, tonumber = error, type, pairs, pcall, select, tostring, tonumber
@@ -17,7 +16,7 @@ local format, find, sub, byte, gmatch, collect, getinfo, mathtype = string.forma
 
 local LONG_LIST, LONG_CHUNK, LONG_REPEAT, LONG_FORMAT, MANY, LONG_KEY = 10000, 200000, 16000000, 1000, 1000, 1000
 
--- What a C function raises is told with the script's line, not with one of this text.
+-- An error of a C function is reported with the script's line, not with one of this file.
 local function finish(ok, ...)
     if ok then return ... end
     local problem = ...
@@ -61,7 +60,7 @@ function world.os.date(...)
     return finish(pcall(date, ...))
 end
 
--- The collector stays as it is set: memory that a script takes has to be noticed (`lua_watch.py`).
+-- The collector's settings are fixed, so that the memory use of a script is noticed (`watch.lua`).
 local TUNED = {
     stop = 0, restart = 0, isrunning = true, setpause = 200, setstepmul = 100, incremental = "incremental",
     generational = "incremental",
@@ -77,7 +76,7 @@ end
 local function no_files(_, name) error(where() .. "io." .. tostring(name) .. ": scripts have no files", 0) end
 world.io = setmetatable({}, { __index = no_files, __metatable = false })
 
--- The text that a function gives in pieces, until it gives none.
+-- The text that a function returns in pieces, until it returns none.
 local function gather(reader)
     local pieces, size = {}, 0
     repeat
@@ -105,7 +104,7 @@ world.loadstring = world.load
 
 local function before(a, b) return a < b end
 
--- A comparison of C would hide from the hook, and with a metatable a list may be longer than it says.
+-- The hook cannot see a comparison in C, and with a metatable a list may be longer than it reports.
 function world.table.sort(list, comes_before)
     local is_long = type(list) == "table" and (metatable(list) or #list > LONG_LIST)
     if type(list) == "table" and not is_long and comes_before == nil then
@@ -138,7 +137,7 @@ function world.table.concat(list, separator, first, last)
     return finish(pcall(concat, parts, separator))
 end
 
--- As long as lists are, or say that they are: piece by piece, the last one first where that one would be overwritten.
+-- As long as lists are, or report to be: piece by piece, the last one first where it would be overwritten.
 function world.table.move(list, first, last, to, other)
     local from, stop, goal = tonumber(first), tonumber(last), tonumber(to)
     if not (from and stop and goal) or stop - (from + 0.0) < LONG_LIST then
@@ -194,11 +193,11 @@ function world.string.rep(text, count, separator)
     local size = each * (times + 0.0)
     if size > LONG_REPEAT then error("string.rep: a text of more than " .. LONG_REPEAT .. " bytes", 2) end
     if size > LONG_CHUNK then look(size) end
-    -- Nothing, however often, is nothing; C would count to the end.
+    -- Repetitions of an empty text are empty; C would count to the end.
     return finish(pcall(rep, text, each == 0 and times > 1 and 1 or count, separator))
 end
 
--- Goes through a whole text within C.
+-- Functions that process a whole text within C.
 local function with_a_look(change)
     return function(text, ...)
         if type(text) == "string" and #text > LONG_CHUNK then look(#text) end
@@ -215,7 +214,7 @@ function world.string.byte(text, first, last)
     return finish(pcall(byte, text, first, last))
 end
 
--- A conversion takes up to a few microseconds, and one by %q goes through the text byte by byte.
+-- A conversion takes up to a few microseconds, and %q processes its text byte by byte.
 function world.string.format(...)
     local pattern, count = (...), select("#", ...)
     if type(pattern) ~= "string" then return (finish(pcall(format, ...))) end
@@ -234,7 +233,7 @@ function world.string.format(...)
     return (finish(pcall(format, ...)))
 end
 
--- A short format may ask for a text as long as memory is.
+-- A short format may request a text as long as memory is.
 for _, name in pairs { "pack", "unpack", "packsize" } do
     local action = string[name]
     world.string[name] = function(...)

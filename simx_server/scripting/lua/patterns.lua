@@ -1,12 +1,12 @@
 -- Lua's patterns, matched in Lua where the C library might take long.
 --
--- Lua's own matcher goes back over every way to share the subject out among the pattern's repetitions,
--- within one C call that nothing can interrupt: seconds for forty letters, years for eighty. Its work is at
--- most the subject's length to the power of one more than the number of repetitions. Where that bound is
--- small the C function is called; where it is not, the matcher below does the same search, slower by some
--- twenty times, but the hook looks at the clock meanwhile, so the script can be stopped and others are
--- served. Results are the same; a script sees no difference.
--- Replaces the functions of the script's `string` that take patterns.
+-- Lua's own matcher tries every way to share the subject out among the pattern's repetitions, within one C
+-- call that cannot be interrupted: seconds for forty letters, years for eighty. Its work is at most the
+-- subject's length to the power of one more than the number of repetitions. Where that bound is small the C
+-- function is called. Where it is large, the matcher below does the same search: it is about twenty times
+-- slower, but the hook checks the clock meanwhile, so the script can be stopped and the server answers other
+-- clients. Results are the same; a script sees no difference. This file replaces the functions of the script's
+-- `string` that take patterns.
 
 local world, look = ...
 local byte, char, sub, find, match, gmatch, gsub =
@@ -15,7 +15,7 @@ local error, tostring, type, unpack = error, tostring, type, table.unpack
 local mathtype, SPECIAL = math.type, "[%^%$%*%+%?%.%(%)%[%]%%%-]"
 local BUDGET, LONGEST, WINDOW = 1000000, 100000, 1000000
 
--- Whether the C library is sure to be quick. A repetition at the very end never goes back.
+-- Whether the C library is certain to be quick. A repetition at the very end never goes back.
 local function is_quick(subject, pattern)
     local length, cost, at, last = #subject, #subject, 1, #pattern
     if length > WINDOW then look(length) end
@@ -37,13 +37,13 @@ local function is_quick(subject, pattern)
     return cost <= BUDGET and (not open or cost * (last - open) <= 16 * BUDGET)
 end
 
--- Each match goes through the whole replacement.
+-- Each match processes the whole replacement.
 local function is_replaced_quickly(subject, replacement)
     return type(replacement) ~= "string" or #subject * #replacement < 16 * BUDGET
         or not find(replacement, "%", 1, true)
 end
 
--- Which bytes a class such as "%a", "[^x]" or "." has.
+-- The bytes of a class such as "%a", "[^x]" or ".".
 local function members(class)
     local set = {}
     for code = 0, 255 do set[code] = find(char(code), "^" .. class) ~= nil end
@@ -109,7 +109,7 @@ local function compile(pattern, at)
     return steps
 end
 
--- The end of a match that begins at `at`, and its captures as a list of {from, to}; nil if there is none.
+-- The end of a match that starts at `at`, and its captures as a list of {from, to}; nil if there is none.
 local function try(steps, subject, begin)
     local length, starts, stops, open = #subject, {}, {}, 0
     local function go(index, at)

@@ -1,31 +1,29 @@
 -- The trusted Lua chunk that builds a script's world and guards every entry into it.
 --
--- It and its parts, the other files of Lua in this folder, are the only Lua code that ever sees Lua's
--- `debug` and Python objects; both stay upvalues, which a script's own `debug` cannot read. Why each guard
--- is needed:
+-- It and its parts, the other Lua files in this folder, are the only Lua code that has access to Lua's `debug`
+-- and to Python objects; both stay upvalues, which a script's own `debug` cannot read. Reasons for each guard:
 --
--- * a hook stops endless loops, see `watch.lua`; the way out (`enter`, `report`) is spared, or the error
+-- * a hook stops endless loops, see `watch.lua`; the way out (`enter`, `report`) is excluded, or the error
 --   would leave with the hook still set;
--- * a message handler runs inside the hook, where no hook strikes: `xpcall` calls it after the unwinding,
---   see `debug.lua`;
+-- * a message handler runs inside the hook, where no hook runs: `xpcall` calls it after the unwinding, see
+--   `debug.lua`;
 -- * finalizers run with hooks off, so `__gc` is refused;
--- * binary chunks can crash the virtual machine, so `load` takes text only, and not too much at once;
+-- * binary chunks can crash the virtual machine, so `load` accepts text only, of limited length;
 -- * tables are copied raw before Python reads them: reading must not run a script's metamethods;
--- * the functions of Python never raise (`interpreter.py`): lupa would hand the exception to the script as
---   an object;
--- * no hook strikes within one call of a C function: those of the standard library that could take long by
---   themselves are bounded by `library.lua`, which gets the script's world before any script does.
+-- * the functions of Python never raise (`interpreter.py`): lupa would pass the exception to the script as an
+--   object;
+-- * no hook runs within one call of a C function: `library.lua`, which gets the script's world before any
+--   script does, limits the slow functions of the standard library.
 --
--- Threads: `depth` counts calls from Python that lie within each other, `level` the coroutines: 0 outside of
--- any, 1 in one that was resumed from there (the server's thread among them), more in a script's coroutine
--- within a coroutine.
--- A coroutine that gave way within a loop (`turns.py`) yields `SWITCH`, which only `resume` sees.
--- What a function of the API answers is told by its first result: true, false (an error), `switch` (done,
--- but let others go on first) or `wait` (ask again after the next resumption).
+-- Threads: `depth` counts nested calls from Python, `level` the coroutines: 0 outside of any, 1 in one that
+-- was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine. A
+-- coroutine that switched within a loop (`turns.py`) yields `SWITCH`, which only `resume` sees. The first
+-- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
+-- first) or `wait` (call again after the next resumption).
 
 local late, invoke, proceed, output, module, with_turns, is_tired, refuse, max_depth, known, texts = ...
 
--- Of the objects of Python, should one ever get out.
+-- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
 
 local coresume, yield, isyieldable, costatus =
@@ -43,7 +41,7 @@ local function part(name) return load(texts[name], "=sandbox", "t") end
 local watching = part("watch")(late)
 local where, look = watching.where, watching.look
 
--- A table as the border knows it: keys are text or whole numbers.
+-- A table as the interface accepts it: keys are text or whole numbers.
 local function plain(value, nesting)
     local kind = type(value)
     if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
@@ -103,7 +101,7 @@ local own = {}
 local debugging = part("debug")(world, own, where, look, function(action) return action == enter end)
 local complain, is_main = debugging.complain, debugging.is_main
 
--- Turns of loops, see turns.py: after each SLICE of them Python is asked whether the thread gives way.
+-- Iterations of loops, see turns.py: after each SLICE of them Python decides whether the thread switches.
 local SLICE <const>, SWITCH = 1000, {}
 local turns_left, turns_done = SLICE, 0
 
@@ -114,7 +112,7 @@ end
 
 local function counters() return turns_left, turn end
 
--- A chunk of a script, its turns counted, with the counters that all its chunks share.
+-- A chunk of a script with counted iterations and the counters that all its chunks share.
 local function compile(source, name, environment)
     local reason = refuse(source)
     if reason then return nil, reason end
@@ -123,7 +121,7 @@ local function compile(source, name, environment)
     local counted = chunk and with_turns(source)
     local maker = counted and load(counted, name, "t", environment)
     if not chunk then return nil, problem end
-    chunk = maker and maker() or chunk                              -- nothing to count, or too many upvalues for it
+    chunk = maker and maker() or chunk                              -- no loops, or too many upvalues for the counter
     is_main(chunk)
     for i = 1, 255 do
         local upvalue = upvaluename(chunk, i)
@@ -134,9 +132,9 @@ local function compile(source, name, environment)
     return chunk
 end
 
--- A coroutine that gave way in a loop comes back at once where nothing can: within another coroutine that one gives way
--- too, and where that cannot be (in a comparison of table.sort) it goes on. So does a generator outside any
--- coroutine (`through`): the script waits for its value.
+-- A coroutine that switched in a loop returns immediately where it cannot wait: within another coroutine that
+-- one switches too, and where that is impossible (in a comparison of table.sort) it continues. So does a
+-- generator outside any coroutine (`through`): the script waits for its value.
 local resume
 local generators = setmetatable({}, { __mode = "k" })           -- coroutines that have yielded a value
 
@@ -163,7 +161,7 @@ local function through(ok, ...)
     error((...), 0)
 end
 
--- As above, with the place of the call in front, as Lua's own has it.
+-- As above, with the place of the call in front, as in Lua's own.
 local function wrapped(ok, ...)
     if ok then return ... end
     local problem, caller = (...), getinfo(2, "Sl")
@@ -208,7 +206,8 @@ for space, names in pairs(known) do
     loaded[space] = members
 end
 
--- V-REP's one function that overwrites a table it is given: values cross the border as copies, so it is done here.
+-- V-REP's only function that overwrites its table argument: values pass the interface as copies, so it is done
+-- here.
 local inverse = world.sim and rawget(world.sim, "invertMatrix")
 if inverse then
     function world.sim.invertMatrix(matrix)
@@ -260,7 +259,7 @@ function report(ok, ...)
     return ok, ...
 end
 
--- An error is text when it leaves.
+-- An error leaves as text.
 local function told(problem)
     if type(problem) == "string" then return problem end
     local ok, text = pcall(show, problem)
@@ -273,7 +272,7 @@ local function guarded(finally, ok, ...)
     return true, ...
 end
 
--- `action` is called by a function in C: a level of error() that means its caller names no place.
+-- A C function calls `action`: a level of error() that means its caller names no place.
 function enter(finally, action, ...)
     if depth == 0 then
         level = 0

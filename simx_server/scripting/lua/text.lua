@@ -1,8 +1,9 @@
--- What a script prints: values as CoppeliaSim shows them, tables with what they hold.
+-- Printed text of a script: values in CoppeliaSim's form, tables with their contents.
 --
--- Nothing shown is an address, so two runs print the same lines. A script's `__tostring` is asked, as by
+-- The text contains no addresses, so two runs print the same lines. A script's `__tostring` is called, as by
 -- Lua's print.
--- Arguments: the script's world, what takes a line, the greatest depth, the hook's look.
+-- Arguments: the script's world, the function that receives a line, the greatest depth, the hook's check of
+-- the clock.
 
 local world, output, max_depth, look = ...
 local type, tostring, next, rawget, rawequal, select = type, tostring, next, rawget, rawequal, select
@@ -23,7 +24,7 @@ end
 
 local ORDER = { boolean = 1, number = 2, string = 3 }
 
--- The keys of a table, sorted, and how many it has; no keys if these are 1, 2 ... without a gap.
+-- The keys of a table, sorted, and their number; no keys if these are 1, 2 ... without a gap.
 local function keys_of(value, most)
     local keys, count, greatest = {}, 0, 0
     for key in next, value do

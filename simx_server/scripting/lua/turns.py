@@ -1,9 +1,9 @@
-"""Count the turns of a script's loops, so that a coroutine can give way inside a loop without calls of ``sim``.
+"""Count the iterations of a script's loops, so that a coroutine can switch inside a loop without calls of ``sim``.
 
-V-REP interrupted a script's thread by the clock, wherever it was. A hook of Lua can stop a coroutine but cannot make it
-yield, and a clock makes no two runs alike. So a script's text is compiled with a counter in each loop, before each
-``goto`` and before each tail call: nothing else can run for ever without growing the stack. The counter is two
-upvalues of the chunk, no line moves, and error messages stay the same. What is done when it runs out: `sandbox.lua`.
+V-REP interrupted a script's thread by the clock, at any point. A hook of Lua can stop a coroutine but cannot make it
+yield, and with a clock no two runs are alike. So a script's text is compiled with a counter in each loop, before each
+``goto`` and before each tail call: no other code can run for ever without growing the stack. The counter is two
+upvalues of the chunk, line numbers stay, and error messages stay the same. `sandbox.lua` defines the action at zero.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 
 COUNTER, ACTION = b"simx_left", b"simx_turn"
-"""Names of the two upvalues: the turns that are left, and the function that is called when there are none."""
+"""Names of the two upvalues: the remaining iterations, and the function that is called at zero."""
 
 _COUNT = b" %b=%b-1 if %b<0 then %b()end " % (COUNTER, COUNTER, COUNTER, ACTION)
 
@@ -25,20 +25,21 @@ _TOKEN = re.compile(
 )
 
 _CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:--|[(\[{"']|[.:]\s*+--))""")
-"""What follows ``return`` where it may be a tail call; a comment may hide one."""
+"""Text after ``return`` where it may be a tail call; a comment may hide one."""
 
 
 def with_turns(source: bytes) -> bytes | None:
-    """The text of a function that gives the chunk with its turns counted; None: none to count, or it names one.
+    """Return the text of a function that returns the chunk with counters; None: no loops, or the text uses their
+    names.
 
     Args:
-        source: a text that Lua compiles; of any other the result may be anything.
+        source: a text that Lua compiles; for any other text the result is undefined.
     """
     if COUNTER in source or ACTION in source:
         return None
     pieces: list[bytes] = []
     blocks: list[bool] = []
-    """The open blocks; True: of a loop whose ``do`` is yet to come."""
+    """The open blocks; True: the header of a loop whose ``do`` has not been read yet."""
     done = 0
     for token in _TOKEN.finditer(source):
         place = -1

@@ -1,10 +1,11 @@
--- The hook that looks at the clock while a script runs: it stops endless scripts and lets others be served.
+-- The hook that checks the clock while a script runs: it stops endless scripts and lets the server answer
+-- other clients.
 --
--- Once the time is over it strikes on every instruction, otherwise `while true do pcall(busy) end` would
--- swallow it for ever. Between two strikes lie the fewer instructions the longer the last ones took, and the
--- larger the heap is: one instruction may copy a string as long as the heap is large. Coroutines have a hook
--- of their own, so they are made here; in one that its hook has ended no hook strikes any more, so what it
--- left to be closed (`<close>`) is never run.
+-- After the time limit it runs on every instruction, otherwise `while true do pcall(busy) end` would catch it
+-- for ever. The interval between two runs becomes shorter when the last instructions took long and when the
+-- heap is large, because one instruction may copy a string as long as the heap is large. Each coroutine has a
+-- separate hook, so coroutines are created here. In a coroutine that its hook has ended, no hook runs any
+-- more, so its pending `<close>` variables are never closed.
 
 local late = ...
 
@@ -25,12 +26,12 @@ local function where()
     return ""
 end
 
--- Instructions between two strikes of the hook: as many as take about 1 ms; of cheap ones 2000 are 0.02 ms.
--- After a large piece of work, and where the heap has grown, as few as there can be.
+-- Instructions between two runs of the hook: as many as take about 1 ms; 2000 cheap ones take 0.02 ms. After a
+-- large piece of work, and when the heap has grown, the minimum.
 local FIRST, LEAST, LARGE = 200, 2, 100000
 local interval, greatest, last_strike, last_look = FIRST, FIRST, 0, 0
 
--- A look at Python's clock, with others served, when the last one is a millisecond ago. True: the time is over.
+-- Checks Python's clock and serves other clients, at most once per millisecond. True: the time is over.
 local function must_stop()
     if clock() - last_look < 0.001 then return struck end
     struck = late() or struck
@@ -40,7 +41,7 @@ local function must_stop()
     return struck
 end
 
--- What each coroutine's hook is set to. It is not set anew without need: that would begin its count again.
+-- The interval of each coroutine's hook. It is set only on a change, because setting it restarts its count.
 local spans = setmetatable({}, { __mode = "k" })
 
 local function set(span)
@@ -48,7 +49,7 @@ local function set(span)
     sethook(watch, "", span)
 end
 
--- Costly instructions are to be expected. A hook that counts as few already is left alone, or it would never strike.
+-- Prepares for costly instructions. A hook with the least interval is not set again, or it would never run.
 local function beware()
     if struck then return end
     if interval > LEAST then interval = LEAST end
@@ -87,13 +88,14 @@ function watch()
     last_strike = clock()
 end
 
--- For the library, around what takes long without many instructions.
+-- For the library, around calls that take long without many instructions.
 local function look(size)
     if size and size > LARGE then beware() end
     if must_stop() then stop() end
 end
 
--- Memory is taken by instructions too, as by `a .. b`. The collector, which runs after so much of it, calls this.
+-- Instructions such as `a .. b` take memory too. The collector, which runs after a certain amount of it, calls
+-- this.
 local armed = false
 local sentinel = {}
 function sentinel.__gc()
@@ -132,7 +134,7 @@ local function disarm()
     struck, armed = false, false
 end
 
--- Functions in which the hook does not strike: the way into a script, and the way out.
+-- Functions in which the hook does not run: the way into a script, and the way out.
 local function spare(...)
     for _, action in ipairs { ... } do spared[action] = true end
 end

@@ -1,16 +1,17 @@
-"""One Python script, in a process of its own as CoppeliaSim has it; see `interpreter.Interpreter`.
+"""One Python script, in a separate process as in CoppeliaSim; see `interpreter.Interpreter`.
 
-What a script finds: ``sim`` and the other namespaces (also by ``import sim`` and ``require('sim')``), ``self`` to keep
-things in, modules beside the scene, Python's library and the installed packages. Its global functions ``sysCall_init``
-and so on are the call-backs. There are no flat old names: Python came after them.
+A script can use ``sim`` and the other namespaces (also by ``import sim`` and ``require('sim')``), ``self`` to store
+values, modules beside the scene, Python's library and the installed packages. Its global functions ``sysCall_init``
+and so on are the call-backs. The flat old names are not available: they are older than scripts in Python.
 
-Several results of a function of the server are a tuple, one is itself, none is None. Strings: every ``str`` leaves as
-bytes; what comes is ``str`` when it is text (UTF-8 without control characters) and ``bytes`` otherwise, but results of
-functions that pack, and of those that give pictures, buffers or data blocks, are always ``bytes``. CoppeliaSim's choice
-between the two depends on the data as well. Lists, dicts and numbers are what they are, arrays of numpy leave as lists.
+Several results of a function of the server are a tuple, one is the value itself, none is None. Strings: every ``str``
+becomes bytes on the way to the server; on the way back text (UTF-8 without control characters) becomes ``str`` and
+other strings ``bytes``, but results of functions that pack, and of those that return images, buffers or data blocks,
+are always ``bytes``. CoppeliaSim's choice between the two depends on the data as well. Lists, dicts and numbers keep
+their types; arrays of numpy become lists.
 
-What a script may do is in `python_guard.py`, how long in `python_process.py`. A script that was killed has ended: each
-later call says why. An error inside it leaves it usable.
+`python_guard.py` limits the rights of a script, `process.py` its time. A script that was killed has ended: each later
+call returns the reason. A script stays usable after an error inside it.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ _GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persi
 _PLUGIN = re.compile(r": (?:NameError: name|ModuleNotFoundError: No module named) '(sim[A-Z]\w*)'[^\n]*$")
 
 _LONGEST_TEXT = 1 << 16
-"""Characters of one line that a script prints, and of an error."""
+"""Maximum characters of one printed line, and of an error."""
 
 _LONGEST_NAME = 200
-"""Characters of the name of a function; a longer one is none, and what is near it takes long to find."""
+"""Maximum characters of a function's name; a search for similar names would take long with a longer one."""
 
 _MOST_TURNS = 1 << 20
 
@@ -61,7 +62,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
 class PythonFunction:
-    """A function that a script handed out; see `interpreter.Function`."""
+    """A function that a script passed to the server; see `interpreter.Function`."""
 
     def __init__(self, interpreter: PythonInterpreter, number: int) -> None:
         self.interpreter = interpreter
@@ -72,11 +73,11 @@ class PythonFunction:
 
 
 _CALL_TIME = 40e-6
-"""Seconds that a call of the API counts for towards `Switching.seconds`; it takes 20 to 40 microseconds."""
+"""Seconds that a call of the API counts as towards `Switching.seconds`; it takes 20 to 40 microseconds."""
 
 
 _TURN_TIME = 0.5e-6
-"""Seconds that a turn of a loop counts for towards `Switching.seconds`; a short one takes a quarter of that."""
+"""Seconds that an iteration of a loop counts as towards `Switching.seconds`; a short one takes a quarter of that."""
 
 
 class PythonInterpreter:
@@ -85,9 +86,10 @@ class PythonInterpreter:
     def __init__(
         self, name: str, api: Api, *, time_limit: float = TIME_LIMIT, folder: Path | None = None
     ) -> None:
-        """`folder`: the scene's, whose files the script may read; None: none.
+        """Start the script's process, which initializes while the server continues.
 
-        The process starts here and gets ready while the server goes on.
+        Args:
+            folder: the scene's folder, whose files the script may read; None: none.
         """
         self.name = name
         self._api = api
@@ -95,12 +97,12 @@ class PythonInterpreter:
         self._depth = 0
         self._in_thread = False
         self._thread = ""
-        """The thread's function while it has not begun."""
+        """The thread's function until it has started."""
         self._held: list[Any] | Waiting | None = None
-        """What the waiting thread will be answered: its results, or what is not over yet."""
+        """Answer for the waiting thread: its results, or a generator that is not complete."""
         self._held_call = ""
         self._turns = 0
-        """Of the thread's loops, since its resumption."""
+        """Iterations of the thread's loops, since its resumption."""
         self._is_warned = False
         self._process = PythonProcess(
             name,
@@ -121,7 +123,7 @@ class PythonInterpreter:
         self._process.close()
 
     def run(self, source: bytes) -> None:
-        """Execute the script's text; one that is indented as a whole, as in a scene's file, is moved to the left."""
+        """Execute the script's text; common indentation, as in a scene's file, is removed."""
         first = next((line for line in source.splitlines() if line.strip()), b"")
         if first[:1].isspace():
             source = textwrap.dedent(source.decode("utf-8", "surrogateescape")).encode(
@@ -130,24 +132,28 @@ class PythonInterpreter:
         self._ask("run", source)
 
     def has(self, function: str) -> bool:
-        """Whether a function of this name exists; dots reach into objects, modules and dicts.
+        """Return whether a function of this name exists; dots select members of objects, modules and dicts.
 
-        What existed when the process ended still counts: its next call says why there is none any more.
+        Functions that existed when the process ended still count: their next call returns the reason of the end.
         """
         if self._process.ended or ("." not in function and not self._depth):
             return function in self._names
         return self._ask("has", function) == [True]
 
     def call(self, function: str, *arguments: Any) -> list[Any]:
-        """Call a function with plain values; its results. Raises ScriptError."""
+        """Call a function with plain values and return its results.
+
+        Raises:
+            ScriptError: the script failed.
+        """
         return self._ask("call", function, [_to_script(value) for value in arguments])
 
     def apply(self, function: PythonFunction, arguments: tuple[Any, ...]) -> list[Any]:
-        """Call a function that was handed out."""
+        """Call a function that the script passed to the server."""
         return self._ask("call_number", function.number, [_to_script(value) for value in arguments])
 
     def start_thread(self, function: str) -> None:
-        """Make a function the script's thread; what an earlier one was waiting for raises there and ends it."""
+        """Make a function the script's thread; an earlier thread ends with an exception at the point where it waits."""
         if not self.has(function):
             raise ScriptError(f"{self.name}: has no function '{function}'")
         if self._held is not None:
@@ -156,7 +162,7 @@ class PythonInterpreter:
         self._thread = function
 
     def resume(self) -> bool:
-        """Let the thread go on until it waits; True while it is still alive."""
+        """Run the thread until it waits; return True while it is running."""
         if self._depth:
             raise ScriptError(f"{self.name}: its thread cannot go on while another function of it runs")
         self._turns = 0
@@ -210,7 +216,7 @@ class PythonInterpreter:
                     self._process.serve_when_due()
                     try:
                         self._process.send(*answer)
-                    except (TypeError, ValueError) as problem:  # a result that cannot travel
+                    except (TypeError, ValueError) as problem:  # the result cannot be sent
                         self._process.send("refused", f"{name[:_LONGEST_NAME]}: {problem}")
                 case "turns", [int(turns)] if 0 < turns <= _MOST_TURNS:
                     self._turns += turns
@@ -250,7 +256,7 @@ class PythonInterpreter:
             self._names = {name for name in names if isinstance(name, str)}
 
     def _invoke(self, name: str, arguments: list[Any]) -> list[Any] | None:
-        """The answer to a call of the API; None when the thread is to wait for it."""
+        """Return the answer to a call of the API; None when the thread must wait for it."""
         began, spent = time.monotonic(), self._api.switching.spent
         try:
             results = self._api.invoke(name, arguments)
@@ -307,7 +313,11 @@ class PythonInterpreter:
 
 
 def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
-    """Every string as bytes, in place. Raises WireError for what is nested deeper than a correct side sends."""
+    """Convert every string to bytes, in place.
+
+    Raises:
+        WireError: the nesting is deeper than a correct side sends.
+    """
     if type(value) is str:
         return _encoded(value)
     if type(value) is list:
@@ -327,19 +337,19 @@ def _from_script(value: Any, depth: int = MAX_DEPTH + 2) -> Any:
 
 
 def _clean(text: str) -> str:
-    """What a log can hold, whatever the process sent."""
+    """Return text that a log can hold, whatever the process sent."""
     return text[:_LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
 def _encoded(text: str) -> bytes:
     try:
         return text.encode("utf-8", "surrogateescape")
-    except UnicodeEncodeError:  # a lone surrogate of another kind, which no text has
+    except UnicodeEncodeError:  # another lone surrogate, which valid text does not contain
         return text.encode("utf-8", "replace")
 
 
 def _to_script(value: Any, *, as_bytes: bool = False) -> Any:
-    """Text as str, other strings as bytes; see the module's text."""
+    """Convert text to str, other strings to bytes; see the module's docstring."""
     if isinstance(value, bytes):
         if as_bytes:
             return value

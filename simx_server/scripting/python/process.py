@@ -1,15 +1,18 @@
-"""The process of one Python script as the server sees it: messages in and out, time, its end.
+"""The process of one Python script, on the server's side: messages in and out, time limits, its end.
 
-Nothing that comes from it is believed: what is not a message ends the process with an error, and so does its own end.
+The server trusts no data of the process: an invalid message ends the process with an error, and so does its exit.
 
 **Time.** A request may take the limit in processor seconds of the script's process, which a busy machine does not
-shorten, and twice that by the wall clock, for what waits instead of computing, or lets the server compute: so a
-blocking client, which waits 5 s, is told the reason. Of the wall's time only what functions of the server with limits
-of their own take is given back. Python cannot be interrupted for certain (``except:`` swallows an exception, native
-code sees none), so a late process is killed; just before, it is asked by a signal where it is.
+shorten, and twice that in wall time, for scripts that wait instead of computing, or let the server compute: so a
+blocking client, which waits 5 s, still gets the reason. Only the wall time of server functions with separate limits
+is
+added back. Python cannot be interrupted reliably (``except:`` catches an exception, native code ignores it), so a
+late
+process is killed; just before, a signal requests its present position.
 
-Between requests the process has nothing to compute: one that says it is done and goes on is killed. The kernel holds a
-limit of processor seconds too, moved on with each request, for when no request comes and when the server has died.
+Between requests the process has nothing to compute: a process that reports completion and continues is killed. The
+kernel enforces a limit of processor seconds too, raised with each request, for the time between requests and in case
+the server has died.
 """
 
 from __future__ import annotations
@@ -32,21 +35,23 @@ from simx_server.scripting.interpreter import ENDING_LIMIT, PATIENCE, ScriptErro
 from .python_wire import HEADER, Packer, Unpacker, WireError
 
 WALL_FACTOR = 2
-"""Wall seconds per processor second of the time limit, the time of the server's functions and other clients in it."""
+"""Wall seconds per processor second of the time limit, including the time of the server's functions and other
+clients.
+"""
 
 _CHUNK = 1 << 16
 
 _LAST_WORDS = 0.1
-"""Seconds that a late process has to say where it is."""
+"""Seconds in which a late process must report its position."""
 
 _UNASKED_LIMIT = 1.0
-"""Processor seconds between requests, which may add up to this; freeing much memory takes a part of it."""
+"""Limit of the sum of processor seconds between requests; freeing much memory takes a part of it."""
 
 _UNASKED_PER_REQUEST = 0.005
 """Processor seconds after a request that are never counted."""
 
 _LONGEST_WORDS = 4 * _CHUNK
-"""Characters of them; the script may have written there too."""
+"""Maximum characters of this report; the script may have written to the same stream."""
 
 _PLACE = re.compile(r'File "([^"\x00-\x1f\x7f]{1,200})", line (\d{1,9})')
 
@@ -55,7 +60,7 @@ _OUTERMOST = re.compile(r"python_child\.py\", line \d+ in main")
 _CHILD = Path(__file__).with_name("python_child.py")
 
 _ENVIRONMENT = {
-    # The order of sets repeats, as everything in stepped mode must.
+    # The order of sets must repeat, as everything in stepped mode.
     "PYTHONHASHSEED": "0",
     # Numeric libraries start a thread per processor otherwise, each with its own memory.
     "OPENBLAS_NUM_THREADS": "1",
@@ -66,9 +71,10 @@ _ENVIRONMENT = {
 
 
 class PythonProcess:
-    """Starts the process; `send` and `receive` within one `begin`.
+    """Starts the process; `send` and `receive` must be called between ``begin`` and ``finish``.
 
-    Raises ScriptError where there are no Python scripts.
+    Raises:
+        ScriptError: Python scripts are not supported on this system.
     """
 
     def __init__(
@@ -87,13 +93,14 @@ class PythonProcess:
             )
         self.name = name
         self.ended = ""
-        """Why there is no process any more."""
+        """Reason why the process has ended; empty while it runs."""
         self._packer, self._unpacker = packer, unpacker
         self._serve_others = serve_others
         self._is_ending = is_ending
         self._time_limit = time_limit
         self._buffer = bytearray()
-        # The script's process is killed by the kernel when the other end of this closes, so with the server.
+        # The kernel kills the script's process when the other end of this pipe closes, so also when the
+        # server ends.
         lifeline, self._lifeline = os.pipe()
         self._child = subprocess.Popen(
             [sys.executable, "-s", "-B", str(_CHILD), str(lifeline)],
@@ -116,7 +123,7 @@ class PythonProcess:
         self._readable, self._writable = select.poll(), select.poll()
         self._readable.register(self._out, select.POLLIN)
         self._writable.register(self._in, select.POLLOUT)
-        # The processor time of another process by its number: what clock_getcpuclockid gives on Linux.
+        # The processor time of another process by its number: the value of clock_getcpuclockid on Linux.
         self._clock = (~self._child.pid << 3) | 2
         self._wall_end = self._processor_end = self._look_at = self._next_service = self._ending_end = 0.0
         self._allowed = 0
@@ -127,7 +134,11 @@ class PythonProcess:
         """Processor seconds between requests."""
 
     def begin(self) -> None:
-        """A request starts: its time runs from now. Raises ScriptError for a process that went on after the last."""
+        """Start the time of a request.
+
+        Raises:
+            ScriptError: the process continued to compute after the last request.
+        """
         now, used = time.monotonic(), self._processor_time()
         self._look_at = now + self._time_limit
         self._wall_end = now + WALL_FACTOR * self._time_limit
@@ -142,11 +153,11 @@ class PythonProcess:
             self._allow(math.ceil(self._processor_end) + 2)
 
     def finish(self) -> None:
-        """A request is done."""
+        """Record the end of a request."""
         self._finished = self._processor_time()
 
     def _allow(self, seconds: int) -> None:
-        """Let the kernel end the process after so many processor seconds since its start."""
+        """Set the processor seconds since the start of the process after which the kernel ends it."""
         import resource
 
         try:
@@ -154,19 +165,24 @@ class PythonProcess:
             if most != resource.RLIM_INFINITY:
                 seconds = min(seconds, most)
             resource.prlimit(self._child.pid, resource.RLIMIT_CPU, (seconds, most))
-        except ProcessLookupError:  # it has ended; the pipe will say so
+        except ProcessLookupError:  # the process has ended; the pipe will report it
             return
         except OSError as problem:
             raise self.kill(f"{self.name}: its processor time cannot be limited: {problem}") from problem
         self._allowed = seconds
 
     def grant(self, seconds: float) -> None:
-        """Put off the end: the server has worked for the script with a limit of its own."""
+        """Extend the limit by time in which the server worked for the script under a separate limit."""
         self._wall_end += seconds
         self._look_at += seconds
 
     def send(self, *message: Any) -> None:
-        """Raises TypeError or ValueError for what cannot travel, before anything is sent; ScriptError."""
+        """Send a message.
+
+        Raises:
+            TypeError, ValueError: a value cannot be sent; nothing was sent.
+            ScriptError: the process has ended.
+        """
         rest = memoryview(self._packer.pack(list(message)))
         while True:
             with contextlib.suppress(BlockingIOError):
@@ -179,7 +195,11 @@ class PythonProcess:
             self._wait(self._writable)
 
     def receive(self) -> list[Any]:
-        """The next message; others are served while it is long in coming. Raises ScriptError."""
+        """Return the next message; the server answers other clients while it waits.
+
+        Raises:
+            ScriptError: the process has ended or took too long.
+        """
         try:
             while not (message := self._take()):
                 self._wait(self._readable)
@@ -193,12 +213,12 @@ class PythonProcess:
         return message
 
     def serve_when_due(self) -> None:
-        """Serve others when they have not been for a while: between two pieces of work on one message."""
+        """Serve other clients if the last time is long ago: between two pieces of work on one message."""
         if time.monotonic() > self._next_service:
             self._be_patient()
 
     def close(self) -> None:
-        """End the process and wait for that."""
+        """End the process and wait for its exit."""
         if self._child.returncode is None:
             self._child.kill()
             self._child.wait()
@@ -210,13 +230,13 @@ class PythonProcess:
                 pipe.close()
 
     def kill(self, why: str) -> ScriptError:
-        """End the process; the error to raise."""
+        """End the process; return the error to raise."""
         self.ended = why
         self.close()
         return ScriptError(why)
 
     def _take(self) -> list[Any]:
-        """The first whole message of what was read; empty when there is none yet."""
+        """Return the first complete message of the data read; empty when there is none yet."""
         if len(self._buffer) < HEADER.size:
             return []
         text, blobs = self._unpacker.lengths(bytes(self._buffer[: HEADER.size]))
@@ -232,7 +252,7 @@ class PythonProcess:
             self._be_patient()
 
     def _be_patient(self) -> None:
-        """The request has been running for a while: serve others and look at the time."""
+        """Serve other clients during a long request and check the time limit."""
         self._serve_others()
         now = time.monotonic()
         self._next_service = now + PATIENCE
@@ -248,13 +268,13 @@ class PythonProcess:
     def _processor_time(self) -> float:
         try:
             return time.clock_gettime(self._clock)
-        except OSError:  # it has ended; the pipe will say so
+        except OSError:  # the process has ended; the pipe will report it
             return 0.0
 
     def _place(self) -> str:
-        """``file:line`` where the script is now; empty when it does not say.
+        """Return the ``file:line`` where the script is now; empty when it does not report it.
 
-        The running thread's innermost frame that is neither this project's nor the library's comes first.
+        The running thread's innermost frame that belongs neither to this project nor to the library comes first.
         """
         self._child.send_signal(signal.SIGUSR1)
         ready = select.poll()
@@ -276,7 +296,7 @@ class PythonProcess:
         return ""
 
     def _died(self) -> ScriptError:
-        """The pipe is closed: why."""
+        """Return the error with the reason for a closed pipe."""
         self._child.kill()
         code = self._child.wait()
         if code == -signal.SIGXCPU:

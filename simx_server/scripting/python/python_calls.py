@@ -1,18 +1,19 @@
 """The system calls that the process of a Python script may make, as a program for the kernel's filter (seccomp-BPF).
 
-The list names what is allowed; everything else fails, also calls that future kernels add. Numbers and values of
-arguments are those of the kernel's public headers (unistd.h, fcntl.h, ioctls.h, seccomp.h, bpf_common.h).
+The list names the allowed calls; all others fail, also calls that future kernels add. Numbers and values of arguments
+are those of the kernel's public headers (unistd.h, fcntl.h, ioctls.h, seccomp.h, bpf_common.h).
 
 Left out on purpose:
 
-* signals to other processes, and what makes the kernel send them: ``F_SETOWN``, ``O_ASYNC``, timers, message queues;
-* handlers and masks of signals, so that the limit on processor time and the question where the script is cannot be
-  switched off;
+* signals to other processes, and calls that make the kernel send them: ``F_SETOWN``, ``O_ASYNC``, timers, message
+  queues;
+* handlers and masks of signals, so that a script cannot disable the limit on processor time and the request for its
+  position;
 * processes, threads, sockets, pipes, every change of the file tree, the memory of other processes;
-* io_uring, which carries out calls unseen.
+* io_uring, which executes calls outside the filter.
 
-Memory may be made executable: extension modules are loaded while the script runs, and native code meets the same
-filter.
+Memory may be made executable: extension modules are loaded while the script runs, and native code is subject to the
+same filter.
 """
 
 from __future__ import annotations
@@ -29,16 +30,18 @@ _ERRNO = 0x00050000
 _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _GIVE = 0x20, 0x15, 0x35, 0x45, 0x06
 
 ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
-"""By machine: what the kernel calls it in a filter, and the column of its numbers below."""
+"""For each machine: the kernel's name for it in a filter, and the column of its numbers below."""
 
 _MASK = (14, 135)
-"""rt_sigprocmask: it does nothing and succeeds, since libraries abort when it fails (systemd's for names of users)."""
+"""rt_sigprocmask: it has no effect and succeeds, since libraries abort when it fails (systemd's for names of users)."""
 
 _X32 = 1 << 30
-"""From here on x86_64 has a second numbering of its calls."""
+"""From this number on x86_64 has a second numbering of its calls."""
 
 _UNIFIED = 424
-"""From here on numbers are the same everywhere, and libraries do without a call that does not exist (``ENOSYS``)."""
+"""From this number on numbers are the same on all machines, and libraries accept that a call does not exist
+(``ENOSYS``).
+"""
 
 ALLOWED = {
     # descriptors
@@ -66,7 +69,7 @@ ALLOWED = {
     "getrandom": (318, 278), "uname": (63, 160), "sysinfo": (99, 179), "getcpu": (309, 168),
     "sched_getaffinity": (204, 123),
 }  # fmt: skip
-"""Calls that may be made: their numbers for x86_64 and aarch64, -1 where there is none."""
+"""Allowed calls: their numbers for x86_64 and aarch64, -1 where there is none."""
 
 _FCNTL = (0, 1, 2, 3, 1030)
 """F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC. F_SETFL is not needed: os.set_blocking is an ioctl."""
@@ -79,7 +82,7 @@ _WRITING = 0o3 | 0o100 | 0o1000 | 0o2000 | 0o20000 | 0o20000000
 
 
 class _Check(NamedTuple):
-    """What one 32-bit half of an argument must be for the call to pass."""
+    """Condition on one 32-bit half of an argument for a call to be allowed."""
 
     argument: int
     among: tuple[int, ...] = ()
@@ -88,7 +91,7 @@ class _Check(NamedTuple):
     upper: bool = False
 
     def program(self, refuse: tuple[int, int, int, int]) -> list[tuple[int, int, int, int]]:
-        """Go on at the end when it holds."""
+        """Return the steps that continue after the last one if the condition holds."""
         steps = [(_LOAD, 0, 0, 16 + 8 * self.argument + 4 * self.upper)]
         if self.without_bits:
             return [*steps, (_ANY_BIT, 0, 1, self.without_bits), refuse]
@@ -107,7 +110,7 @@ def _checks(lifeline: int) -> dict[str, tuple[_Check, ...]]:
         "ioctl": (_Check(1, among=_IOCTL),),
         "open": (_Check(1, without_bits=_WRITING),),
         "openat": (_Check(2, without_bits=_WRITING),),
-        # Closed, the lifeline would no longer end a script whose server has died.
+        # If the script closed it, the lifeline would no longer end a script whose server has died.
         "close": (_Check(0, other_than=(lifeline,)),),
         "dup2": (_Check(1, other_than=(lifeline,)),),
         "dup3": (_Check(1, other_than=(lifeline,)),),
@@ -119,7 +122,7 @@ def _checks(lifeline: int) -> dict[str, tuple[_Check, ...]]:
 
 
 def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
-    """The filter's steps for a machine of `ARCHITECTURES`: operation, jump if true, jump if false, operand.
+    """Return the filter's steps for a machine of `ARCHITECTURES`: operation, jump if true, jump if false, operand.
 
     Args:
         machine: as `platform.machine` names it.
@@ -147,5 +150,5 @@ def steps(machine: str, lifeline: int) -> list[tuple[int, int, int, int]]:
 
 
 def packed(machine: str, lifeline: int) -> bytes:
-    """The same as the kernel takes it."""
+    """Return the steps in the kernel's binary format."""
     return b"".join(struct.pack("<HBBI", *step) for step in steps(machine, lifeline))

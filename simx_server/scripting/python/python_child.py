@@ -1,8 +1,9 @@
-"""The process of one Python script: standard library only, started by `python_interpreter.py`.
+"""The process of one Python script: standard library only, started by `process.py`.
 
-It obeys one message at a time. While the script waits for an answer of the server, further requests may come and are
-carried out on top of it (call-backs while ``sysCall_thread`` waits, a function of ``sim`` that calls the script back);
-each is over before the one below it goes on. So ``sysCall_thread`` needs no thread: its waiting call is answered late.
+It processes one message at a time. While the script waits for an answer of the server, further requests may arrive
+and are processed on top of it (call-backs while ``sysCall_thread`` waits, a function of ``sim`` that calls the script
+back); each completes before the one below it continues. So ``sysCall_thread`` needs no thread: its waiting call is
+answered late.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ import python_guard
 from python_link import Link, Output
 
 TURNS = 1000
-"""Turns of the thread's loops after which the server is asked whether the thread gives way."""
+"""Iterations of the thread's loops after which the process requests from the server whether the thread switches."""
 
 _TURN = "__simx_turn__"
 
@@ -35,11 +36,13 @@ class ApiError(RuntimeError):
 
 
 class Abandoned(BaseException):
-    """The script's thread is replaced by another one: what it was doing ends here."""
+    """The script's thread is replaced by another one: its present call ends here."""
 
 
 class Namespace(types.ModuleType):
-    """``sim`` and its like: constants as they are, functions that ask the server; ``import sim`` finds it too."""
+    """``sim`` and the other namespaces: constants as they are, functions that call the server; ``import sim`` also
+    finds it.
+    """
 
     def __init__(self, name: str, known: dict[str, Any], invoke: Callable[..., Any]) -> None:
         super().__init__(name, "Functions and constants of the simulation.")
@@ -69,7 +72,7 @@ class Namespace(types.ModuleType):
 
 
 class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
-    """The script's module, the requests that come for it, and modules that lie beside the scene."""
+    """The script's module, the requests for it, and modules that lie beside the scene."""
 
     def __init__(self, link: Link, name: str, namespaces: dict[str, dict[str, Any]]) -> None:
         self._link = link
@@ -92,7 +95,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         sys.meta_path.append(self)
 
     def serve(self) -> list[Any]:
-        """Carry out requests until the answer to the innermost open question comes."""
+        """Process requests until the answer to the innermost open call arrives."""
         while True:
             message = self._link.receive()
             kind = message[0]
@@ -115,15 +118,15 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
             self._link.send("done", [], self._new_names())
         except BaseException as problem:
             text = self._describe(problem)
-            del problem  # its frames may hold what filled the memory
-            self._told = set()  # results that cannot leave were to bring the names
+            del problem  # its frames may hold the objects that filled the memory
+            self._told = set()  # the results that were not sent held the new names
             self._output.finish()
             self._link.send("failed", text, self._new_names())
         finally:
             self._is_in_thread = outer
 
     def _turn(self) -> None:
-        """Called in each turn of each loop of the script."""
+        """Count an iteration; called in each iteration of each loop of the script."""
         self._turns_left -= 1
         if self._turns_left <= 0:
             self._turns_left = TURNS
@@ -158,7 +161,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         return value
 
     def _new_names(self) -> list[str] | None:
-        """Names of all functions if they are not what they were; asking for each would cost a round trip."""
+        """Return the names of all functions if they have changed; a request for each would cost a round trip."""
         names = {key for key, value in self._globals.items() if callable(value) and isinstance(key, str)}
         if names == self._told:
             return None
@@ -193,7 +196,7 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
         return _compile(self._sources[fullname], file)
 
     def _describe(self, problem: BaseException) -> str:
-        """``file:line: what``; the line is the innermost of the script's own."""
+        """Return ``file:line: reason``; the line is the innermost one of the script."""
         if isinstance(problem, SyntaxError) and problem.filename in self._files:
             return f"{problem.filename}:{problem.lineno}: {problem.msg}"
         place, trace = self._name, problem.__traceback__
@@ -209,14 +212,15 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
             return f"{place}: a script cannot end the program (sys.exit)"
         try:
             text = str(problem)
-        except Exception:  # of a class of the script's own
+        except Exception:  # of a class that the script defines
             text = ""
         return f"{place}: {type(problem).__name__}{text and ': ' + text}"
 
 
 def _compile(source: bytes, file: str) -> types.CodeType:
-    """The code of a script, in which each turn of a loop is counted, so that a loop without calls of ``sim`` can give
-    way, after the same number of turns in each run. No line moves."""
+    """Return the code of a script with a counter in each loop, so that a loop without calls of ``sim`` can switch,
+    after the same number of iterations in each run. Line numbers stay.
+    """
     tree = ast.parse(source, file)
     for node in ast.walk(tree):
         if isinstance(node, (ast.While, ast.For, ast.AsyncFor)):
@@ -233,12 +237,12 @@ def _results(value: Any) -> list[Any]:
 
 
 def main() -> None:
-    """Take over the pipes, build the walls, obey."""
+    """Take over the pipes, confine the process, and serve requests."""
     link = Link(os.dup(0), os.dup(1))
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
-    # The server reads standard error only when this process has ended: a full pipe must not stop the script.
+    # The server reads standard error only after this process has ended: a full pipe must not stop the script.
     os.set_blocking(2, False)
     lifeline = int(sys.argv.pop())
     end_with(lifeline)
@@ -265,7 +269,7 @@ def main() -> None:
 
 
 def end_with(lifeline: int) -> None:
-    """Be killed when the other end of this pipe closes, whatever the script is doing then."""
+    """Have the kernel kill this process when the other end of this pipe closes, whatever the script is doing then."""
     import fcntl
 
     fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())

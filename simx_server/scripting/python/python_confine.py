@@ -1,10 +1,10 @@
-"""The kernel's own walls around the process of a Python script: Landlock for files, seccomp for everything else.
+"""Confinement of the process of a Python script by the kernel: Landlock for files, seccomp for everything else.
 
-Both are called through ctypes, before the script's text is read, and cannot be taken back by the process. Numbers of
-system calls, structures and rights are those of the kernel's public headers (landlock.h, prctl.h, seccomp.h).
+Both are called through ctypes, before the script's text is read, and the process cannot undo them. Numbers of system
+calls, structures and rights are those of the kernel's public headers (landlock.h, prctl.h, seccomp.h).
 
-What Landlock knows depends on the kernel: files since 5.13, TCP ports since 6.7, signals to processes outside and
-abstract Unix sockets since 6.12. Where one of the last three is missing, seccomp refuses it all the same.
+The features of Landlock depend on the kernel: files since 5.13, TCP ports since 6.7, signals to processes outside and
+abstract Unix sockets since 6.12. If one of the last three is missing, seccomp still refuses it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _SECCOMP_MODE_FILTER = 2
 
 _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446
 _LANDLOCK_FILES = {1: 13, 2: 14, 3: 15, 5: 16}
-"""By version of the interface: how many rights on files there are, each one bit."""
+"""For each version of the interface: the number of rights on files, each one bit."""
 _LANDLOCK_TCP = {4: 2}
 """The same for TCP: bind, connect."""
 _LANDLOCK_SCOPES = {6: 2}
-"""The same for what stays within: abstract Unix sockets, signals."""
+"""The same for scopes: abstract Unix sockets, signals."""
 _LANDLOCK_READ = 1 << 2 | 1 << 3
 """Reading files, listing folders."""
 
@@ -41,18 +41,18 @@ _LIBRARIES = (
     "/etc/ld.so.cache",
     "/dev/urandom",
 )
-"""What native modules are linked to, and what the C library opens."""
+"""Libraries that native modules are linked to, and files that the C library opens."""
 
 
 def confine(folders: Sequence[str], lifeline: int = -1) -> list[str]:
-    """Put up both walls, for good.
+    """Confine the process with Landlock and seccomp, permanently.
 
     Args:
-        folders: what can be read beside the system's libraries.
+        folders: folders that can be read in addition to the system's libraries.
         lifeline: a descriptor that stays open whatever the script does; -1: none.
 
     Returns:
-        What this kernel does not have, by name.
+        Names of the features that this kernel lacks.
     """
     import ctypes  # here, so that no module of this process keeps a name for it
 
@@ -69,7 +69,9 @@ def confine(folders: Sequence[str], lifeline: int = -1) -> list[str]:
 
 
 def handled(version: int) -> bytes:
-    """What a kernel with this version of Landlock is told to refuse: files, TCP, what leaves the process."""
+    """Return the rules that a kernel with this version of Landlock must refuse: files, TCP, access outside the
+    process.
+    """
     fields = [
         max((count for since, count in rights.items() if since <= version), default=0)
         for rights in (_LANDLOCK_FILES, _LANDLOCK_TCP, _LANDLOCK_SCOPES)
@@ -106,12 +108,12 @@ def _restrict_files(libc: Any, paths: Sequence[str]) -> bool:
 
 
 def _restrict_calls(libc: Any, lifeline: int) -> bool:
-    """Let only the calls of `python_calls` pass."""
+    """Allow only the calls of `python_calls`."""
     import ctypes
 
     if platform.machine() not in python_calls.ARCHITECTURES:
         return False
     code = ctypes.create_string_buffer(python_calls.packed(platform.machine(), lifeline & 0xFFFFFFFF))
-    count = len(code) // 8  # the buffer ends with one byte more
+    count = len(code) // 8  # the buffer has one byte more at its end
     header = struct.pack("<HxxxxxxQ", count, ctypes.addressof(code))
     return bool(libc.prctl(_PR_SET_SECCOMP, _SECCOMP_MODE_FILTER, header, 0, 0) == 0)

@@ -1,20 +1,25 @@
-"""What the process of a Python script may not do, taken from it before the script's text is read. Linux only.
+"""Limits on the process of a Python script, set before the script's text is read. Linux only.
 
-Three walls, each for what the others let through:
+There are three barriers, each for gaps of the others:
 
-* an audit hook: clear errors at once for files, processes, sockets, signals, threads, ctypes. It is Python code in the
-  script's own process: one function without globals, whose values are constants, known to Python's list of hooks alone.
-  No module, frame, built-in name or object that a script can change has a part in it. Native code gets past it, and
-  ctypes, which puts up the kernel's walls, leaves its types in the process;
-* limits of the kernel: memory, processor time, no file grows, no processes and threads (the last not for root), no core
+* an audit hook: clear and immediate errors for files, processes, sockets, signals, threads, ctypes. It is Python code
+  in
+  the script's process: one function without globals, whose values are constants, known only to Python's list of
+      hooks.
+  It uses no module, frame, built-in name or object that a script can change. Native code gets past it, and ctypes,
+  which sets up the kernel's barriers, leaves its types in the process;
+* limits of the kernel: memory, processor time, no file grows, no processes and threads (the last not for root), no
+  core
   file;
-* Landlock and seccomp, see `python_confine.py` and `python_calls.py`: which files can be opened; which system calls can
+* Landlock and seccomp, see `python_confine.py` and `python_calls.py`: which files can be opened; which system calls
+  can
   be made. They hold against native code too, as far as the kernel itself does.
 
-A kernel without Landlock (before 5.13, or switched off) or seccomp leaves the first two walls: good against mistakes
-and careless scripts, not against a hostile author; the server's log says so. What none of them prevents: reading
-Python's and the system's libraries and the installed packages, asking whether a file exists and how large it is, using
-up the processor time that a call may take, and sending the server any call that the script may make anyhow.
+On a kernel without Landlock (before 5.13, or switched off) or seccomp the first two barriers remain: effective
+against mistakes and careless scripts, not against a hostile author; the server's log reports this. The barriers do
+not prevent a script from reading Python's and the system's libraries and the installed packages, from testing whether
+a file exists and how large it is, from using up the processor time of a call, or from sending the server any call
+that the script may make anyhow.
 """
 
 from __future__ import annotations
@@ -62,7 +67,7 @@ _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 
 def limit_resources() -> None:
-    """Let the kernel hold the limits, for good: hard limits are not raised again."""
+    """Set the kernel's limits permanently: hard limits cannot be raised again."""
     for kind, value in (
         (resource.RLIMIT_AS, MEMORY_LIMIT),
         (resource.RLIMIT_FSIZE, 0),
@@ -74,7 +79,7 @@ def limit_resources() -> None:
 
 
 def library_folders() -> list[str]:
-    """Python's own library and the installed packages, with no link in their paths."""
+    """Return the folders of Python's library and the installed packages, with no link in their paths."""
     own = [
         os.path.dirname(os.__file__),
         *(path for path in sys.path if path.startswith(sys.base_prefix + "/lib")),
@@ -84,28 +89,30 @@ def library_folders() -> list[str]:
 
 
 def hide_modules() -> None:
-    """Take from `sys.modules` what made this process: the next import of it is asked about, or finds nothing."""
+    """Remove the modules that created this process from `sys.modules`: their next import is checked, or finds
+    nothing.
+    """
     hidden = {name for names in _MODULES.values() for name in names}.union(_OWN_MODULES)
     for name in [name for name in sys.modules if name.partition(".")[0] in hidden]:
         del sys.modules[name]
 
 
 def refuse(folders: Sequence[str], libraries: Sequence[str]) -> None:
-    """Answer what a script may not do with PermissionError, for good.
+    """Refuse forbidden actions of a script with PermissionError, permanently.
 
     Args:
-        folders: what can be read.
+        folders: folders that can be read.
         libraries: those of them that native modules may come from.
     """
     sys.addaudithook(make_hook(folders, libraries))
 
 
 def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str, tuple[Any, ...]], None]:
-    """The audit hook.
+    """Return the audit hook.
 
-    What it refuses raises, and a traceback shows its frame to the script. So all that it uses are its own parameters,
+    It raises to refuse an action, and a traceback shows its frame to the script. So it uses only its parameters,
     which are constants and functions in C: no name is looked up in a module, no value can be changed from the frame,
-    and no method of the script's own objects is called.
+    and no method of the script's objects is called.
     """
 
     def hook(
@@ -158,7 +165,7 @@ def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str
                     if event.startswith(group):
                         raise permission_error(f"a script may not do this ({event}): {reason}")
             return
-        # A copy of the text, whatever class it has and whatever methods that has.
+        # A copy of the text, whatever class it has and whatever methods that class has.
         try:
             path = encode(given, "utf-8", "surrogateescape")
         except type_error:
@@ -166,7 +173,7 @@ def make_hook(folders: Sequence[str], libraries: Sequence[str]) -> Callable[[str
                 path = join(b"", (given,))
             except type_error:
                 raise permission_error(f"a script may not {problem} this: it is not a path") from None
-        # As os.path.realpath does it, which is a function that the script could change.
+        # Does the work of os.path.realpath, a function that the script could change.
         place = b"" if path.startswith(b"/") else current()
         left = path.split(b"/")[::-1]
         links = 0

@@ -1,4 +1,4 @@
-"""The script's side of the pipes to the server: messages, the functions that were handed out, printed text."""
+"""The script's side of the pipes to the server: messages, functions passed to the server, printed text."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from python_wire import HEADER, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker
 
 _LINE = 1 << 16
-"""Characters of printed text without a line end that are kept together."""
+"""Maximum characters of printed text without a line end that are kept in one piece."""
 
 
 class Link:
@@ -27,7 +27,9 @@ class Link:
         return self._functions[number]
 
     def _number_of(self, value: Any) -> int:
-        """Functions that were handed out stay alive: their `id` is theirs for good."""
+        """Return the number of a function. Functions passed to the server are never freed, so their `id` stays
+        unique.
+        """
         if not callable(value):
             raise TypeError(f"a {type(value).__name__} cannot leave the script")
         number = self._numbers.get(id(value))
@@ -53,7 +55,7 @@ class Link:
             while missing:
                 data = os.read(self._reading, min(missing, 1 << 20))
                 if not data:
-                    os._exit(0)  # the server is gone
+                    os._exit(0)  # the server has ended
                 parts.append(data)
                 missing -= len(data)
             data = b"".join(parts)
@@ -61,7 +63,7 @@ class Link:
 
 
 class Output(io.TextIOBase):
-    """What the script prints, sent by whole lines."""
+    """Printed text of the script, sent line by line."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -79,7 +81,7 @@ class Output(io.TextIOBase):
         return len(text)
 
     def finish(self) -> None:
-        """Send what has no line end yet."""
+        """Send the text that has no line end yet."""
         if self._pending:
             text, self._pending = self._pending, ""
             self._link.send("print", text)

@@ -1,14 +1,14 @@
 """Messages between the server and the process of one Python script: standard library only, both sides use it.
 
-A message is a list of plain values whose first item says what it is. On the wire: the lengths of text and bytes as two
-little-endian uint32, a JSON text, then all byte strings one after the other. In the text a byte string is
-``{"b": [offset, length]}``, a long text ``{"s": [offset, length]}``, many numbers
-``{"n": [offset, length, kind, shape]}``, a dict ``{"d": [[key, value], ...]}``, so that keys (str, int) keep their
-types, and a function of the script ``{"f": number}``. JSON because both directions of it are C code in every Python,
-and because reading it runs nothing: the script's side is not trusted.
+A message is a list of plain values whose first item is its type. On the wire: the lengths of text and bytes as two
+little-endian uint32, a JSON text, then all byte strings in sequence. In the text a byte string is ``{"b": [offset,
+length]}``, a long text ``{"s": [offset, length]}``, many numbers ``{"n": [offset, length, kind, shape]}``, a dict
+``{"d": [[key, value], ...]}``, so that keys (str, int) keep their types, and a function of the script ``{"f":
+number}``. The format is JSON because Python implements both directions in C, and because reading it runs no code: the
+script's side is not trusted.
 
-The server reads a text at once, and no client is served meanwhile. So what a script sends has little text: its long
-lists of numbers, also rectangular lists of lists, are arrays of double or int64 among the bytes.
+The server reads a text in one piece and answers no client meanwhile. So messages of a script contain little text: its
+long lists of numbers, also rectangular lists of lists, are arrays of double or int64 among the bytes.
 """
 
 from __future__ import annotations
@@ -24,45 +24,47 @@ from typing import Any
 HEADER = struct.Struct("<II")
 
 MAX_LENGTH = 64 << 20
-"""Bytes of one message: four pictures of the largest kind; a script must not make the server allocate more."""
+"""Bytes of one message: four images of the maximum size; a script must not make the server allocate more."""
 
 MAX_TEXT = 256 << 10
-"""Bytes of JSON in a message of a script; the server reads the worst of them in a fifth of a second."""
+"""Bytes of JSON in a message of a script; the server reads the worst of them in 0.2 s."""
 
 MAX_NUMBERS = 1 << 20
 """Numbers in arrays of one message of a script; each list within a list counts for 16 of them."""
 
 _LONG, _LONG_TEXT = 64, 1024
-"""From so many numbers on a list travels as an array, from so many characters on a text does as bytes."""
+"""Length from which a list is sent as an array, and a text as bytes."""
 
 _MANY = 8
-"""Lists within a list from which on they are looked at together."""
+"""Number of inner lists from which they are processed together."""
 
 _SHORT = {float, int, bool, type(None)}
 
 _LARGEST_KEY = (1 << 63) - 1
-"""Of a dict: thousands of larger numbers may have one hash, and a dict of these takes seconds to make."""
+"""Limit of the keys of a dict: thousands of larger numbers may have the same hash, and such a dict takes seconds to
+build.
+"""
 
 _KINDS = {float: "d", int: "q"}
 
 MAX_DEPTH = 16
-"""Nesting of lists and dicts; what a script sends deeper is refused there, with a text for its author."""
+"""Nesting of lists and dicts; the script's side refuses deeper values with a text for the author."""
 
 
 class WireError(ValueError):
-    """The other side sent what no correct side sends."""
+    """The other side sent data that a correct side never sends."""
 
 
 class Packer:
-    """Turns messages into bytes."""
+    """Converts messages to bytes."""
 
     def __init__(
         self, number_of: Callable[[Any], int], max_text: int = MAX_LENGTH, max_numbers: int = MAX_LENGTH
     ) -> None:
-        """What writes messages.
+        """Create a converter of messages to bytes.
 
         Args:
-            number_of: the number of a function of the script; TypeError for anything else.
+            number_of: returns the number of a function of the script; TypeError for anything else.
             max_text: bytes of JSON in one message.
             max_numbers: numbers in its arrays.
         """
@@ -75,7 +77,12 @@ class Packer:
         ).encode
 
     def pack(self, message: list[Any]) -> bytes:
-        """Raises TypeError for a value that cannot travel, ValueError for one that is too deep or too big."""
+        """Return a message as bytes.
+
+        Raises:
+            TypeError: a value cannot be sent.
+            ValueError: a value is too deep or too big.
+        """
         self._blobs, self._used, self._numbers_left = [], 0, self._max_numbers
         text = self._encode(self._marked(message, MAX_DEPTH + 2)).encode()
         if len(text) + self._used > MAX_LENGTH:
@@ -101,7 +108,7 @@ class Packer:
         return {"f": self._number_of(value)}
 
     def _marked(self, value: Any, depth: int) -> Any:
-        """The same with dicts written as their items, numbers and long texts as bytes."""
+        """Return the value with dicts as lists of their items, and numbers and long texts as bytes."""
         if isinstance(value, (list, tuple)):
             if depth == 0:
                 raise ValueError("a list that is nested too deeply cannot travel")
@@ -118,7 +125,7 @@ class Packer:
         return value
 
     def _numbers(self, value: list[Any] | tuple[Any, ...]) -> Any:
-        """A long list of numbers of one type, or of equally long ones of these, as an array; else None."""
+        """Return a long list of numbers of one type, or of equally long such lists, as an array; else None."""
         if len(value) < _LONG and type(value[0]) not in (list, tuple):
             return None
         shape = [len(value)]
@@ -146,14 +153,14 @@ class Packer:
 
 
 def _cost(shape: list[int]) -> int:
-    """What an array counts for: its numbers, and 16 for each list within a list."""
+    """Return the cost of an array: its numbers, and 16 for each list within a list."""
     return math.prod(shape) + 16 * sum(math.prod(shape[:end]) for end in range(1, len(shape)))
 
 
 def _key(key: Any) -> str | int:
     number = key.tolist() if hasattr(key, "tolist") else key
     if isinstance(number, float) and number.is_integer():
-        number = int(number)  # as Lua has it, and to Python it is the same key
+        number = int(number)  # as in Lua, and to Python it is the same key
     if isinstance(number, int) and abs(number) > _LARGEST_KEY:
         raise TypeError("a dict with a number of more than 63 bits as a key cannot travel")
     if isinstance(number, str) or (isinstance(number, int) and not isinstance(number, bool)):
@@ -162,15 +169,16 @@ def _key(key: Any) -> str | int:
 
 
 class Unpacker:
-    """Turns the body of a message back; every fault of the other side is a `WireError`."""
+    """Converts the body of a message back; every error of the other side is a `WireError`."""
 
     def __init__(
         self, function_of: Callable[[int], Any], max_text: int = MAX_LENGTH, max_numbers: int = MAX_LENGTH
     ) -> None:
-        """What reads messages.
+        """Create a converter of bytes to messages.
 
         Args:
-            function_of: what stands here for the function of a number; KeyError or TypeError for a wrong one.
+            function_of: returns the local object for the number of a function; KeyError or TypeError for a wrong
+                one.
             max_text: bytes of JSON in one message.
             max_numbers: numbers in its arrays.
         """
@@ -181,7 +189,7 @@ class Unpacker:
         self._decode = json.JSONDecoder(object_hook=self._unmark).decode
 
     def lengths(self, header: bytes) -> tuple[int, int]:
-        """Lengths of text and bytes."""
+        """Return the lengths of text and bytes."""
         text, blobs = HEADER.unpack(header)
         if text + blobs > MAX_LENGTH or text > self._max_text:
             raise WireError(f"a message of {text + blobs} bytes")
@@ -218,7 +226,7 @@ class Unpacker:
 
     def _blob(self, offset: int, length: int) -> bytes:
         start = self._text_length + offset
-        self._bytes_left -= length  # no byte comes twice, or few bytes would become many
+        self._bytes_left -= length  # bytes may not be used twice, or few bytes would become many
         if offset < 0 or length < 0 or start + length > len(self._body) or self._bytes_left < 0:
             raise ValueError("bytes outside the message")
         return self._body[start : start + length]

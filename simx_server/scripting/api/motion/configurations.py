@@ -1,4 +1,4 @@
-"""Configurations: how an object, or all of a tree, lies relative to its parent and where its joints stand."""
+"""Configurations: the poses of an object or a tree relative to its parent, and the positions of its joints."""
 
 from __future__ import annotations
 
@@ -15,28 +15,32 @@ from simx_server.scripting.api.values.matrices import as_numbers, as_pose
 from simx_server.scripting.api.values.packing import pack_table, unpack_table
 
 _NEAR = 1e-9
-"""Metres, or parts of a quaternion: what has not moved by more is not placed."""
+"""Tolerance in metres or quaternion components: objects that moved by no more are not placed again."""
 
 _SPHERICAL = 12
 
 
 class ConfigurationFunctions(ApiPart):
-    """Taken as bytes that only this server reads, and that mean the objects they were taken of."""
+    """Functions for configurations: bytes that only this server reads, and that refer to the objects they were
+    taken from.
+    """
 
     def getObjectConfiguration(self, handle: int) -> bytes:
-        """Of one object."""
+        """Return the configuration of one object."""
         return pack_table([self._taken(self._self(handle))])
 
     def setObjectConfiguration(self, configuration: bytes) -> None:
         self.setConfigurationTree(configuration)
 
     def getConfigurationTree(self, handle: int) -> bytes:
-        """Of an object and all below it."""
+        """Return the configuration of an object and all below it."""
         base = self._sim.scene.get(self._self(handle)).handle
         return pack_table([self._taken(each) for each in (base, *self._sim.scene.descendants(base))])
 
     def setConfigurationTree(self, configuration: bytes) -> None:
-        """Restore it; removed objects are left out. Objects that had to be moved are at rest afterwards."""
+        """Restore a configuration. Removed objects are skipped; objects that have to be moved are at rest
+        afterwards.
+        """
         for entry in unpack_table(configuration):
             if not isinstance(entry, dict) or "handle" not in entry:
                 raise CommandError("these bytes are no configuration; take one with sim.getConfigurationTree")

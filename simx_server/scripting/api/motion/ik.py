@@ -1,6 +1,7 @@
 """Inverse kinematics in V-REP 3's way: the groups of the scene, by handle.
 
-A scene registers its groups with `simx:ik:NAME`, see `simx_server/kinematics`. CoppeliaSim 4's way is `sim_ik.py`.
+A scene registers its groups with `simx:ik:NAME`, see `simx_server/kinematics`. CoppeliaSim 4's way is in
+`sim_ik.py`.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ _JACOBIAN, _MANIPULABILITY = 0, 1
 
 
 class IkFunctions(ApiPart):
-    """Groups, by what sim.getIkGroupHandle gives."""
+    """Functions for IK groups, by the handles that sim.getIkGroupHandle returns."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -42,13 +43,14 @@ class IkFunctions(ApiPart):
     )
 
     def getIkGroupHandle(self, name: str) -> int:
-        """Of a group that the scene registers. An unknown name is an error."""
+        """Return the handle of a group that the scene registers. An unknown name is an error."""
         return self._world.ik_groups.find(self._adjusted(name))
 
     def handleIkGroup(self, group: int) -> int:
-        """A sim.ikresult_* of one group; of sim.handle_all or sim.handle_all_except_explicit how many were handled.
+        """Handle a group and return a sim.ikresult_*; with sim.handle_all or sim.handle_all_except_explicit return
+        how many groups were handled.
 
-        The joints are put as near as they come to a target that is out of reach.
+        If the target is out of reach, the joints move as near to it as they can.
         """
         if group == c.sim_handle_all:
             return self._world.ik_groups.handle_all()
@@ -57,7 +59,9 @@ class IkFunctions(ApiPart):
         return int(self._world.ik_groups.handle(group))
 
     def checkIkGroup(self, group: int, joints: list[int]) -> tuple[int, list[float]]:
-        """As sim.handleIkGroup without moving anything: the result, and the values those joints would get."""
+        """Compute as sim.handleIkGroup does without moving anything; return the result and the new values of those
+        joints.
+        """
         chosen, solution = self._world.ik_groups.solve(self._world.ik_groups.get(group))
         values = dict(zip(chosen.handles, solution.values.tolist(), strict=True))
         return int(solution.result), [
@@ -67,7 +71,7 @@ class IkFunctions(ApiPart):
     def setIkGroupProperties(
         self, group: int, method: int, iterations: int, damping: float, _more: Any = None
     ) -> int:
-        """Method (a sim.ik_*_method), most iterations and damping; until the simulation stops."""
+        """Set the method (a sim.ik_*_method), maximum iterations and damping of a group until the simulation stops."""
         self._world.ik_groups.get(group).how = Calculation.checked(method, damping, iterations)
         return 1
 
@@ -80,7 +84,9 @@ class IkFunctions(ApiPart):
         weight: list[float] | None = None,
         _more: Any = None,
     ) -> int:
-        """Constraints (sum of sim.ik_*_constraint), precision {metres, radians}, weights {position, orientation}."""
+        """Set constraints (sum of sim.ik_*_constraint), precision {metres, radians} and weights {position,
+        orientation}.
+        """
         chosen, handle = self._world.ik_groups.get(group), self._self(tip)
         for number, element in enumerate(chosen.elements):
             if element.tip == handle:
@@ -94,9 +100,9 @@ class IkFunctions(ApiPart):
         raise CommandError(f"the group '{chosen.name}' has no element with the tip {tip}")
 
     def getLinkDummy(self, dummy: int) -> int:
-        """The target of a tip, or the tip of a target, in a group of the scene; -1 for other dummies.
+        """Return the target of a tip, or the tip of a target, in a group of the scene; -1 for other dummies.
 
-        Partly: links of other kinds are not there.
+        Partly: links of other kinds do not exist.
         """
         handle = self._self(dummy)
         self._sim.scene.get(handle)
@@ -106,9 +112,9 @@ class IkFunctions(ApiPart):
         return -1
 
     def setLinkDummy(self, dummy: int, target: int) -> int:
-        """Give a tip another target in all groups that have it; until the simulation stops.
+        """Set another target for a tip in all groups that contain it, until the simulation stops.
 
-        Partly: only of tips of groups that the scene registers; -1, to have no target, is an error.
+        Partly: only for tips of groups that the scene registers; -1, for no target, is an error.
         """
         tip, goal = self._self(dummy), self._self(target)
         self._sim.scene.get(goal)
@@ -118,17 +124,18 @@ class IkFunctions(ApiPart):
         return 1
 
     def computeJacobian(self, group: int, _options: int = 0) -> int:
-        """0 when it could be computed, else an error; sim.getIkGroupMatrix has it.
+        """Compute the Jacobian, which sim.getIkGroupMatrix returns; return 0. A failure is an error.
 
-        Partly: of the constraints that the group has; the options are ignored.
+        Partly: for the constraints of the group; the options are ignored.
         """
         self._matrix(self._world.ik_groups.get(group))
         return 0
 
     def getIkGroupMatrix(self, group: int, options: int = 0) -> tuple[list[float], list[int]]:
-        """{columns, rows} after the numbers, row by row: 0 the Jacobian, 1 the manipulability matrix J J^T.
+        """Return the numbers of a matrix row by row, and {columns, rows}. `options`: 0 the Jacobian, 1 the
+        manipulability matrix J J^T.
 
-        Partly: always of the present state; columns are joints, those nearest to the base first (V-REP: last).
+        Partly: always for the present state; columns are joints, those nearest to the base first (V-REP: last).
         """
         if options not in (_JACOBIAN, _MANIPULABILITY):
             raise CommandError(f"{options} is not known; 0 is the Jacobian, 1 the manipulability matrix")
@@ -149,11 +156,12 @@ class IkFunctions(ApiPart):
         low: list[float] | None = None,
         ranges: list[float] | None = None,
     ) -> list[float] | None:
-        """Values of the joints that bring the tip to the target, from random starts; nil when none is found in time.
+        """Return joint values that bring the tip to the target, searched from random starts; nil when the time runs
+        out.
 
-        `collision_pairs`: {entity, entity, ...} that must not meet; sim.handle_all stands for all others.
+        `collision_pairs`: {entity, entity, ...} that must not collide; sim.handle_all stands for all other objects.
 
-        Partly: threshold, metric and joint options are ignored; every start is tried to its end.
+        Partly: threshold, metric and joint options are ignored; the search from a start is not cut off early.
         """
         chosen = self._world.ik_groups.get(group)
         usable, solver = self._world.ik_groups.solver(chosen)
@@ -181,9 +189,10 @@ class IkFunctions(ApiPart):
         collision_pairs: list[int] | None = None,
         _joint_options: list[int] | None = None,
     ) -> list[float] | None:
-        """`count` configurations one after the other, whose tip goes straight from where it is to the target.
+        """Return `count` configurations in sequence that move the tip in a straight line from its present pose to
+        the target.
 
-        nil when it leaves the reach, or something meets.
+        Returns nil when the line leaves the reach or entities collide.
         """
         chosen = self._world.ik_groups.get(group)
         usable, solver = self._world.ik_groups.solver(chosen)
@@ -204,7 +213,9 @@ class IkFunctions(ApiPart):
 
 
 def joint_order(usable: tuple[int, ...], joints: list[int]) -> list[int]:
-    """Where each of the asked joints is among those of the group, which must be the same."""
+    """Return the index of each of the script's joints among those of the group; both must be the same set of
+    joints.
+    """
     if sorted(usable) != sorted(joints):
         raise CommandError(
             f"the joints {sorted(joints)} are not those that the group moves, {sorted(usable)}; give each of these once"

@@ -1,7 +1,7 @@
-"""Moving joints and objects within limits of velocity, acceleration and jerk; the calls wait until they are there.
+"""Move joints and objects within limits of velocity, acceleration and jerk; the calls wait for the arrival.
 
-One step is made per pass, the first one at once. Limits are tables of one magnitude per joint; those of a pose are
-x, y, z in metres and the angle of the turn in radians. A jerk of 0 is no limit.
+Each simulation step makes one step of a motion, the first one immediately. Limits are tables with one magnitude per
+joint; those of a pose are x, y, z in metres and the rotation angle in radians. A jerk of 0 means unlimited.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from .moving import ARRIVED, Moving, Way, lists, nearest, numbers, profile_to
 
 _TURN = 2 * math.pi
 _WAY = 4
-"""x, y, z and angle: what moves between two poses."""
+"""Number of values that move between two poses: x, y, z and angle."""
 
 
 class MotionFunctions(Moving):
-    """They wait, so they work only in a thread. Joints in force mode with position control get target positions,
-    others positions."""
+    """Functions for motions. They wait, so they work only in a thread. Joints in force mode with position control
+    get target positions, other joints get positions.
+    """
 
     def rmlMoveToJointPositions(
         self,
@@ -37,9 +38,10 @@ class MotionFunctions(Moving):
         goal_velocity: list[float] | None = None,
         direction: list[float] | None = None,
     ) -> Waiting:
-        """Gives 1, the positions, velocities and accelerations reached, and the seconds of the last pass not used.
+        """Move joints; return 1, the positions, velocities and accelerations reached, and the unused seconds of the
+        last simulation step.
 
-        `direction` of cyclic joints: 0 the shorter way, n > 0 upwards and n - 1 turns more, n < 0 downwards.
+        `direction` of cyclic joints: 0 the shorter way, n > 0 upwards and n - 1 more turns, n < 0 downwards.
         """
         own, count = [self._self(each) for each in handles], len(handles)
         now = [joints.get_joint_position(self._world, each) for each in own]
@@ -69,8 +71,9 @@ class MotionFunctions(Moving):
         quaternion: list[float] | None = None,
         goal_velocity: list[float] | None = None,
     ) -> Waiting:
-        """Gives 1, the position, quaternion, velocity and acceleration reached, and the seconds of the last pass not
-        used. Nil for a position or quaternion: it stays."""
+        """Move an object; return 1, the position, quaternion, velocity and acceleration reached, and the unused
+        seconds of the last simulation step. Nil for a position or quaternion keeps the present one.
+        """
         own, reference = self._self(handle), self._self(relative_to)
         start = frames.get_pose(self._sim, own, reference)
         goal = (

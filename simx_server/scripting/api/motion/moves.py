@@ -1,7 +1,8 @@
-"""CoppeliaSim 4's motions: `sim.moveToConfig` and `sim.moveToPose`, which wait, and their single steps, which do not.
+"""CoppeliaSim 4's motions: `sim.moveToConfig` and `sim.moveToPose`, which wait, and their single steps, which do
+not.
 
-Both forms of the arguments are taken: one after the other, as to 4.5, and a table with names, as since 4.6. A call-back
-ends the motion by giving true.
+Both forms of arguments are accepted: positional ones as in versions up to 4.5, and a table with names as since 4.6.
+A call-back ends the motion by returning true.
 """
 
 from __future__ import annotations
@@ -37,13 +38,15 @@ if TYPE_CHECKING:
 _MATRIX = 12
 _NUMBERS = to_list(to_float)
 _FREE = Limits([9999.0], [99999.0], [9999999.0])
-"""What CoppeliaSim takes when a table names no limits: the motion is over in one step of `_FREE_STEP` seconds."""
+"""Limits that CoppeliaSim uses when a table names none: the motion is over in one step of `_FREE_STEP` seconds."""
 _FREE_STEP = 10.0
 
 
 class MoveFunctions(Moving):
-    """A table's fields: pos or joints, targetPos, vel, accel, targetVel, maxVel, maxAccel, maxJerk, minVel, minAccel,
-    flags, cyclicJoints, timeStep, callback; of a pose pose or object, relObject, targetPose, metric."""
+    """Functions for motions. A table has the fields pos or joints, targetPos, vel, accel, targetVel, maxVel,
+    maxAccel, maxJerk, minVel, minAccel, flags, cyclicJoints, timeStep, callback; for a pose also pose or object,
+    relObject, targetPose, metric.
+    """
 
     def __init__(self, world: World, script: Script) -> None:
         super().__init__(world, script)
@@ -66,11 +69,11 @@ class MoveFunctions(Moving):
         cyclic: list[bool] | None = None,
         time_step: float = 0.0,
     ) -> Waiting:
-        """Gives positions, velocities, accelerations and the seconds of the last step not used; called with a table,
-        that table as it is in the end.
+        """Move joints; return positions, velocities, accelerations and the unused seconds of the last step; called
+        with a table, return that table in its final state.
 
-        callback(positions, velocities, accelerations, auxiliary), or with that table; joints named in a table are moved
-        without one.
+        The call-back is called with (positions, velocities, accelerations, auxiliary), or with that table. Joints
+        named in a table are moved without a call-back.
         """
         if isinstance(flags, dict):
             motion, data = self._configuration(flags)
@@ -100,11 +103,13 @@ class MoveFunctions(Moving):
         metric: list[float] | None = None,
         time_step: float = 0.0,
     ) -> Waiting:
-        """Gives the pose and the seconds of the last step not used; called with a table, that table as it is then.
+        """Move an object; return the pose and the unused seconds of the last step; called with a table, return that
+        table in its final state.
 
-        callback(pose, velocities, accelerations, auxiliary), or with that table; an object named in a table is moved
-        without one. Poses may be matrices. Limits are of x, y, z and the angle; with a metric (their factors) of the
-        one length they make. Partly: a table's field ik is an error; move the target of a sim IK group instead.
+        The call-back is called with (pose, velocities, accelerations, auxiliary), or with that table. An object
+        named in a table is moved without a call-back. Poses may be matrices. Limits apply to x, y, z and the angle;
+        with a metric (their factors) to the combined length. Partly: a field ik in a table is an error; move the
+        target of a simIK group instead.
         """
         if isinstance(flags, dict):
             motion, data = self._posed(flags)
@@ -133,12 +138,12 @@ class MoveFunctions(Moving):
         return self._begin(*self._configuration(parameters))
 
     def moveToConfig_step(self, data: dict[str, Any]) -> tuple[int, dict[str, Any]]:
-        """0 on the way, 1 arrived, 2 ended by the call-back; and the table."""
+        """Make one step; return 0 on the way, 1 at the goal, 2 when the call-back ended the motion; and the table."""
         motion, present = self._motion(data)
         return motion.step(self._sim.time_step), present
 
     def moveToConfig_cleanup(self, data: dict[str, Any]) -> None:
-        """Forget the motion."""
+        """Delete the motion."""
         self._motions.pop(data.get("ruckigObj", 0), None)
 
     moveToPose_step = moveToConfig_step
@@ -161,7 +166,7 @@ class MoveFunctions(Moving):
         return found
 
     def _configuration(self, parameters: dict[str, Any]) -> tuple[Motion, dict[str, Any]]:
-        """The motion that a table describes, and the table that shows its state."""
+        """Return the motion that a table describes, and the table that shows its state."""
         own = [self._self(each) for each in _read(parameters, "joints", to_list(to_int), [])]
         now = _read(parameters, "pos", _NUMBERS, None) or [
             joints.get_joint_position(self._world, each) for each in own
@@ -219,7 +224,7 @@ class MoveFunctions(Moving):
         return self._described(data, callback, [0.0] * len(way.lengths), way.lengths, show, carry)
 
     def _opened(self, parameters: dict[str, Any]) -> tuple[dict[str, Any], Function | None]:
-        """The table without its call-back, and that."""
+        """Return the table without its call-back, and the call-back."""
         callback = _read(parameters, "callback", to_first(to_function, to_text), None)
         data = {name: value for name, value in parameters.items() if name != "callback"}
         return data, None if callback is None else self._function(callback)
@@ -256,7 +261,7 @@ class MoveFunctions(Moving):
 
 
 def _bounds(data: Mapping[str, Any], count: int) -> tuple[Limits, Synchronisation, float]:
-    """Limits, synchronisation and seconds per step that a table names."""
+    """Return the limits, the synchronisation and the seconds per step that a table names."""
     if not any(name in data for name in ("maxVel", "maxAccel", "maxJerk")):
         free = (_FREE.velocity, _FREE.acceleration, _FREE.jerk)
         return Limits(*([*each] * count for each in free)), Synchronisation.NONE, _FREE_STEP
@@ -272,7 +277,7 @@ def _bounds(data: Mapping[str, Any], count: int) -> tuple[Limits, Synchronisatio
 def _field(
     data: Mapping[str, Any], name: str, count: int, default: Sequence[float] | None = None
 ) -> list[float]:
-    """So many numbers of a table's field; a single one means all."""
+    """Return `count` numbers of a table's field; a single number stands for all."""
     value = data.get(name)
     if isinstance(value, (int, float)):
         value = [value] * count
@@ -280,7 +285,11 @@ def _field(
 
 
 def _read(data: Mapping[str, Any], name: str, convert: Callable[[Any], Any], default: Any) -> Any:
-    """A field of a script's table, checked. Raises CommandError."""
+    """Return a checked field of a script's table.
+
+    Raises:
+        CommandError: the field has the wrong type.
+    """
     value = data.get(name)
     if value is None:
         return default
@@ -291,7 +300,7 @@ def _read(data: Mapping[str, Any], name: str, convert: Callable[[Any], Any], def
 
 
 def _turned(now: Sequence[float], goal: Sequence[float], cyclic: Sequence[bool] | None) -> list[float]:
-    """Cyclic joints take the shorter way."""
+    """Return goals that cyclic joints reach by the shorter way."""
     wraps = [False] * len(now) if cyclic is None else cyclic
     return [
         nearest(a, b) if index < len(wraps) and wraps[index] else b

@@ -1,4 +1,4 @@
-"""What the functions that move joints and objects share: a motion under way, and the way between two poses."""
+"""Shared code of the functions that move joints and objects: a motion under way, and the way between two poses."""
 
 from __future__ import annotations
 
@@ -19,32 +19,34 @@ from simx_server.scripting.interpreter import Function
 from .profiles import MIN_ACCELERATION, MIN_VELOCITY, synchronisation
 
 ON_ITS_WAY, ARRIVED, ABORTED = 0, 1, 2
-"""What a step gives."""
+"""Results of a step."""
 
 REVOLUTE = 10
 """`sim_joint_revolute_subtype`."""
 
 _STRAIGHT = 1e-6
-"""Length of a way, by a script's metric, below which there is nothing to move."""
+"""Length of a way in a script's metric below which nothing moves."""
 
 Put = Callable[[State], bool]
-"""Does what a state of a motion means; true ends the motion."""
+"""Applies a state of a motion to the scene; returning true ends the motion."""
 
 
 class Motion:
-    """A profile under way, and what its states do."""
+    """A profile under way, and a function that applies its states."""
 
     def __init__(self, profile: Profile, put: Put, seconds: float = 0.0) -> None:
-        """`seconds`: of one step; 0: a pass."""
+        """Create a motion with steps of `seconds`; 0: one simulation step."""
         self.profile = profile
         self.state = profile.at(0.0)
         self.unused = 0.0
-        """Of the last step's seconds, those after the arrival."""
+        """Seconds of the last step that remain after the arrival."""
         self._put = put
         self._seconds = seconds
 
     def step(self, time_step: float) -> int:
-        """One of the results above. The motion ends at its goal, not up to a step behind it."""
+        """Make a step and return one of the results above. The motion ends exactly at its goal, not up to a step
+        beyond it.
+        """
         profile = self.profile
         profile.time += self._seconds or time_step
         self.unused = max(0.0, -profile.time_left)
@@ -55,10 +57,10 @@ class Motion:
 
 
 class Way:
-    """From a pose to another: as x, y, z in metres and the angle of the turn; with a metric as one length."""
+    """The way from one pose to another: as x, y, z in metres and the rotation angle; with a metric as one length."""
 
     def __init__(self, start: Pose, goal: Pose, metric: Sequence[float] | None = None) -> None:
-        """`metric`: factors of x, y, z and the angle in that length."""
+        """Create a way. `metric` holds the factors of x, y, z and the angle in the combined length."""
         self._start, self._goal = start, goal
         shift = poses.subtract(goal[0], start[0])
         turn = poses.rotation_vector(poses.multiply(poses.conjugate(start[1]), goal[1]))
@@ -73,7 +75,7 @@ class Way:
             self.lengths = [math.hypot(*(a * b for a, b in zip(self.lengths, metric, strict=True)))]
 
     def pose(self, done: Sequence[float]) -> Pose:
-        """Where one is after so much of each of the lengths."""
+        """Return the pose after this part of each of the lengths."""
         if self._is_one:
             share = done[0] / self.lengths[0] if self.lengths[0] > _STRAIGHT else 1.0
             return between(self._start, self._goal, share)
@@ -82,14 +84,16 @@ class Way:
 
 
 class Moving(ApiPart):
-    """Carries motions out."""
+    """Base class that executes motions."""
 
     def _carry_out(self, profile: Profile, put: Put, seconds: float = 0.0) -> Generator[None, None, Motion]:
-        """Make a motion and step it to its end; arguments as for `Motion`."""
+        """Create a motion and step it to its end; arguments as for `Motion`."""
         return self._step_to_the_end(Motion(profile, put, seconds))
 
     def _step_to_the_end(self, motion: Motion) -> Generator[None, None, Motion]:
-        """A step per pass until the end; also a pass after the last, so that no two motions share one."""
+        """Make a step per simulation step until the end; wait one more, so that two motions never share a
+        simulation step.
+        """
         result = ON_ITS_WAY
         while result == ON_ITS_WAY:
             result = motion.step(self._sim.time_step)
@@ -109,7 +113,7 @@ class Moving(ApiPart):
         return False
 
     def _is_driven(self, handle: int) -> bool:
-        """Whether a motor goes for the joint's target position, or would when given one."""
+        """Return whether a motor drives the joint to its target position, or would if one were set."""
         state = self._sim.joints.state(handle)
         return state.mode == JointMode.FORCE and (not state.annotated or (state.motor and state.control_loop))
 
@@ -118,7 +122,7 @@ class Moving(ApiPart):
 
 
 def between(start: Pose, goal: Pose, share: float) -> Pose:
-    """Return the pose at this share of the straight way and of the turn."""
+    """Return the pose at this share of the straight line and of the rotation."""
     shift = poses.subtract(goal[0], start[0])
     return poses.add(start[0], poses.scale(shift, share)), poses.blend(start[1], goal[1], share)
 
@@ -133,11 +137,11 @@ def profile_to(
     flags: int,
     announced: int = 0,
 ) -> Profile:
-    """Make the profile that the lists of a script describe; missing velocities and accelerations are 0.
+    """Return the profile that the lists of a script describe; missing velocities and accelerations are 0.
 
     Args:
-        most: greatest velocities, accelerations and jerks.
-        flags: a sim.ruckig_*sync, -1 for the usual one.
+        most: maximum velocities, accelerations and jerks.
+        flags: a sim.ruckig_*sync, -1 for the default.
         announced: flags that announce negative bounds after the others.
     """
     count = len(start)
@@ -150,20 +154,24 @@ def profile_to(
 
 
 def stops(callback: Function, *arguments: Any) -> bool:
-    """Whether a call-back wants the motion to end: it gives anything but nil and false."""
+    """Return whether a call-back ends the motion: it returns anything but nil and false."""
     results = callback(*arguments)
     return bool(results) and results[0] is not None and results[0] is not False
 
 
 def nearest(now: float, goal: float) -> float:
-    """The angle that is `goal` but for whole turns, at most half a turn away."""
+    """Return the angle equal to `goal` except for whole turns, at most half a turn away from `now`."""
     return now + math.remainder(goal - now, 2 * math.pi)
 
 
 def numbers(
     values: Sequence[float] | None, count: int, what: str, default: Sequence[float] | None = None
 ) -> list[float]:
-    """`count` of them; more are ignored, as V-REP did. Raises CommandError."""
+    """Return the first `count` values; more are ignored, as in V-REP.
+
+    Raises:
+        CommandError: there are too few values.
+    """
     found = default if values is None else values
     if found is None or len(found) < count:
         raise CommandError(f"{what}: {count} numbers are needed, not {0 if found is None else len(found)}")
@@ -173,7 +181,7 @@ def numbers(
 def start_state(
     position: Sequence[float], velocity: Sequence[float] | None, acceleration: Sequence[float] | None
 ) -> State:
-    """Rest where a script says nothing."""
+    """Return the start state; missing velocities and accelerations mean rest."""
     count = len(position)
     rest = [0.0] * count
     return State(
@@ -184,7 +192,7 @@ def start_state(
 
 
 def limits_of(most: Sequence[Sequence[float] | None], count: int, flags: int) -> Limits:
-    """Negative bounds follow the others where the flags say so."""
+    """Return the limits; negative bounds follow the others where the flags announce them."""
     velocity, acceleration, jerk = (values or [] for values in most)
 
     def least(bit: int, values: Sequence[float]) -> list[float] | None:
@@ -200,5 +208,5 @@ def limits_of(most: Sequence[Sequence[float] | None], count: int, flags: int) ->
 
 
 def lists(state: State) -> tuple[list[float], list[float], list[float]]:
-    """As a script gets them."""
+    """Return positions, velocities and accelerations as lists for a script."""
     return list(state.position), list(state.velocity), list(state.acceleration)

@@ -1,4 +1,4 @@
-"""V-REP's oldest motions, which wait: one velocity and acceleration along the whole way, without a limit of jerk."""
+"""V-REP's oldest motions, which wait: one velocity and acceleration along the whole way, with unlimited jerk."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from simx_server.scripting.interpreter import Waiting
 from .moving import REVOLUTE, Moving, Way, between, nearest, numbers
 
 _LENGTH_PER_ANGLE = 0.1 / math.radians(90)
-"""V-REP's default: a quarter turn is as long as 0.1 m."""
+"""V-REP's default: a quarter turn counts as 0.1 m."""
 _NO_LENGTH, _NO_ANGLE = 5e-5, math.radians(0.01)
-"""Below these V-REP takes a distance for none when the other is asked for instead."""
+"""V-REP ignores distances below these when the other kind of distance can be used instead."""
 _POSITION, _ORIENTATION = 1, 2
 
 
 class OldMoveFunctions(Moving):
-    """Each gives the seconds of the last pass that were not used. An acceleration of nil is no limit.
+    """Functions that return the unused seconds of the last simulation step. An acceleration of nil means unlimited.
 
-    V-REP began the next such motion with those seconds; here it begins with a pass.
+    V-REP started the next such motion with those seconds; here each motion starts with a simulation step.
     """
 
     def moveToPosition(
@@ -38,8 +38,11 @@ class OldMoveFunctions(Moving):
         acceleration: float = 0.0,
         method: list[float] | None = None,
     ) -> Waiting:
-        """`method`: {a sim.distcalcmethod_*, m per rad}: what the velocity counts; nil: the distance if there is any,
-        else the angle with 0.1 m per quarter turn. Nil for position or Euler angles: as it is."""
+        """Move an object to a position and orientation; nil for position or Euler angles keeps the present ones.
+
+        `method`: {a sim.distcalcmethod_*, m per rad} selects the length that the velocity applies to; nil: the
+        distance if there is one, else the angle with 0.1 m per quarter turn.
+        """
         if position is None and euler is None:
             raise CommandError("a position, Euler angles or both must say where to")
         own, reference = self._self(handle), self._self(relative_to)
@@ -77,10 +80,11 @@ class OldMoveFunctions(Moving):
         acceleration: float | list[float] = 0.0,
         angle_to_length: float = 1.0,
     ) -> Waiting:
-        """All arrive together, the longest way at this velocity; where velocities are a table, each joint separately.
+        """Move joints so that all arrive together, the longest way with this velocity; if velocities are a table,
+        each joint moves with its velocity.
 
-        `angle_to_length`: m per rad, to tell which way is longest. Cyclic joints take the shorter way; goals outside
-        an interval mean its end.
+        `angle_to_length`: m per rad, to compare lengths of ways. Cyclic joints take the shorter way; goals outside
+        an interval are clipped to its limit.
         """
         own, count = [self._self(each) for each in handles], len(handles)
         if not count:
@@ -117,9 +121,10 @@ class OldMoveFunctions(Moving):
         velocity: float = 1.0,
         acceleration: float = 0.0,
     ) -> Waiting:
-        """To an object that may move meanwhile; velocity in ways per second. `what`: 1 position, 2 orientation, 3 both.
+        """Move to an object that may itself move; the velocity is in ways per second. `what`: 1 position, 2
+        orientation, 3 both.
 
-        Partly: without path objects, so a distance on one is an error.
+        Partly: path objects do not exist, so a distance on one is an error.
         """
         if distance_on_path is not None:
             raise CommandError("there are no path objects; leave the distance on the path nil")
@@ -160,7 +165,7 @@ def _each_by_itself(
 
 
 def _length(start: Pose, goal: Pose, method: int, factor: float) -> float:
-    """How long V-REP's distance calculation methods take the way for, in metres."""
+    """Return the length of the way in metres by one of V-REP's distance calculation methods."""
     *place, angle = Way(start, goal).lengths
     shift, turn = math.hypot(*place), angle * factor
     lengths = {

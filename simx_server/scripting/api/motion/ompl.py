@@ -1,6 +1,6 @@
-"""``simOMPL``: planning ways in the space of joints, or of the places of an object.
+"""``simOMPL``: plan paths in the space of joints or of object poses.
 
-One planner stands for all algorithms (`kinematics/paths.py`, which says why). V-REP 3's flat names
+One planner stands for all algorithms (`kinematics/paths.py` explains why). V-REP 3's flat names
 (``simExtOMPL_createTask``) are in `ompl_flat.py`.
 """
 
@@ -51,7 +51,7 @@ ALGORITHMS = MappingProxyType(
         )
     }
 )
-"""The plugin's numbers."""
+"""Numbers of the algorithms in the plugin."""
 
 SPACE_KINDS = MappingProxyType(
     {
@@ -65,11 +65,11 @@ SPACE_KINDS = MappingProxyType(
 )
 
 _FARTHEST = 1e6
-"""Bounds beyond that make no sense in metres or radians."""
+"""Greatest bound accepted, in metres or radians."""
 
 
 class OmplFunctions(OmplTasks):
-    """The whole namespace."""
+    """All functions of ``simOMPL``."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -99,9 +99,11 @@ class OmplFunctions(OmplTasks):
         weight: float = 1.0,
         reference: int = -1,
     ) -> int:
-        """Coordinates of one object: a joint's position, or x, y (, z) of a shape or dummy, with or without its turn.
+        """Create a state space and return its handle: a joint's position, or x, y (, z) of a shape or dummy,
+        optionally with its rotation.
 
-        `low` and `high` are those of the coordinates; the turn of pose2d has none. Partly: no pose3d, no dubins.
+        `low` and `high` are the bounds of the coordinates; the rotation of pose2d has none. Partly: no pose3d, no
+        dubins.
         """
         if kind not in tuple(SpaceKind):
             known = ", ".join(
@@ -124,7 +126,7 @@ class OmplFunctions(OmplTasks):
         return self._add(self._spaces, StateSpace(name, space.kind, space.handle, *bounds, weight, reference))
 
     def destroyStateSpace(self, space: int) -> bool:
-        """Tasks that have it keep it."""
+        """Delete a state space; tasks that use it keep it."""
         self._space(space)
         del self._spaces[space]
         return True
@@ -136,7 +138,7 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setAlgorithm(self, task: int, algorithm: int) -> bool:
-        """One of simOMPL.Algorithm. Partly: all of them are RRT-Connect here."""
+        """Set the algorithm, one of simOMPL.Algorithm. Partly: RRT-Connect stands for all of them."""
         self._task(task)
         if algorithm not in ALGORITHMS.values():
             known = ", ".join(f"{number} {name}" for name, number in ALGORITHMS.items())
@@ -144,12 +146,14 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setVerboseLevel(self, task: int, _level: int) -> bool:
-        """Partly: nothing is printed in any case."""
+        """Set the level of messages. Partly: nothing is printed at any level."""
         self._task(task)
         return True
 
     def setCollisionPairs(self, task: int, pairs: list[int]) -> bool:
-        """{entity, entity, ...} two by two that must not meet; sim.handle_all as second: all others."""
+        """Set pairs {entity, entity, ...} that must not collide; sim.handle_all as second entity stands for all
+        others.
+        """
         chosen = as_pairs(pairs)
         for first, second in chosen:
             self._world.meters.collisions.entities(first, second)
@@ -157,15 +161,17 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setStateValidityCheckingResolution(self, task: int, resolution: float) -> bool:
-        """Share of the space's extent between two checks. Partly: never coarser than 5 mrad or 5 mm."""
+        """Set the distance between two checks as a share of the space's extent. Partly: never coarser than 5 mrad
+        or 5 mm.
+        """
         if not 0 < resolution <= 1:
             raise CommandError("a resolution is above 0, up to 1")
         self._task(task).resolution = resolution
         return True
 
     def setStateValidityCallback(self, task: int, callback: str | Function, name: str = "") -> bool:
-        """A function(state) that says whether a state will do, beside the collision pairs."""
-        if isinstance(callback, str) and name:  # script handle or type first, as V-REP 3 had it
+        """Set a function(state) that returns whether a state is valid, in addition to the collision pairs."""
+        if isinstance(callback, str) and name:  # V-REP 3 passed the script handle or type first
             callback = name
         function = self._function(callback)
 
@@ -189,25 +195,27 @@ class OmplFunctions(OmplTasks):
         return True
 
     def setup(self, task: int) -> bool:
-        """Looks whether the task can be solved; false when the start or all goals are not valid."""
+        """Check that the task can be solved; return false when the start or all goals are invalid."""
         chosen, solving = self._task(task), self._solving(task)
         return solving.is_valid(np.array(chosen.start)) and any(
             solving.is_valid(np.array(goal)) for goal in chosen.goals
         )
 
     def solve(self, task: int, seconds: float = 1.0) -> bool:
-        """Find a path within that wall time. Other clients are answered meanwhile."""
+        """Find a path within this wall time; return whether one was found. The server answers other clients
+        meanwhile.
+        """
         with self._planning(task) as solving:
             return solving.solve(_limited(seconds))
 
     def simplifyPath(self, task: int, seconds: float = -1.0) -> bool:
-        """Shorten the path within that wall time; without one, about 1 s, and equal runs give equal paths."""
+        """Shorten the path within this wall time; the default takes about 1 s, and equal runs give equal paths."""
         with self._planning(task) as solving:
             solving.simplify(None if seconds < 0 else _limited(seconds))
         return bool(self._task(task).path)
 
     def interpolatePath(self, task: int, count: int = 0) -> bool:
-        """At least `count` states; 0: as many as checks are made."""
+        """Interpolate the path to at least `count` states; 0: as many as there are validity checks."""
         with self._planning(task) as solving:
             solving.interpolate(count)
         return bool(self._task(task).path)
@@ -215,28 +223,28 @@ class OmplFunctions(OmplTasks):
     def compute(
         self, task: int, seconds: float, shortening: float = -1.0, count: int = 0
     ) -> tuple[bool, list[float]]:
-        """solve, simplifyPath and interpolatePath; whether there is a path, and its states one after the other."""
+        """Call solve, simplifyPath and interpolatePath; return whether there is a path, and its states in sequence."""
         if not (self.solve(task, seconds) and self.simplifyPath(task, shortening)):
             return False, []
         self.interpolatePath(task, count)
         return True, self.getPath(task)
 
     def getPath(self, task: int) -> list[float]:
-        """The states of the path one after the other; empty when there is none."""
+        """Return the states of the path in sequence; empty without one."""
         return [value for state in self._task(task).path for value in state]
 
     def getPathStateCount(self, task: int) -> int:
         return len(self._task(task).path)
 
     def getPathState(self, task: int, index: int) -> list[float]:
-        """Numbered from 0."""
+        """Return one state of the path; the index starts at 0."""
         path = self._task(task).path
         if not 0 <= index < len(path):
             raise CommandError(f"the path has {len(path)} states, so there is no state {index}")
         return path[index]
 
     def getReversedPath(self, task: int, path: list[float]) -> list[float]:
-        """The states in the other order."""
+        """Return the states in reverse order."""
         count = self._task(task).count
         if count == 0 or len(path) % count:
             raise CommandError(f"a path of this task has a multiple of {count} numbers")
@@ -248,7 +256,7 @@ class OmplFunctions(OmplTasks):
         return bool(self._task(task).path)
 
     def hasApproximateSolution(self, task: int) -> bool:
-        """False: a path leads to its goal, or there is none."""
+        """Return false: a path always leads to its goal."""
         self._task(task)
         return False
 
@@ -261,21 +269,21 @@ class OmplFunctions(OmplTasks):
         return self._solving(task).space.contains(np.array(self._state(task, state)))
 
     def readState(self, task: int) -> list[float]:
-        """Where the scene's objects are now."""
+        """Return the present state of the scene's objects."""
         return read_state(self._sim, self._task(task))
 
     def writeState(self, task: int, state: list[float]) -> None:
-        """Put the scene's objects there."""
+        """Move the scene's objects to this state."""
         write_state(self._sim, self._task(task), self._state(task, state))
 
     def stateDistance(self, task: int, first: list[float], second: list[float]) -> float:
-        """Weighted Euclidean, angles the short way."""
+        """Return the weighted Euclidean distance; angles count the short way."""
         space = self._solving(task).space
         change = space.difference(np.array(self._state(task, first)), np.array(self._state(task, second)))
         return float(np.linalg.norm(change * space.weights))
 
     def printTaskInfo(self, task: int) -> bool:
-        """To the status bar."""
+        """Print a description of the task to the status bar."""
         chosen = self._task(task)
         spaces = ", ".join(f"{space.name} ({space.kind.name.lower()})" for space in chosen.spaces) or "none"
         self._world.status_bar.add(

@@ -1,4 +1,4 @@
-"""``simExtOMPL_createTask`` and its like: V-REP 3's flat names for the functions of `simOMPL`."""
+"""V-REP 3's flat names for the functions of `simOMPL`, such as ``simExtOMPL_createTask``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class FlatOmplFunctions(ApiPart):
-    """One method ``extOMPL_NAME`` for each of simOMPL; the tasks are another set than those of simOMPL."""
+    """One method ``extOMPL_NAME`` for each function of simOMPL; their tasks are separate from those of simOMPL."""
 
     CONSTANTS = MappingProxyType(
         {

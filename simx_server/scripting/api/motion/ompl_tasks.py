@@ -1,4 +1,4 @@
-"""What `simOMPL` keeps for a script: its tasks and state spaces."""
+"""Tasks and state spaces that `simOMPL` keeps for a script."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class OmplTasks(ApiPart):
             yield solving
 
     def _solving(self, task: int) -> Solving:
-        """Kept while nothing moves: a script may ask of many states whether they are valid."""
+        """Return the solver of a task, cached while nothing moves: a script may check the validity of many states."""
         chosen = self._task(task)
         key = (
             *(task, id(chosen), self._sim.version, self._sim.model_version, chosen.resolution),

@@ -16,15 +16,16 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 MIN_VELOCITY, MIN_ACCELERATION = 0x100, 0x200
-"""Flags: negative bounds of their own follow the others."""
+"""Flags: separate negative bounds follow the others."""
 
 _ONLY_PHASE = 2
-"""`sim.rml_only_phase_sync`; as in CoppeliaSim with Ruckig it falls back to arriving at the same time."""
+"""`sim.rml_only_phase_sync`; as in CoppeliaSim with Ruckig it falls back to time synchronisation."""
 
 
 class ProfileFunctions(ApiPart):
-    """Tables hold all positions, then all velocities, then all accelerations; rad or m. The profiles of a script end
-    with it."""
+    """Functions for profiles. Tables hold all positions, then all velocities, then all accelerations, in rad or m.
+    The profiles of a script are deleted with it.
+    """
 
     CONSTANTS = MappingProxyType(
         {
@@ -59,13 +60,13 @@ class ProfileFunctions(ApiPart):
         selection: list[bool],
         goal: list[float],
     ) -> int:
-        """To a position and velocity; gives a handle for ruckigStep.
+        """Create a profile to a position and velocity; return a handle for ruckigStep.
 
         Args:
-            count: how many values move.
+            count: number of values that move.
             _smallest_step: any; time is continuous here.
-            flags: a sim.ruckig_*sync, -1 for the usual one.
-            limits: greatest velocities, accelerations, jerks (0: none), then what the flags announce.
+            flags: a sim.ruckig_*sync, -1 for the default.
+            limits: maximum velocities, accelerations, jerks (0: none), then the bounds that the flags announce.
             goal: positions, velocities.
         """
         low, low_acceleration = _announced(flags)
@@ -87,13 +88,13 @@ class ProfileFunctions(ApiPart):
         selection: list[bool],
         goal: list[float],
     ) -> int:
-        """To a velocity, wherever that is; gives a handle for ruckigStep.
+        """Create a profile to a velocity at any position; return a handle for ruckigStep.
 
         Args:
-            count: how many values move.
+            count: number of values that move.
             _smallest_step: any; time is continuous here.
             flags: as for ruckigPos.
-            limits: greatest accelerations, jerks (0: none), then what the flags announce.
+            limits: maximum accelerations, jerks (0: none), then the bounds that the flags announce.
             goal: velocities.
         """
         _, low = _announced(flags)
@@ -103,7 +104,7 @@ class ProfileFunctions(ApiPart):
         return self._keep(state, Goal(None, velocity), bounds, flags, selection, count)
 
     def ruckigStep(self, handle: int, seconds: float) -> tuple[int, list[float], float]:
-        """Go on by so long: 0, or 1 once the goal is reached; the new state; the seconds that are left.
+        """Advance by this time; return 0, or 1 once the goal is reached; the new state; and the remaining seconds.
 
         After the goal its velocity is kept.
         """
@@ -114,7 +115,7 @@ class ProfileFunctions(ApiPart):
         return int(profile.is_over), state.flat(), profile.time_left
 
     def ruckigRemove(self, handle: int) -> int:
-        """1."""
+        """Delete a profile; return 1."""
         self._profile(handle)
         del self._profiles[handle]
         return 1
@@ -128,7 +129,7 @@ class ProfileFunctions(ApiPart):
     def _keep(
         self, state: list[float], goal: Goal, bounds: Limits, flags: int, selection: list[bool], count: int
     ) -> int:
-        """Make the profile of `count` values; its handle."""
+        """Create and store the profile of `count` values; return its handle."""
         profile = Profile(
             _state(state, count), goal, bounds, synchronisation(flags), _chosen(selection, count)
         )
@@ -144,18 +145,18 @@ class ProfileFunctions(ApiPart):
 
 
 def synchronisation(flags: int) -> Synchronisation:
-    """What the two lowest bits say; -1 is the usual one."""
+    """Return the synchronisation that the two lowest bits select; -1 is the default."""
     kind = flags & 3 if flags >= 0 else 0
     return Synchronisation.PHASE if kind == _ONLY_PHASE else Synchronisation(kind)
 
 
 def _announced(flags: int) -> list[bool]:
-    """Whether negative bounds of velocity, and of acceleration, follow."""
+    """Return whether negative bounds of velocity, and of acceleration, follow."""
     return [flags >= 0 and bool(flags & bit) for bit in (MIN_VELOCITY, MIN_ACCELERATION)]
 
 
 def _split(values: Sequence[float], count: int, parts: int, what: str) -> list[list[float]]:
-    """More values than that are ignored, as V-REP did."""
+    """Split values into `parts` lists of `count`; more values are ignored, as in V-REP."""
     if count < 1:
         raise CommandError(f"at least 1 value moves, not {count}")
     if len(values) < count * parts:

@@ -1,7 +1,7 @@
-"""``simIK``: inverse kinematics in CoppeliaSim 4's way, on environments that are worlds of their own.
+"""``simIK``: inverse kinematics in CoppeliaSim 4's way, on environments that are separate worlds.
 
-An object has the same handle in an environment as in the scene, so the maps between the two map each to itself. The
-older names (``handleIkGroup``) and the newer ones (``handleGroup``) mean the same.
+An object has the same handle in an environment as in the scene, so the maps between the two map each handle to
+itself. The older names (``handleIkGroup``) and the newer ones (``handleGroup``) mean the same.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _ALL = -2
 _NOT_WITHIN_TOLERANCE, _LIMIT_HIT = 16, 64
 
 _UNDAMPED = 3
-"""The undamped pseudo inverse; here the plain one is as good as undamped."""
+"""The undamped pseudo inverse; the plain pseudo inverse serves for it, as it has no damping either."""
 
 
 class IkEnvironmentFunctions(ApiPart):
-    """Environments, groups and elements. Environments live as long as the script."""
+    """Functions for environments, groups and elements. Environments live as long as the script."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -67,7 +67,7 @@ class IkEnvironmentFunctions(ApiPart):
         self._environments: dict[int, Environment] = {}
 
     def createEnvironment(self, _flags: int = 0) -> int:
-        """An empty one."""
+        """Create an empty environment and return its handle."""
         handle = max(self._environments, default=-1) + 1
         self._environments[handle] = Environment(self._sim)
         return handle
@@ -85,7 +85,7 @@ class IkEnvironmentFunctions(ApiPart):
     createIkGroup = createGroup
 
     def getGroupHandle(self, environment: int, name: str) -> int:
-        """Raises when there is none."""
+        """Return the handle of a group. An unknown name is an error."""
         groups = self._environment(environment).groups
         for handle, group in groups.items():
             if group.name == name:
@@ -98,7 +98,7 @@ class IkEnvironmentFunctions(ApiPart):
     def setGroupCalculation(
         self, environment: int, group: int, method: int, damping: float, iterations: int
     ) -> None:
-        """Method (a simIK.method_*), damping, most iterations. Partly: nothing is done beyond these."""
+        """Set method (a simIK.method_*), damping and maximum iterations. Partly: other options are not available."""
         same = 0 if method == _UNDAMPED else method
         self._group(environment, group).how = Calculation.checked(same, damping, iterations)
 
@@ -113,9 +113,9 @@ class IkEnvironmentFunctions(ApiPart):
     def addElementFromScene(
         self, environment: int, group: int, base: int, tip: int, target: int, constraints: int
     ) -> tuple[int, dict[int, int], dict[int, int]]:
-        """An element between objects of the scene; its number, and two maps of handles, each to itself.
+        """Add an element between objects of the scene; return its number, and two maps of handles, each to itself.
 
-        All hinges and slides between base (-1: the world) and tip take part, whatever their mode is.
+        All hinges and slides between base (-1: the world) and tip take part, in any mode.
         """
         chosen = self._environment(environment)
         element = Element(
@@ -142,13 +142,13 @@ class IkEnvironmentFunctions(ApiPart):
     setIkElementConstraints = setElementConstraints
 
     def setElementPrecision(self, environment: int, group: int, element: int, precision: list[float]) -> None:
-        """{metres, radians}."""
+        """Set the precision {metres, radians} of an element."""
         self._change(environment, group, element, precision=as_pair(precision, "precision"))
 
     setIkElementPrecision = setElementPrecision
 
     def setElementWeights(self, environment: int, group: int, element: int, weights: list[float]) -> None:
-        """{position, orientation}. Partly: further weights of CoppeliaSim 4.5 are ignored."""
+        """Set the weights {position, orientation}. Partly: further weights of CoppeliaSim 4.5 are ignored."""
         self._change(environment, group, element, weights=as_pair(weights[:2], "weight"))
 
     setIkElementWeights = setElementWeights
@@ -156,20 +156,21 @@ class IkEnvironmentFunctions(ApiPart):
     def handleGroup(
         self, environment: int, group: Any, options: dict[str, Any] | None = None
     ) -> tuple[int, int, list[float]]:
-        """As handleGroups, of one."""
+        """Handle one group as handleGroups does."""
         return self.handleGroups(environment, group, options)
 
     def handleIkGroup(self, environment: int, group: int = _ALL) -> tuple[int, int, list[float]]:
-        """As handleGroup without options."""
+        """Handle a group as handleGroup does without options."""
         return self.handleGroups(environment, group, None)
 
     def handleGroups(
         self, environment: int, groups: Any, options: dict[str, Any] | None = None
     ) -> tuple[int, int, list[float]]:
-        """A simIK.result_*, bits simIK.calc_* that say why not, and the {metres, radians} that are left.
+        """Handle groups; return a simIK.result_*, bits simIK.calc_* with the reason of a failure, and the remaining
+        error {metres, radians}.
 
-        `groups`: one, a table of several, or simIK.handle_all. Options: `syncWorlds` takes over the scene's state
-        before and moves the scene's joints after it, in case of failure only with `allowError`.
+        `groups`: one, a table of several, or simIK.handle_all. Options: `syncWorlds` copies the scene's state
+        before and moves the scene's joints after, in case of failure only with `allowError`.
         """
         chosen, asked = self._environment(environment), options or {}
         wanted = self._groups(environment, groups)
@@ -181,7 +182,7 @@ class IkEnvironmentFunctions(ApiPart):
         return answer
 
     def applyIkEnvironmentToScene(self, environment: int, group: int, only_success: bool = False) -> int:
-        """Take over the scene's state, handle the group and move the scene's joints; the result."""
+        """Copy the scene's state, handle the group and move the scene's joints; return the result."""
         chosen, wanted = self._environment(environment), [self._group(environment, group)]
         chosen.take_over(wanted)
         result = chosen.handle(wanted[0]).result
@@ -193,11 +194,11 @@ class IkEnvironmentFunctions(ApiPart):
         self.syncFromSim(environment, [group])
 
     def syncFromSim(self, environment: int, groups: Any) -> None:
-        """The scene's joint values and poses of targets become the environment's."""
+        """Copy the scene's joint values and poses of targets into the environment."""
         self._environment(environment).take_over(self._groups(environment, groups))
 
     def syncToSim(self, environment: int, groups: Any) -> None:
-        """The environment's joint values become the scene's; a joint in force mode gets them as target."""
+        """Copy the environment's joint values into the scene; a joint in force mode gets them as target."""
         self._environment(environment).give_back(self._groups(environment, groups))
 
     def _environment(self, handle: int) -> Environment:

@@ -1,4 +1,4 @@
-"""``simIK``: what is in an environment, and searching in it."""
+"""``simIK``: objects of an environment, and searches in it."""
 
 from __future__ import annotations
 
@@ -29,20 +29,22 @@ _PASSIVE, _IK = 0, 2
 _WORLD, _PARENT = -1, -11
 
 _TRIALS = 200
-"""Starts of findConfigs: where time is no limit, equal runs give equal tables. They take a UR5 about half a second."""
+"""Number of starts of findConfigs without a time limit, so that equal runs give equal tables; about 0.5 s for a
+UR5.
+"""
 
 _SECONDS = 0.5
-"""How long is searched when nothing else is said."""
+"""Default search time in seconds."""
 
 
 _Judge = Callable[[list[float]], bool]
 
 
 class SimIk(IkEnvironmentFunctions):
-    """The whole namespace."""
+    """All functions of ``simIK``."""
 
     def createDummy(self, environment: int, name: str = "") -> int:
-        """Something with a pose that is in the environment only, to be a target."""
+        """Create a target: a pose that exists only in the environment."""
         return self._environment(environment).create_dummy(name)
 
     def getObjectHandle(self, environment: int, name: str) -> int:
@@ -59,7 +61,7 @@ class SimIk(IkEnvironmentFunctions):
         return self._environment(environment).joint_position(joint)
 
     def setJointPosition(self, environment: int, joint: int, position: float) -> None:
-        """In the environment; within the joint's interval."""
+        """Set a joint's position in the environment, within its interval."""
         self._environment(environment).set_joint_position(joint, position)
 
     def getJointInterval(self, environment: int, joint: int) -> tuple[bool, list[float]]:
@@ -67,7 +69,7 @@ class SimIk(IkEnvironmentFunctions):
         return cyclic, [least, extent]
 
     def setJointInterval(self, environment: int, joint: int, cyclic: bool, interval: list[float]) -> None:
-        """In the environment: {least value, range}."""
+        """Set a joint's interval {least value, range} in the environment."""
         if len(interval) < 2 and not cyclic:
             raise CommandError("a joint's interval is {least value, range}")
         least, extent = interval[:2] if interval else (-np.pi, 2 * np.pi)
@@ -77,30 +79,32 @@ class SimIk(IkEnvironmentFunctions):
         return _PASSIVE if joint in self._environment(environment).passive else _IK
 
     def setJointMode(self, environment: int, joint: int, mode: int) -> None:
-        """simIK.jointmode_ik or simIK.jointmode_passive: a passive joint keeps still."""
+        """Set simIK.jointmode_ik or simIK.jointmode_passive: a passive joint does not move."""
         if mode not in (_PASSIVE, _IK):
             raise CommandError(f"{mode} is no mode here; give simIK.jointmode_ik or simIK.jointmode_passive")
         passive = self._environment(environment).passive
         passive.discard(joint) if mode == _IK else passive.add(joint)
 
     def getObjectPose(self, environment: int, handle: int, relative_to: int = _WORLD) -> list[float]:
-        """{x, y, z, qx, qy, qz, qw}, with the joints where the environment has them."""
+        """Return {x, y, z, qx, qy, qz, qw}, with the joint positions of the environment."""
         position, quat = self._pose(environment, handle, relative_to)
         return [*position, *xyzw_from_wxyz(quat)]
 
     def setObjectPose(self, environment: int, handle: int, relative_to: Any, pose: Any = None) -> None:
-        """Of a target. Arguments 3 and 4: reference and pose in this or in the other order; no reference: the world."""
+        """Set the pose of a target. Arguments 3 and 4: reference and pose in either order; without a reference: the
+        world.
+        """
         reference, values = (pose, relative_to) if isinstance(relative_to, list) else (relative_to, pose)
         x, y, z, *turn = _numbers(values, 7, "a pose is {x, y, z, qx, qy, qz, qw}")
         new = ((x, y, z), wxyz_from_xyzw(turn))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
 
     def getObjectMatrix(self, environment: int, handle: int, relative_to: int = _WORLD) -> list[float]:
-        """12 numbers, row-major 3 x 4."""
+        """Return a matrix of 12 numbers, row-major 3 x 4."""
         return matrix12(self._pose(environment, handle, relative_to))
 
     def setObjectMatrix(self, environment: int, handle: int, relative_to: Any, matrix: Any = None) -> None:
-        """As setObjectPose, with 12 numbers."""
+        """Set the matrix of 12 numbers of a target; arguments as for setObjectPose."""
         reference, values = (matrix, relative_to) if isinstance(relative_to, list) else (relative_to, matrix)
         new = pose_from_matrix12(_numbers(values, 12, "a matrix is a table of 12 numbers"))
         self._place(environment, handle, _WORLD if reference is None else int(reference), new)
@@ -108,14 +112,14 @@ class SimIk(IkEnvironmentFunctions):
     def getObjectTransformation(
         self, environment: int, handle: int, relative_to: int = _WORLD
     ) -> tuple[list[float], list[float], list[float]]:
-        """Position, quaternion {x, y, z, w} and Euler angles."""
+        """Return position, quaternion {x, y, z, w} and Euler angles."""
         position, quat = self._pose(environment, handle, relative_to)
         return list(position), xyzw_from_wxyz(quat), euler_from_quat(quat)
 
     def setObjectTransformation(
         self, environment: int, handle: int, relative_to: int, position: list[float], turn: list[float]
     ) -> None:
-        """Of a target; `turn`: three Euler angles or a quaternion {x, y, z, w}."""
+        """Set the pose of a target; `turn`: three Euler angles or a quaternion {x, y, z, w}."""
         if len(position) != 3 or len(turn) not in (3, 4):
             raise CommandError(
                 "give a position of 3 numbers, and 3 Euler angles or 4 numbers of a quaternion"
@@ -125,17 +129,19 @@ class SimIk(IkEnvironmentFunctions):
         self._place(environment, handle, relative_to, ((x, y, z), quat))
 
     def getJacobian(self, environment: int, group: int) -> tuple[list[float], list[int]]:
-        """Row by row, and {rows, columns}; joints nearest to the base first."""
+        """Return the Jacobian row by row, and {rows, columns}; joints nearest to the base first."""
         found = self._look(environment, group)[1]
         return found.ravel().tolist(), list(found.shape)
 
     def computeGroupJacobian(self, environment: int, group: int) -> tuple[list[float], list[float]]:
-        """The Jacobian row by row, and the error it is for: coordinates in the base's axes, turns about the tip's."""
+        """Return the Jacobian row by row, and its error vector: coordinates in the base's axes, rotations about the
+        tip's axes.
+        """
         error, found, _ = self._look(environment, group)
         return found.ravel().tolist(), error.tolist()
 
     def getManipulability(self, environment: int, group: int) -> float:
-        """sqrt(det(J J^T)), 0 where it is singular."""
+        """Return sqrt(det(J J^T)), 0 for a singular matrix."""
         found = self._look(environment, group)[1]
         return float(np.sqrt(max(0.0, np.linalg.det(found @ found.T))))
 
@@ -153,10 +159,11 @@ class SimIk(IkEnvironmentFunctions):
         low: list[float] | None = None,
         ranges: list[float] | None = None,
     ) -> list[float] | None:
-        """Joint values for the targets from random starts; nil when none is found in that time.
+        """Return joint values for the targets, searched from random starts; nil when the time runs out.
 
-        `callback`: function(values, data) that says whether they will do. `low` and `ranges` are those of the random
-        starts. Partly: threshold, metric and joint options are ignored; every start is tried to its end.
+        `callback`: function(values, data) that returns whether they are valid. `low` and `ranges` are those of the
+        random starts. Partly: threshold, metric and joint options are ignored; the search from a start is not cut
+        off early.
         """
         found = self._search(
             environment, group, joints, abs(seconds), self._judge(callback, data), (low, ranges)
@@ -174,7 +181,7 @@ class SimIk(IkEnvironmentFunctions):
         callback: str | Function | None = None,
         data: Any = None,
     ) -> list[float] | None:
-        """As getConfigForTipPose. Partly: as that."""
+        """Return joint values as getConfigForTipPose does. Partly: with the same differences."""
         return self.getConfigForTipPose(
             environment, group, joints, threshold, seconds, metric, callback, data
         )
@@ -187,10 +194,11 @@ class SimIk(IkEnvironmentFunctions):
         options: dict[str, Any] | None = None,
         _others: Any = None,
     ) -> list[list[float]]:
-        """A table of joint values for the targets, that nearest to the present ones first; empty when there is none.
+        """Return a table of joint values for the targets, those nearest to the present ones first; empty when there
+        are none.
 
-        Options: `maxTime` in seconds, `findMultiple`, `cb` a function(values) that says whether they will do. The first
-        trial is from the present values. Partly: after 200 trials it ends, also when there is time left.
+        Options: `maxTime` in seconds, `findMultiple`, `cb` a function(values) that returns whether they are valid.
+        The first trial starts at the present values. Partly: it ends after 200 trials, even if time is left.
         """
         asked = options or {}
         (seconds,) = _numbers([asked.get("maxTime", 0.1)], 1, "maxTime is a number of seconds")
@@ -209,9 +217,11 @@ class SimIk(IkEnvironmentFunctions):
         callback: str | Function | None = None,
         data: Any = None,
     ) -> list[float] | None:
-        """`count` configurations, one after the other, whose tip goes straight from where it is to the target.
+        """Return `count` configurations in sequence that move the tip in a straight line from its present pose to
+        the target.
 
-        nil (CoppeliaSim 4.5: an empty table) when it leaves the reach or the callback refuses one.
+        Returns nil (CoppeliaSim 4.5: an empty table) when the line leaves the reach or the callback rejects a
+        configuration.
         """
         chosen, wanted = self._environment(environment), self._group(environment, group)
         begin, goals = chosen.tips(wanted), chosen.goals(wanted)
@@ -258,7 +268,7 @@ class SimIk(IkEnvironmentFunctions):
         return [values[order].tolist() for values in chosen_ones]
 
     def _judge(self, callback: Any, *extra: Any) -> _Judge | None:
-        """What a script's function says of joint values; None without one."""
+        """Return a check of joint values that calls a script's function; None without a function."""
         if callback is None:
             return None
         function = self._function(callback)
@@ -287,12 +297,16 @@ class SimIk(IkEnvironmentFunctions):
 
 
 def _ordered(judge: _Judge | None, order: list[int]) -> Callable[[np.ndarray], bool] | None:
-    """The same of our joint values; `order`: where each of the script's joints is among them."""
+    """Return the check for our order of joints; `order`: the index of each of the script's joints among them."""
     return None if judge is None else lambda values: judge(values[order].tolist())
 
 
 def _numbers(values: Any, count: int, what: str) -> list[float]:
-    """Finite ones of what may be anything. Raises CommandError."""
+    """Return `count` finite numbers of a value of any type.
+
+    Raises:
+        CommandError: the value is something else.
+    """
     if isinstance(values, list) and len(values) == count:
         good = [v for v in values if isinstance(v, int | float) and math.isfinite(v)]
         if len(good) == count:

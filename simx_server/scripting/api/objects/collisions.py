@@ -20,26 +20,26 @@ _KINDS = {
     c.sim_handle_tree: ("tree", "below"),
     c.sim_handle_chain: ("chain", "above"),
 }
-"""What is meant by an object of a collection, with and without the object itself."""
+"""Items that an object adds to a collection, with and without the object itself."""
 
 _TAKEN_OUT, _WITHOUT_BASE = 1, 2
 """Bits of the options of an item of a collection."""
 
 _EXTENDED = 0x400000
-"""sim.handleflag_extended, which asked for the normal of a contact; it is always given."""
+"""sim.handleflag_extended, which requested the normal of a contact; it is always returned."""
 
 
 class CollisionFunctions(ApiPart):
-    """Between objects, collections, and registered pairs."""
+    """Functions for measurements between objects, collections, and registered pairs."""
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "handleflag_extended": _EXTENDED,
     }
 
     def checkCollision(self, first: int, second: int) -> tuple[int, list[int]] | int:
-        """1 when they meet now, and as in CoppeliaSim 4 one pair of objects that do; else 0.
+        """Return 1 and, as in CoppeliaSim 4, one pair of colliding objects if the two collide now; else 0.
 
-        The second may be sim.handle_all, everything else.
+        The second may be sim.handle_all, which means everything else.
         """
         meter = self._world.meters.collisions
         if not meter.enabled:
@@ -49,17 +49,19 @@ class CollisionFunctions(ApiPart):
         return 0 if pair is None else (1, list(pair))
 
     def readCollision(self, handle: int) -> int:
-        """-1 when it was not handled yet. Partly: which objects collide is not told."""
+        """Return the last result, -1 before the first handling. Partly: the colliding objects are not returned."""
         found = self._world.meters.collisions.read(handle)
         return -1 if found is None else int(found)
 
     def handleCollision(self, handle: int) -> int:
-        """Measure now; of sim.handle_all and sim.handle_all_except_explicit the number of collisions."""
+        """Measure now and return 1 or 0; for sim.handle_all and sim.handle_all_except_explicit the number of
+        collisions.
+        """
         meter = self._world.meters.collisions
         return sum(meter.handle(each) for each in _meant(meter, handle))
 
     def resetCollision(self, handle: int) -> int:
-        """Forget what was found, until the next handling."""
+        """Delete the result until the next handling."""
         for each in _meant(self._world.meters.collisions, handle):
             self._world.meters.collisions.reset(each)
         return 1
@@ -67,9 +69,10 @@ class CollisionFunctions(ApiPart):
     def checkDistance(
         self, first: int, second: int, threshold: float = 0.0
     ) -> tuple[int, list[float], list[int]] | int:
-        """1, {x1, y1, z1, x2, y2, z2, distance} in the world, and as in CoppeliaSim 4 the two objects; else 0.
+        """Return 1, {x1, y1, z1, x2, y2, z2, distance} in the world frame, and as in CoppeliaSim 4 the two objects;
+        else 0.
 
-        `threshold`: metres above which it is 0; none if it is not above 0.
+        `threshold`: distances above it (metres) return 0; 0 or less means no threshold.
         """
         meter = self._world.meters.distances
         if not meter.enabled:
@@ -81,37 +84,38 @@ class CollisionFunctions(ApiPart):
         return 1, [*found.first.tolist(), *found.second.tolist(), found.distance], list(found.objects)
 
     def readDistance(self, handle: int) -> tuple[int, float]:
-        """1 and metres; 0 and 0 when it was not handled yet."""
+        """Return 1 and the last distance in metres; 0 and 0 before the first handling."""
         found = self._world.meters.distances.read(handle)
         return (0, 0.0) if found is None else (1, found)
 
     def handleDistance(self, handle: int) -> tuple[int, float]:
-        """Measure now: 1 and metres, or 0 and 0; of sim.handle_all and its like the least."""
+        """Measure now and return 1 and metres, or 0 and 0; for sim.handle_all and the like the least distance."""
         meter = self._world.meters.distances
         found = [away for each in _meant(meter, handle) if (away := meter.handle(each)) is not None]
         return (1, min(found)) if found else (0, 0.0)
 
     def resetDistance(self, handle: int) -> int:
-        """Forget what was found, until the next handling."""
+        """Delete the result until the next handling."""
         for each in _meant(self._world.meters.distances, handle):
             self._world.meters.distances.reset(each)
         return 1
 
     def getCollisionHandle(self, name: str) -> int:
-        """Of a collision object that the scene registers."""
+        """Return the handle of a collision object that the scene registers."""
         return collisions.get_collision_handle(self._world, name)
 
     def getDistanceHandle(self, name: str) -> int:
-        """Of a distance object that the scene registers."""
+        """Return the handle of a distance object that the scene registers."""
         return collisions.get_distance_handle(self._world, name)
 
     def getContactInfo(
         self, _dynamic_pass: int, handle: int, index: int
     ) -> tuple[list[int], list[float], list[float], list[float]] | None:
-        """The two objects, the point, the force of the second on the first, the normal; nil after the last contact.
+        """Return the two objects, the point, the force of the second on the first, and the normal; nil after the last
+        contact.
 
-        `handle`: an object, which is then the first of the two, or sim.handle_all. `index` counts from 0.
-        Partly: of the physics steps of a pass only the last one is told of.
+        `handle`: an object, which is then the first of the two, or sim.handle_all. `index` starts at 0. Partly: only
+        contacts of the last physics step of a simulation step are returned.
         """
         wanted = None if handle == c.sim_handle_all else self._sim.scene.get(self._self(handle)).handle
         index -= _EXTENDED if index >= _EXTENDED else 0
@@ -121,17 +125,17 @@ class CollisionFunctions(ApiPart):
         return list(found.objects), list(found.point), list(found.force), list(found.normal)
 
     def getCollectionHandle(self, name: str) -> int:
-        """Of the scene's collections, and those that scripts made."""
+        """Return the handle of a collection of the scene or of one that scripts made."""
         return collisions.get_collection_handle(self._world, name)
 
     def getCollectionName(self, collection: int) -> str:
-        """Raises for an unknown handle."""
+        """Return the name of a collection. An unknown handle is an error."""
         return self._world.collections.name(collection)
 
     def createCollection(self, name: int | str = 0, _options: int = 0) -> int:
-        """A new, empty collection, gone after the stop; CoppeliaSim 4 gives it no name.
+        """Create an empty collection that lasts until the stop and return its handle; CoppeliaSim 4 passes no name.
 
-        Partly: the options (members count also if they are not collidable and so on) are ignored.
+        Partly: the options (such as to include members that are not collidable) are ignored.
         """
         if isinstance(name, int):
             taken = (f"Collection{number}" for number in range(1, 10_000))
@@ -139,7 +143,9 @@ class CollisionFunctions(ApiPart):
         return self._world.collections.create(name)
 
     def addObjectToCollection(self, collection: int, handle: int, what: int, options: int = 0) -> int:
-        """`what`: sim.handle_single, tree, chain or all; bit 0 of `options` takes out, bit 1 leaves out the object."""
+        """Add or remove items; `what`: sim.handle_single, tree, chain or all; bit 0 of `options` removes, bit 1
+        excludes the object itself.
+        """
         if what not in _KINDS:
             raise CommandError(
                 "what is added is sim.handle_single, sim.handle_tree, sim.handle_chain or sim.handle_all"
@@ -150,23 +156,23 @@ class CollisionFunctions(ApiPart):
         return 1
 
     def addItemToCollection(self, collection: int, what: int, handle: int, options: int = 0) -> int:
-        """CoppeliaSim 4's form of sim.addObjectToCollection."""
+        """Add or remove items: CoppeliaSim 4's form of sim.addObjectToCollection."""
         return self.addObjectToCollection(collection, handle, what, options)
 
     def emptyCollection(self, collection: int) -> int:
-        """Take everything out."""
+        """Remove all items."""
         self._world.collections.empty(collection)
         return 1
 
     def removeCollection(self, collection: int) -> int:
-        """It is back after the stop if the scene registers it."""
+        """Remove a collection; one that the scene registers returns at the stop."""
         self._world.collections.remove(collection)
         return 1
 
     destroyCollection = removeCollection
 
     def getCollectionObjects(self, collection: int) -> list[int]:
-        """Handles of what is in it now."""
+        """Return the handles of the objects that are in the collection now."""
         return self._world.collections.members(collection)
 
 

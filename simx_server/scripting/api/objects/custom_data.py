@@ -1,4 +1,4 @@
-"""Data that scripts keep with objects, the scene or the server: bytes by name, see `custom_data.py` of the server."""
+"""Data that scripts store with objects, the scene or the server: bytes by name, see `custom_data.py` of the server."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from simx_server.scripting.api.base import ApiPart
 from simx_server.scripting.api.values.packing import pack, pack_table, unpack, unpack_table
 
 _PERSISTENT, _EXTENSION, _REFERENCES = HIDDEN + "persistent/", HIDDEN + "extension/", HIDDEN + "references"
-"""Begin the names under which these are kept."""
+"""Prefixes of the names under which these are stored."""
 
 
 class CustomDataFunctions(ApiPart):
-    """Of an object, sim.handle_scene or sim.handle_app. Reading what is not there gives nil."""
+    """Data of an object, sim.handle_scene or sim.handle_app. Missing data is read as nil."""
 
     def writeCustomDataBlock(self, handle: int, name: str, data: bytes | None = None) -> None:
-        """'' or nil removes the block, an empty name all of them. Blocks named @tmp... end with the run."""
+        """Write a block; '' or nil removes it, an empty name removes all blocks. Blocks named @tmp... end with the
+        run.
+        """
         self._world.custom_data.write(self._self(handle), name, data or b"")
 
     def readCustomDataBlock(self, handle: int, name: str) -> bytes | None:
         return self._world.custom_data.read(self._self(handle), name)
 
     def readCustomDataBlockTags(self, handle: int) -> list[str] | None:
-        """The names of all blocks; nil when there are none."""
+        """Return the names of all blocks; nil when there are none."""
         names = self._world.custom_data.names(self._self(handle))
         return [name for name in names if not name.startswith(HIDDEN)] or None
 
@@ -36,19 +38,19 @@ class CustomDataFunctions(ApiPart):
     def writeCustomTableData(
         self, handle: int, name: str, table: list[Any] | dict[Any, Any] | None = None
     ) -> None:
-        """As `packTable` packs it; an empty table removes the block."""
+        """Write a table as `packTable` packs it; an empty table removes the block."""
         packed = pack_table(table) if table else b""
         self.writeCustomDataBlock(handle, name, packed)
 
     def readCustomTableData(self, handle: int, name: str) -> Any:
-        """An empty table when there is none of this name."""
+        """Return the table with this name; an empty one when it does not exist."""
         packed = self.readCustomDataBlock(handle, name)
         return unpack_table(packed) if packed else []
 
     def persistentDataWrite(self, name: str, data: bytes, options: int = 0) -> None:
-        """With the server, until it ends; '' removes it.
+        """Store data in the server until it exits; '' removes it.
 
-        Partly: nothing is kept on the disk, whatever the options.
+        Partly: nothing is written to disk, whatever the options.
         """
         self._world.custom_data.write(APPLICATION, f"{_PERSISTENT}{name}", data)
 
@@ -60,24 +62,26 @@ class CustomDataFunctions(ApiPart):
         return [name.removeprefix(_PERSISTENT) for name in names if name.startswith(_PERSISTENT)]
 
     def setReferencedHandles(self, handle: int, handles: list[int] | None = None) -> None:
-        """Other objects that an object remembers.
+        """Store references from one object to other objects.
 
-        Partly: a copy remembers the same ones, also where they were copied with it.
+        Partly: a copy refers to the same objects, even if they were copied with it.
         """
         packed = pack("i", [float(each) for each in handles or []], 0, 0)
         self._world.custom_data.write(self._self(handle), _REFERENCES, packed)
 
     def getReferencedHandles(self, handle: int) -> list[int]:
-        """-1 stands for those that are gone."""
+        """Return the referenced objects; -1 stands for removed ones."""
         packed = self._world.custom_data.read(self._self(handle), _REFERENCES) or b""
         return [each if each in self._sim.scene.objects else -1 for each in unpack("i", packed, 0, 0, 0)]
 
     def setExtensionString(self, handle: int, index: int, text: bytes) -> None:
-        """Text of V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
+        """Set V-REP's extension string, ``name@plugin {value}`` ...; '' removes it."""
         self._world.custom_data.write(self._self(handle), f"{_EXTENSION}{index}", text)
 
     def getExtensionString(self, handle: int, index: int, key: str | None = None) -> bytes | None:
-        """Nil when there is none. With a key ``name@plugin`` only what stands behind it in braces."""
+        """Return the extension string, nil when there is none; with a key ``name@plugin`` only the text in braces
+        after it.
+        """
         text = self._world.custom_data.read(self._self(handle), f"{_EXTENSION}{index}")
         if text is None or key is None:
             return text
@@ -85,7 +89,7 @@ class CustomDataFunctions(ApiPart):
 
 
 def _value_of(text: bytes, key: bytes) -> bytes | None:
-    """What stands in braces behind a key; braces within it count."""
+    """Return the text in braces after a key; inner braces must match."""
     start = text.find(key)
     opening = text.find(b"{", start)
     if start < 0 or opening < 0 or text[start + len(key) : opening].strip():

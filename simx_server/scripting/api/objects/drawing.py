@@ -1,4 +1,4 @@
-"""Drawing objects: points, lines and the like, for whoever shows the scene."""
+"""Drawing objects: points, lines and the like, which viewers of the scene display."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _WHITE: Color = (1.0, 1.0, 1.0)
 
 
 class DrawingFunctions(ApiPart):
-    """Metres in the world, colours 0..1. Everything drawn goes with the run."""
+    """Functions for drawings: metres in the world frame, colours 0..1. All drawings end with the run."""
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "handleflag_addmultiple": _ADD_MULTIPLE,
@@ -44,9 +44,10 @@ class DrawingFunctions(ApiPart):
         specular: list[float] | None = None,
         emission: list[float] | None = None,
     ) -> int:
-        """`kind`: a sim.drawing_* plus flags; `tolerance` (m): items this near to another are left out; `most`: items.
+        """Add a drawing object and return its handle. `kind`: a sim.drawing_* plus flags; `tolerance`: items this
+        near (m) to another are omitted; `most`: maximum number of items.
 
-        Partly: the web viewer shows it; images of vision sensors do not contain it.
+        Partly: viewers of the scene display it; images of vision sensors do not show it.
         """
         return self._world.drawings.create(
             kind,
@@ -60,10 +61,11 @@ class DrawingFunctions(ApiPart):
         )
 
     def addDrawingObjectItem(self, handle: int, item: list[float] | None) -> int:
-        """1, or 0 when the object is full or has such an item; nil removes all items.
+        """Add an item and return 1, or 0 when the object is full or has such an item; nil removes all items.
 
-        With sim.handleflag_addmultiple or setmultiple on the handle the numbers are many items, added or in place of
-        those that are there. Positions come first, then a normal (or quaternion), colours, size, transparency.
+        With sim.handleflag_addmultiple or setmultiple on the handle, the numbers are several items, added to the
+        existing ones or replacing them. Positions come first, then a normal (or quaternion), colours, size,
+        transparency.
         """
         drawings = self._world.drawings
         plain = handle & ~(_ADD_MULTIPLE | _SET_MULTIPLE)
@@ -77,7 +79,7 @@ class DrawingFunctions(ApiPart):
         return int(drawings.draw(plain, item))
 
     def removeDrawingObject(self, handle: int) -> int:
-        """One, or with sim.handle_all every one."""
+        """Remove a drawing object, or all of them with sim.handle_all."""
         if handle == c.sim_handle_all:
             self._world.drawings.remove_all()
         else:

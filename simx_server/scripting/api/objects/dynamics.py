@@ -1,4 +1,4 @@
-"""Forces on shapes, which act during the next pass and add up; inertia of shapes."""
+"""Forces on shapes, which act during the next simulation step and add up; inertia of shapes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
 class DynamicsFunctions(ApiPart):
-    """Newtons, newton metres, kilograms. A static shape feels no force."""
+    """Functions for dynamics: newtons, newton metres, kilograms. A force on a static shape has no effect."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -35,9 +35,9 @@ class DynamicsFunctions(ApiPart):
     )
 
     def addForce(self, shape: int, position: list[float], force: list[float]) -> None:
-        """At a point of the shape, in metres; point and force in the shape's own frame.
+        """Add a force at a point (metres) of the shape; point and force are in the shape's frame.
 
-        sim.handleflag_resetforcetorque added to the handle: what was added before is forgotten.
+        sim.handleflag_resetforcetorque added to the handle deletes the forces and torques added before.
         """
         handle = self._reset(shape)
         self._world.applied_forces.add_at(handle, vector(position, "a position"), vector(force, "a force"))
@@ -45,7 +45,9 @@ class DynamicsFunctions(ApiPart):
     def addForceAndTorque(
         self, shape: int, force: list[float] | None = None, torque: list[float] | None = None
     ) -> None:
-        """At the centre of mass, both along world axes. Flags as for addForce, also separately."""
+        """Add a force and a torque at the centre of mass, both along world axes. Flags as for addForce, also a
+        separate one for the force and one for the torque.
+        """
         handle = self._reset(shape)
         self._world.applied_forces.add(
             handle,
@@ -54,14 +56,15 @@ class DynamicsFunctions(ApiPart):
         )
 
     def getShapeInertia(self, shape: int) -> tuple[list[float], list[float]]:
-        """9 numbers in kg m^2, about the centre of mass and along the shape's axes; that centre as a matrix in the
-        shape's frame, with no rotation."""
+        """Return the inertia, 9 numbers in kg m^2, about the centre of mass and along the shape's axes; and the
+        centre as a matrix in the shape's frame, without rotation.
+        """
         _, moments, centre = inertia.get_inertia(self._sim, self._self(shape))
         x, y, z = centre.tolist()
         return moments.ravel().tolist(), frames.matrix12(((x, y, z), NO_TURN))
 
     def setShapeInertia(self, shape: int, moments: list[float], frame: list[float]) -> None:
-        """As getShapeInertia gives them; a rotation in the matrix says along which axes the moments are."""
+        """Set the inertia in the form of getShapeInertia; a rotation in the matrix defines the axes of the moments."""
         own = self._self(shape)
         mass, _, _ = inertia.get_inertia(self._sim, own)
         centre, turn = _split(frames.pose_from_matrix12(frame))
@@ -70,8 +73,9 @@ class DynamicsFunctions(ApiPart):
     def getShapeMassAndInertia(
         self, shape: int, frame: list[float] | None = None
     ) -> tuple[float, list[float], list[float]]:
-        """Mass in kg, 9 numbers of inertia about the centre of mass, and that centre, as seen from a frame given as a
-        matrix; nil: from the world."""
+        """Return the mass in kg, 9 numbers of inertia about the centre of mass, and that centre, in the frame given
+        as a matrix; nil: in the world frame.
+        """
         own = self._self(shape)
         mass, moments, centre = inertia.get_inertia(self._sim, own)
         place, turn = self._seen_from(own, frame)
@@ -85,7 +89,7 @@ class DynamicsFunctions(ApiPart):
         centre: list[float],
         frame: list[float] | None = None,
     ) -> int:
-        """As getShapeMassAndInertia gives them; 1."""
+        """Set mass and inertia in the form of getShapeMassAndInertia; return 1."""
         own = self._self(shape)
         place, turn = self._seen_from(own, frame)
         local = turn.T @ (np.array(vector(centre, "a centre of mass")) - place)
@@ -93,12 +97,12 @@ class DynamicsFunctions(ApiPart):
         return 1
 
     def computeMassAndInertia(self, shape: int, density: float) -> int:
-        """Set the mass and inertia of the shape filled with this density in kg/m^3; return 1."""
+        """Compute mass and inertia of the shape filled with this density in kg/m^3; return 1."""
         inertia.compute_inertia(self._sim, self._self(shape), density)
         return 1
 
     def isDynamicallyEnabled(self, handle: int) -> bool:
-        """Whether the physics moves it in this run: a dynamic shape, or a joint in force mode."""
+        """Return whether the physics moves the object in this run: a dynamic shape, or a joint in force mode."""
         own = self._self(handle)
         item = self._sim.scene.get(own)
         if not (self._sim.is_running and self._sim.dynamics_enabled):
@@ -110,12 +114,12 @@ class DynamicsFunctions(ApiPart):
         return item.kind == ObjectKind.FORCE_SENSOR
 
     def _seen_from(self, shape: int, frame: list[float] | None) -> tuple[Array, Array]:
-        """Place and rotation of a shape in a frame, None for the world."""
+        """Return position and rotation of a shape in a frame, None for the world."""
         reference = IDENTITY if frame is None else frames.pose_from_matrix12(frame)
         return _split(compose(inverse(reference), frames.get_pose(self._sim, shape)))
 
     def _reset(self, shape: int) -> int:
-        """The handle without flags, after doing what they say."""
+        """Return the handle without flags after deleting the forces and torques that the flags select."""
         flags = shape & (_RESET_FORCE | _RESET_TORQUE) if shape > 0 else 0
         handle = self._self(shape & ~flags)
         if flags:
@@ -126,7 +130,7 @@ class DynamicsFunctions(ApiPart):
 
 
 def _split(pose: Pose) -> tuple[Array, Array]:
-    """(3,) position and (3, 3) rotation."""
+    """Return (3,) position and (3, 3) rotation."""
     return np.array(pose[0]), np.array(matrix(pose[1]))
 
 

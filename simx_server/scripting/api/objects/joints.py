@@ -15,7 +15,7 @@ _HYBRID = 1
 
 
 class JointFunctions(ApiPart):
-    """Radians or metres, their rates per second, N m or N. What sets something gives 1, as in V-REP 3."""
+    """Functions for joints: radians or metres, their rates per second, N m or N. Setters return 1, as in V-REP 3."""
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "jointmode_kinematic": 0,
@@ -28,79 +28,89 @@ class JointFunctions(ApiPart):
     }
 
     def getJointPosition(self, joint: int) -> float:
-        """Cyclic joints in -pi..pi. Raises for spherical joints."""
+        """Return the position; cyclic joints in -pi..pi. A spherical joint is an error."""
         return joints.get_joint_position(self._world, self._self(joint))
 
     def setJointPosition(self, joint: int, position: float) -> int:
-        """At once, within the limits; a controller drives it back."""
+        """Set the position immediately, within the limits; a controller drives it back."""
         joints.set_joint_position(self._world, self._self(joint), position)
         return 1
 
     def getJointTargetPosition(self, joint: int) -> float:
-        """Where the position controller drives the joint."""
+        """Return the position to which the position controller drives the joint."""
         return self._sim.joints.target_position(self._self(joint))
 
     def setJointTargetPosition(self, joint: int, position: float) -> int:
-        """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
+        """Set the target position. Partly: the motion parameters that CoppeliaSim 4 takes as third argument are
+        ignored.
+        """
         joints.set_joint_target_position(self._world, self._self(joint), position)
         return 1
 
     def getJointTargetVelocity(self, joint: int) -> float:
-        """As set last, also where it has no effect."""
+        """Return the target velocity as last set, even if it has no effect."""
         return self._sim.joints.target_velocity(self._self(joint))
 
     def setJointTargetVelocity(self, joint: int, velocity: float) -> int:
-        """Partly: the motion parameters that CoppeliaSim 4 takes as third argument are ignored."""
+        """Set the target velocity. Partly: the motion parameters that CoppeliaSim 4 takes as third argument are
+        ignored.
+        """
         joints.set_joint_target_velocity(self._world, self._self(joint), velocity)
         return 1
 
     def getJointVelocity(self, joint: int) -> float:
-        """Over the last pass; 0 when stopped. CoppeliaSim 4's function for V-REP's parameter 2012."""
+        """Return the mean velocity of the last simulation step; 0 when stopped. CoppeliaSim 4's form of V-REP's
+        parameter 2012.
+        """
         return self._sim.joints.velocity(self._self(joint))
 
     def getJointForce(self, joint: int) -> float:
-        """Force of the motor, mean of the last simulation step; negative while it pushes towards greater positions.
+        """Return the mean force of the motor in the last simulation step; negative while it pushes towards greater
+        positions.
 
-        0, where V-REP gave nil, before there was one.
+        Before the first step it returns 0, where V-REP returned nil.
         """
         return joints.get_joint_force(self._world, self._self(joint))
 
     def setJointForce(self, joint: int, force: float) -> int:
-        """The most the motor exerts, as a magnitude."""
+        """Set the maximum force of the motor, as a magnitude."""
         joints.set_joint_force(self._world, self._self(joint), force)
         return 1
 
     setJointMaxForce = setJointForce
 
     def setJointTargetForce(self, joint: int, force: float) -> int:
-        """Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity gives the direction."""
+        """Set the maximum force.
+
+        Partly: its sign is ignored (CoppeliaSim 4 has a flag for that); the target velocity determines the direction.
+        """
         return self.setJointForce(joint, force)
 
     def getJointMaxForce(self, joint: int) -> float:
-        """1e9 for a joint without a limit."""
+        """Return the maximum force; 1e9 for a joint without a limit."""
         return joints.get_joint_max_force(self._world, self._self(joint))
 
     getJointTargetForce = getJointMaxForce
 
     def getJointInterval(self, joint: int) -> tuple[bool, list[float]]:
-        """Whether it is cyclic, and {least value, range}."""
+        """Return whether the joint is cyclic, and {least value, range}."""
         cyclic, least, extent = self._sim.joints.interval(self._self(joint))
         return cyclic, [least, extent]
 
     def setJointInterval(self, joint: int, cyclic: bool, interval: list[float]) -> int:
-        """`interval`: {least value, range}."""
+        """Set the interval {least value, range}."""
         if len(interval) < 2:
             raise CommandError("a joint's interval is {least value, range}")
         self._sim.joints.set_interval(self._self(joint), cyclic, interval[0], interval[1])
         return 1
 
     def getJointMode(self, joint: int) -> tuple[int, int]:
-        """A sim.jointmode_* and the options: bit 0 when a motor drives it outside force mode."""
+        """Return a sim.jointmode_* and the options: bit 0 when a motor drives the joint outside force mode."""
         handle = self._self(joint)
         return int(self._sim.joints.mode(handle)), _HYBRID if self._sim.joints.is_hybrid(handle) else 0
 
     def setJointMode(self, joint: int, mode: int, options: int = 0) -> int:
-        """`mode`: a sim.jointmode_*; bit 0 of `options`: hybrid operation."""
+        """Set the mode, a sim.jointmode_*; bit 0 of `options`: hybrid operation."""
         handle = self._self(joint)
         if mode not in tuple(JointMode):
             known = ", ".join(f"{int(each)} {each.name.lower()}" for each in JointMode)
@@ -111,20 +121,20 @@ class JointFunctions(ApiPart):
         return 1
 
     def getJointType(self, joint: int) -> int:
-        """sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype."""
+        """Return sim.joint_revolute_subtype, sim.joint_prismatic_subtype or sim.joint_spherical_subtype."""
         return self._sim.joints.joint_type(self._self(joint))
 
     def getJointMatrix(self, joint: int) -> list[float]:
-        """12 numbers, row-major 3 x 4: the turn or shift that the joint value is."""
+        """Return the rotation or translation of the joint value: 12 numbers, row-major 3 x 4."""
         return joints.get_joint_matrix(self._world, self._self(joint))
 
     def setSphericalJointMatrix(self, joint: int, matrix: list[float]) -> int:
-        """12 numbers; the translation is ignored."""
+        """Set the rotation by 12 numbers; the translation is ignored."""
         joints.set_spherical_joint_matrix(self._world, self._self(joint), matrix)
         return 1
 
     def getSphericalJointMatrix(self, joint: int) -> list[float]:
-        """As sim.getJointMatrix, of spherical joints only."""
+        """Return the matrix as sim.getJointMatrix does, only for spherical joints."""
         handle = self._self(joint)
         if self.getJointType(handle) != _SPHERICAL:
             name = self._sim.scene.get(handle).name
@@ -132,14 +142,16 @@ class JointFunctions(ApiPart):
         return self.getJointMatrix(handle)
 
     def getJointDependency(self, joint: int) -> tuple[int, float, float]:
-        """Master (-1: none), offset and factor: position = offset + factor * master's position. Since CoppeliaSim 4."""
+        """Return master (-1: none), offset and factor: position = offset + factor * master's position. Since
+        CoppeliaSim 4.
+        """
         state = self._sim.joints.state(self._self(joint))
         return state.master, state.shift, state.factor
 
     def setJointDependency(self, joint: int, master: int, offset: float = 0.0, factor: float = 1.0) -> int:
-        """For joints in dependent mode; master -1 ends the dependency. Since CoppeliaSim 4.
+        """Set the dependency of a joint in dependent mode; master -1 ends it. Since CoppeliaSim 4.
 
-        Partly: the coupling carries forces only if the scene annotates the joint with mode=dependent.
+        Partly: the coupling transmits forces only if the scene annotates the joint with mode=dependent.
         """
         self._sim.joints.set_dependency(
             self._self(joint), master=self._self(master), shift=offset, factor=factor

@@ -9,23 +9,24 @@ from simx_server.scripting.api.base import ApiPart
 
 
 class ObjectNameFunctions(ApiPart):
-    """Old names are unique (``name``, ``name#0``), aliases need not be."""
+    """Functions for names. Old names are unique (``name``, ``name#0``); aliases may repeat."""
 
     _name_suffix: int | None = None
-    """What the script said its names end in; None: as its object's name does."""
+    """Suffix of names that the script has set; None: the suffix of its object's name."""
 
     def getObjectName(self, handle: int) -> str:
         return self._sim.scene.get(self._self(handle)).name
 
     def setObjectName(self, handle: int, name: str) -> None:
-        """The alias becomes the same without its number. A stop takes back what a run renamed."""
+        """Set the old name, and the alias to the same without its number. The stop resets names set during a run."""
         renaming.rename(self._sim, self._self(handle), name)
 
     def getObjectAlias(self, handle: int, options: int = -1) -> str:
-        """-1 the alias; 0 with its index where siblings have the same one; 1 the shortest path that means this
-        object; 2 the full path; 3 ``alias__handle__`` where it is not unique, 4 always; 5 a short path for people.
+        """Return the alias in the form that `options` selects: -1 the alias; 0 with its index where siblings have the
+        same one; 1 the shortest path that means this object; 2 the full path; 3 ``alias__handle__`` where it is not
+        unique, 4 always; 5 a short path for people.
 
-        Partly: the forms 6 to 9, with numbers in braces, are not made.
+        Partly: the forms 6 to 9, with numbers in braces, are not available.
         """
         scene, handle = self._sim.scene, self._self(handle)
         alias = scene.get(handle).alias
@@ -48,11 +49,11 @@ class ObjectNameFunctions(ApiPart):
                 raise CommandError(f"the form of an alias is -1 to 5, not {options}")
 
     def setObjectAlias(self, handle: int, alias: str) -> None:
-        """The old name stays. A stop takes back what a run changed."""
+        """Set the alias; the old name stays. A change during a run is reset at the stop."""
         renaming.set_alias(self._sim, self._self(handle), alias)
 
     def getNameSuffix(self, name: str | None = None) -> tuple[int, str] | int:
-        """The number behind # (-1: none) and the name without it; without a name, the script's own number."""
+        """Return the number after # (-1: none) and the name without it; without a name, the script's number."""
         if name is None:
             if self._name_suffix is not None:
                 return self._name_suffix
@@ -61,7 +62,7 @@ class ObjectNameFunctions(ApiPart):
         return _split(name)
 
     def setNameSuffix(self, suffix: int) -> None:
-        """The number that names without # end in from now on, in this script; -1: none."""
+        """Set the number that this script's names without # end in; -1: none."""
         self._name_suffix = max(suffix, -1)
 
     def _adjusted(self, name: str) -> str:

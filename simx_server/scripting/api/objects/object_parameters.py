@@ -1,4 +1,4 @@
-"""Numbered parameters and properties of objects. What the numbers mean: `handlers/parameter_tables.py`."""
+"""Numbered parameters and properties of objects. `handlers/parameter_tables.py` defines the numbers."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ _SPECIAL = {
     "measurable": c.sim_objectspecialproperty_measurable,
     "detectable": c.sim_objectspecialproperty_detectable_all,
 }
-"""What the scene says of a shape to the bits that say the same."""
+"""Annotations of a shape in the scene and the bits with the same meaning."""
 
 _PROPERTY = HIDDEN + "property"
-"""Under which name what setObjectProperty says is kept."""
+"""Name under which the bits of setObjectProperty are stored."""
 
 
 class ObjectParameterFunctions(ApiPart):
-    """Reading gives nil where an object of this kind has no such parameter; the names of V-REP 3, which end in
-    Parameter, give 1 and the value, or 0."""
+    """Functions for parameters. Reading returns nil if objects of this kind do not have the parameter; the names of
+    V-REP 3, which end in Parameter, return 1 and the value, or 0.
+    """
 
     CONSTANTS = MappingProxyType(
         {
@@ -65,7 +66,7 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectBoolParam(self, handle: int, parameter: int) -> bool | None:
-        """An integer parameter that is a switch."""
+        """Return an integer parameter that is a switch."""
         value = self.getObjectInt32Param(handle, parameter)
         return None if value is None else value != 0
 
@@ -73,11 +74,11 @@ class ObjectParameterFunctions(ApiPart):
         return self.setObjectInt32Param(handle, parameter, int(value))
 
     def getObjectStringParam(self, handle: int, parameter: int) -> str:
-        """Not here: no object has a string parameter."""
+        """Raise an error. Not here: objects have no string parameters."""
         raise self._no_text(handle, parameter)
 
     def setObjectStringParam(self, handle: int, parameter: int, _value: bytes) -> None:
-        """Not here: no object has a string parameter."""
+        """Raise an error. Not here: objects have no string parameters."""
         raise self._no_text(handle, parameter)
 
     def getObjectInt32Parameter(self, handle: int, parameter: int) -> tuple[int, int | None]:
@@ -102,12 +103,13 @@ class ObjectParameterFunctions(ApiPart):
     getObjectStringParameter = getObjectStringParam
 
     def setObjectStringParameter(self, handle: int, parameter: int, value: bytes) -> None:
-        """Not here: no object has a string parameter."""
+        """Raise an error. Not here: objects have no string parameters."""
         self.setObjectStringParam(handle, parameter, value)
 
     def getObjectSpecialProperty(self, handle: int) -> int:
-        """Bits sim.objectspecialproperty_: whether it is collidable, measurable, detectable and renderable itself,
-        whatever the models say that it belongs to."""
+        """Return bits sim.objectspecialproperty_*: whether the object itself is collidable, measurable, detectable
+        and renderable, without the properties of its models.
+        """
         own = self._self(handle)
         item = self._sim.scene.get(own)
         if item.kind != ObjectKind.SHAPE:
@@ -118,10 +120,10 @@ class ObjectParameterFunctions(ApiPart):
         return bits | (c.sim_objectspecialproperty_renderable if seen else 0)
 
     def setObjectSpecialProperty(self, handle: int, bits: int) -> int:
-        """Taken back by the stop.
+        """Set bits sim.objectspecialproperty_* until the simulation stops.
 
-        Partly: the five kinds of detection are one here, on when any of them is; a shape that the scene file hides from
-        pictures stays hidden.
+        Partly: the five kinds of detection are a single one here, on when any of them is; a shape that the scene file
+        hides from images stays hidden.
         """
         own = self._self(handle)
         self._sim.scene.get_kind(own, ObjectKind.SHAPE)
@@ -133,22 +135,22 @@ class ObjectParameterFunctions(ApiPart):
         return 1
 
     def getObjectProperty(self, handle: int) -> int:
-        """Return the bits world.objectproperty_, for viewers; initially world.objectproperty_selectable."""
+        """Return bits sim.objectproperty_* for viewers of the scene; the default is sim.objectproperty_selectable."""
         kept = self._world.custom_data.read(self._self(handle), _PROPERTY)
         return int(kept) if kept else c.sim_objectproperty_selectable
 
     def setObjectProperty(self, handle: int, bits: int) -> int:
-        """Partly: the bits are kept, but nothing here acts on them."""
+        """Set bits sim.objectproperty_*. Partly: the bits are stored, but have no effect."""
         self._world.custom_data.write(self._self(handle), _PROPERTY, str(bits).encode())
         return 1
 
     def getObjectSizeValues(self, handle: int) -> list[float]:
-        """Metres along the axes of the object's own frame."""
+        """Return the size in metres along the axes of the object's frame."""
         least, greatest = bounding_box.of_object(self._sim, self._self(handle))
         return [high - low for low, high in zip(least, greatest, strict=True)]
 
     def getShapeBB(self, handle: int) -> tuple[list[float], list[float]]:
-        """Size of the box around a shape, in metres, and the pose of its middle in the shape's frame."""
+        """Return the size of a shape's bounding box in metres, and the pose of its centre in the shape's frame."""
         own = self._self(handle)
         self._sim.scene.get_kind(own, ObjectKind.SHAPE)
         least, greatest = bounding_box.of_object(self._sim, own)
@@ -156,12 +158,14 @@ class ObjectParameterFunctions(ApiPart):
         return self.getObjectSizeValues(own), [*middle, 0.0, 0.0, 0.0, 1.0]
 
     def getModelBB(self, handle: int) -> list[float]:
-        """Size of the box around an object and all below it, in metres along the axes of the object's frame."""
+        """Return the size of the bounding box of an object and all below it, in metres along the axes of the object's
+        frame.
+        """
         least, greatest = bounding_box.of_object(self._sim, self._self(handle), whole_model=True)
         return [high - low for low, high in zip(least, greatest, strict=True)]
 
     def getObjectSizeFactor(self, handle: int) -> float:
-        """1: nothing here scales objects."""
+        """Return 1: objects are never scaled."""
         self._sim.scene.get(self._self(handle))
         return 1.0
 

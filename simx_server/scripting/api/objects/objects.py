@@ -1,4 +1,4 @@
-"""Objects of the scene: finding them, their kinds and places in the tree, making, copying and removing them."""
+"""Objects of the scene: finding, creating, copying and removing them; their kinds and parents."""
 
 from __future__ import annotations
 
@@ -21,27 +21,28 @@ _SCENE = -12
 _WITHOUT_BASE, _CHILDREN_ONLY = 1, 2
 
 _UIDS_PER_SCENE = 1_000_000
-"""More than a scene ever gives handles to."""
+"""Greater than the number of handles that a scene ever uses."""
 
 _FAINT = (0, 0, 0, 64, 64, 64, 0, 0, 0)
-"""What follows the RGB of a dummy's colour when nothing else is said: reserved, specular, emission."""
+"""Default values after the RGB of a dummy's colour: reserved, specular, emission."""
 
 
 class ObjectFunctions(ApiPart):
-    """Handles, kinds, parents."""
+    """Functions for handles, kinds and parents."""
 
     def getObjectHandle(self, name: str, options: dict[str, Any] | None = None) -> int:
-        """As getObject. An unknown name is an error, with ``name@silentError`` it is -1."""
+        """Return the handle as getObject does. An unknown name is an error; with ``name@silentError`` it returns -1."""
         return self.getObject(name, options)
 
     def getObject(self, path: str, options: dict[str, Any] | None = None) -> int:
-        """A path or an old name. ``./`` starts at the script's object; a copy's script means its own copies.
+        """Return the handle of an object by path or old name. ``./`` starts at the script's object; in a copied
+        script, names mean the copied objects.
 
-        Options: `index`, which of several that fit, from 0; `proxy`, the object that ``./`` starts at; `noError`,
-        -1 instead of an error.
+        Options: `index`, from 0, selects one of several matches; `proxy` is the object at which ``./`` starts;
+        `noError` returns -1 instead of an error.
         """
         if path == str(HANDLE_SELF):
-            # In V-REP 3 a script asks for itself by sim.getObjectHandle(sim.handle_self).
+            # In V-REP 3 a script gets its own object by sim.getObjectHandle(sim.handle_self).
             return self._owner
         asked = options or {}
         text = self._adjusted(path)
@@ -56,7 +57,7 @@ class ObjectFunctions(ApiPart):
             raise
 
     def getObjectFromUid(self, uid: int, options: dict[str, Any] | None = None) -> int:
-        """The object with this identifier. Option `noError`: -1 instead of an error."""
+        """Return the object with this identifier. Option `noError`: -1 instead of an error."""
         scene, handle = divmod(uid, _UIDS_PER_SCENE)
         if scene == self._sim.scene_id and handle in self._sim.scene.objects:
             return handle
@@ -65,21 +66,23 @@ class ObjectFunctions(ApiPart):
         raise CommandError(f"no object of this scene has the identifier {uid}")
 
     def getObjectUid(self, handle: int) -> int:
-        """A number that no other object gets while the server lives."""
+        """Return a number that is unique to the object until the server exits."""
         return self._sim.scene_id * _UIDS_PER_SCENE + self._sim.scene.get(self._self(handle)).handle
 
     def getObjectUniqueIdentifier(self, handle: int) -> int | list[int]:
-        """As getObjectUid; sim.handle_all gives a table with those of all objects."""
+        """Return the number of getObjectUid; with sim.handle_all a table with those of all objects."""
         if handle == c.sim_handle_all:
             return [self.getObjectUid(each) for each in self._sim.scene.objects]
         return self.getObjectUid(handle)
 
     def isHandle(self, handle: int) -> bool:
-        """Whether an object or a collection has this handle."""
+        """Return whether an object or a collection has this handle."""
         return self._self(handle) in self._sim.scene.objects or handle in self._world.collections
 
     def isHandleValid(self, handle: int, kind: int = -1) -> int:
-        """1 or 0. `kind`: sim.appobj_object_type, sim.appobj_collection_type, ..., or -1 for any of them."""
+        """Return 1 if the handle is valid, else 0. `kind`: sim.appobj_object_type, sim.appobj_collection_type, ...,
+        or -1 for any of them.
+        """
         known = {
             c.sim_appobj_object_type: self._sim.scene.objects,
             c.sim_appobj_collection_type: self._world.collections,
@@ -92,17 +95,17 @@ class ObjectFunctions(ApiPart):
         return int(any(handle in handles for each, handles in known.items() if kind in (-1, each)))
 
     def getObjectType(self, handle: int) -> int:
-        """sim.object_shape_type, sim.object_joint_type, ..."""
+        """Return sim.object_shape_type, sim.object_joint_type, ..."""
         return int(self._sim.scene.get(self._self(handle)).kind)
 
     def getObjects(self, index: int, kind: int = c.sim_handle_all) -> int:
-        """The object at this index, from 0, among all or those of one kind; -1 after the last."""
+        """Return the object at this index, from 0, among all or those of one kind; -1 after the last."""
         return _at(objects.get_objects(self._world, kind), index)
 
     def getObjectsInTree(self, base: int, kind: int = c.sim_handle_all, options: int = 0) -> list[int]:
-        """An object and all below it, or with sim.handle_scene everything; depth first.
+        """Return an object and all below it, or with sim.handle_scene everything; depth first.
 
-        Options: 1 without the object itself, 2 only its children and not theirs.
+        Options: 1 without the object itself, 2 only its direct children.
         """
         scene = self._sim.scene
         top = -1 if base == _SCENE else scene.get(self._self(base)).handle
@@ -112,28 +115,29 @@ class ObjectFunctions(ApiPart):
         return [each for each in found if kind in (c.sim_handle_all, scene.objects[each].kind)]
 
     def getObjectChild(self, handle: int, index: int) -> int:
-        """From 0; -1 after the last child."""
+        """Return the child at this index, from 0; -1 after the last child."""
         return _at(self._sim.scene.children(self._sim.scene.get(self._self(handle)).handle), index)
 
     def getObjectParent(self, handle: int) -> int:
-        """-1 at the top of the tree."""
+        """Return the parent; -1 at the top of the tree."""
         return self._sim.scene.get(self._self(handle)).parent
 
     def setObjectParent(self, handle: int, parent: int, keep_in_place: bool = True) -> int:
-        """-1: to the top of the tree."""
+        """Set the parent; -1 moves the object to the top of the tree."""
         objects.set_object_parent(self._world, self._self(handle), self._self(parent), keep_in_place)
         return 1
 
     def getObjectColor(self, handle: int, _index: int, component: int) -> list[float]:
-        """RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""
+        """Return RGB 0..1 of a dummy or shape; component 0 ambient and diffuse; of dummies 2 specular, 3 emission."""
         handle = self._self(handle)
         if self._sim.scene.get(handle).kind == ObjectKind.SHAPE:
             return shape_looks.color(self._world, handle, component)
         return editing.dummy_color(self._sim, handle, component)
 
     def createDummy(self, size: float, color: list[float] | None = None) -> int:
-        """A dummy at the origin, its size in metres. Colour: RGB 0..1, or 12 numbers: RGB of ambient and diffuse,
-        reserved, specular, emission."""
+        """Create a dummy at the origin, its size in metres, and return its handle. Colour: RGB 0..1, or 12 numbers:
+        RGB of ambient and diffuse, reserved, specular, emission.
+        """
         numbers = [round(value * 255) for value in color or []]
         if len(numbers) not in (0, 3, 12):
             raise CommandError(f"a colour is 3 or 12 numbers, not {len(numbers)}")
@@ -142,14 +146,18 @@ class ObjectFunctions(ApiPart):
         )
 
     def copyPasteObjects(self, handles: list[int], _options: int = 0) -> list[int]:
-        """Return the copies, of a model its base. A stop removes the objects that the run copied.
+        """Copy objects and return the copies; for a model, its base. Copies made during a run are removed at its
+        stop.
 
-        Partly: a model base is always copied with all below it, and nothing is stripped away, whatever the options.
+        Partly: a model base is always copied with all below it, and nothing is stripped from copies, whatever the
+        options.
         """
         return objects.copy_paste_objects(self._world, [self._self(handle) for handle in handles])
 
     def removeObject(self, handle: int) -> None:
-        """Remove an object; its children stay. world.handle_all empties the scene. A stop restores removed objects."""
+        """Remove an object, but not its children; sim.handle_all empties the scene. Objects removed during a run
+        return at its stop.
+        """
         objects.remove_object(self._world, self._self(handle))
 
     def removeObjects(self, handles: list[int], _delayed: bool = False) -> None:
@@ -157,21 +165,22 @@ class ObjectFunctions(ApiPart):
             self.removeObject(handle)
 
     def removeModel(self, base: int, _delayed: bool = False) -> int:
-        """A model base with all below it; how many objects that were."""
+        """Remove a model base with all below it; return the number of removed objects."""
         before = len(self._sim.scene.objects)
         objects.remove_model(self._world, self._self(base))
         return before - len(self._sim.scene.objects)
 
     def loadModel(self, file: str) -> int:
-        """The base of a model from a file of the server's workspace or of those that come with it, which is the
-        selection then.
+        """Load a model from a file of the server's workspace or of the files that come with the server; select its
+        base and return it.
 
-        Partly: files are MJCF, URDF or meshes, and for a `.ttm` file the one that stands for it; no buffers.
+        Partly: files are MJCF, URDF or meshes, and for a `.ttm` file its replacement in one of these formats; no
+        buffers.
         """
         return files.load_model_of_server(self._world, file)
 
     def getModelProperty(self, handle: int) -> int:
-        """Bits of a model base; sim.modelproperty_not_model for any other object."""
+        """Return bits of a model base; sim.modelproperty_not_model for any other object."""
         return objects.get_model_property(self._world, self._self(handle))
 
     def setModelProperty(self, handle: int, bits: int) -> None:

@@ -1,9 +1,9 @@
-"""Where objects are and how they move.
+"""Poses and velocities of objects.
 
 A handle may carry flags: `sim.handleflag_reljointbaseframe` (a reference joint's fixed frame) and
-`sim.handleflag_wxyzquat` (quaternions w, x, y, z). Relative to: -1 or sim.handle_world the world, sim.handle_parent
-the parent, sim.handle_self the script's object, else an object. Setters take V-REP's order (object, relative to, value)
-and CoppeliaSim's later one (object, value, relative to; the world when left out).
+`sim.handleflag_wxyzquat` (quaternions w, x, y, z). Values of relative to: -1 or sim.handle_world for the world,
+sim.handle_parent for the parent, sim.handle_self for the script's object, else an object. Setters take V-REP's order
+(object, relative to, value) and CoppeliaSim's later one (object, value, relative to; the world by default).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _INVERSE = -14
 
 
 class PoseFunctions(ApiPart):
-    """Positions in metres, angles in radians, quaternions (x, y, z, w), matrices of 12 numbers."""
+    """Functions for poses: metres, Euler angles in radians, quaternions (x, y, z, w), matrices of 12 numbers."""
 
     CONSTANTS = MappingProxyType(
         {
@@ -48,7 +48,7 @@ class PoseFunctions(ApiPart):
         return 1
 
     def getObjectOrientation(self, handle: int, relative_to: int = -1) -> list[float]:
-        """Euler angles."""
+        """Return Euler angles."""
         return handlers.get_object_orientation(self._world, self._plain(handle), self._self(relative_to))
 
     def setObjectOrientation(
@@ -72,7 +72,7 @@ class PoseFunctions(ApiPart):
         return 1
 
     def getObjectPose(self, handle: int, relative_to: int = -1) -> list[float]:
-        """x, y, z, then the quaternion."""
+        """Return x, y, z, then the quaternion."""
         numbers = as_numbers(self._pose(handle, relative_to))
         return [*numbers[:3], *_w_first(numbers[3:])] if _is_w_first(handle) else numbers
 
@@ -95,26 +95,27 @@ class PoseFunctions(ApiPart):
         return 1
 
     def getObjectVelocity(self, handle: int) -> tuple[list[float], list[float]]:
-        """Linear m/s and angular rad/s over the last pass, world axes; Euler rates, with sim.handleflag_axis added
-        to the handle the angular velocity of physics."""
+        """Return linear (m/s) and angular (rad/s) velocity over the last simulation step along world axes: Euler
+        rates, or with sim.handleflag_axis added to the handle the angular velocity of physics.
+        """
         return handlers.get_object_velocity(self._world, self._self(handle))
 
     def getVelocity(self, shape: int) -> tuple[list[float], list[float]]:
-        """Linear m/s and the angular velocity of physics, rad/s, world axes.
+        """Return linear velocity (m/s) and the angular velocity of physics (rad/s) along world axes.
 
-        Partly: the mean over the last pass, where V-REP gave that at its end.
+        Partly: the mean over the last simulation step, where V-REP returned the value at its end.
         """
         linear, _, angular = self._world.velocities.measure(self._self(shape))
         return linear, angular
 
     def resetDynamicObject(self, handle: int) -> None:
-        """The object and all below it lose their velocity. Only within a run; sim.handle_all means every object."""
+        """Set the velocity of the object and all below it to 0, only during a run; sim.handle_all means all objects."""
         handles = self._sim.scene.children(-1) if handle == -2 else [self._self(handle)]
         for each in handles:
             handlers.reset_dynamic_object(self._world, each)
 
     def _plain(self, handle: int) -> int:
-        """The handle without the flag that only concerns the order of a quaternion's numbers."""
+        """Return the handle without the flag for the order of a quaternion's numbers."""
         return self._self(handle & ~_WXYZ if _is_w_first(handle) else handle)
 
     def _pose(self, handle: int, relative_to: int) -> Pose:
@@ -136,7 +137,7 @@ def _w_last(quat_wxyz: list[float]) -> list[float]:
 
 
 def _ordered(first: int | list[float], second: int | list[float], what: str) -> tuple[list[float], int]:
-    """The value and the reference, in whichever order they came."""
+    """Return the value and the reference, which may come in either order."""
     if isinstance(first, list) and isinstance(second, int):
         return first, second
     if isinstance(first, int) and isinstance(second, list):

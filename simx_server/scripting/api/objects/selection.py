@@ -1,4 +1,4 @@
-"""The selection of objects: what a person would have clicked at; clients see the same one."""
+"""The selection of objects that a person would make with the mouse; clients see the same selection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simx_server.scripting.api.base import ApiPart
 
 
 class SelectionFunctions(ApiPart):
-    """Lists of handles in order of selection; handles of no object are ignored."""
+    """Functions for the selection: lists of handles in order of selection; handles without an object are ignored."""
 
     def getObjectSelection(self) -> list[int]:
         return objects.get_object_selection(self._world)
@@ -18,18 +18,19 @@ class SelectionFunctions(ApiPart):
         objects.set_object_selection(self._world, [self._self(handle) for handle in handles or []])
 
     def addObjectToSelection(self, what: int | list[int], handle: int = -1) -> None:
-        """A list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain (with all
-        above) and one handle."""
+        """Add objects: a list of handles; or sim.handle_all, or sim.handle_single, _tree (with all below) or _chain
+        (with all above) and one handle.
+        """
         objects.set_object_selection(self._world, [*self.getObjectSelection(), *self._meant(what, handle)])
 
     def removeObjectFromSelection(self, what: int | list[int], handle: int = -1) -> None:
-        """As addObjectToSelection."""
+        """Remove objects; arguments as for addObjectToSelection."""
         gone = self._meant(what, handle)
         kept = [each for each in self.getObjectSelection() if each not in gone]
         objects.set_object_selection(self._world, kept)
 
     def getObjectLastSelection(self) -> int:
-        """-1 when nothing is selected."""
+        """Return the object selected last, -1 when nothing is selected."""
         return (self.getObjectSelection() or [-1])[-1]
 
     def getObjectSelectionSize(self) -> int:

@@ -1,4 +1,4 @@
-"""Proximity and force sensors: a state, then what was measured."""
+"""Proximity and force sensors: a state, then the measured values."""
 
 from __future__ import annotations
 
@@ -18,30 +18,34 @@ _NOTHING = 0
 _NOT_HANDLED = -1
 
 _FRONT, _BACK, _LIMITED_ANGLE = 1, 2, 8
-"""Bits of the mode of sim.checkProximitySensorEx. 4, fast detection, is ignored: it is never approximate here."""
+"""Bits of the mode of sim.checkProximitySensorEx. 4, fast detection, is ignored: detection is always exact."""
 
 
 class SensorFunctions(ApiPart):
-    """As in V-REP 3 a detection has five results, no detection one."""
+    """Functions for sensors. As in V-REP 3 a detection has five results, no detection has one."""
 
     def readProximitySensor(self, sensor: int) -> Detected | int:
-        """0 for nothing, -1 when it was not handled yet. CoppeliaSim 4 gives five results also for nothing."""
+        """Return a detection, 0 for none, -1 before the first handling. CoppeliaSim 4 returns five results also for
+        none.
+        """
         handle = self._proximity_sensor(sensor)
         try:
             found = self._world.proximity.read(handle)
         except CommandError:
-            return _NOT_HANDLED  # the handle is good, so this is the only reason
+            return _NOT_HANDLED  # the handle is valid, so this is the only reason
         return _results(found)
 
     def handleProximitySensor(self, sensor: int) -> Detected | int:
-        """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit the nearest detection of all."""
+        """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit return the nearest detection of
+        all.
+        """
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             return _results(self._world.proximity.handle(self._proximity_sensor(sensor)))
         found = [self._world.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
         return _results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
 
     def resetProximitySensor(self, sensor: int) -> int:
-        """Forget what was detected, until the next handling; also for sim.handle_all and its like."""
+        """Delete the detection until the next handling; also for sim.handle_all and sim.handle_all_except_explicit."""
         if sensor in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             for handle in self._proximity_sensors(sensor):
                 self._world.proximity.reset(handle)
@@ -50,7 +54,8 @@ class SensorFunctions(ApiPart):
         return 1
 
     def checkProximitySensor(self, sensor: int, entity: int) -> Detected | int:
-        """Whether an object, a collection or sim.handle_all is detected now; what handling found is left alone.
+        """Return whether the sensor detects an object, a collection or sim.handle_all now; the result of handling is
+        kept.
 
         The object and the normal are results of CoppeliaSim 4 only.
         """
@@ -59,9 +64,9 @@ class SensorFunctions(ApiPart):
     def checkProximitySensorEx(
         self, sensor: int, entity: int, mode: int, threshold: float, max_angle: float
     ) -> Detected | int:
-        """Bits of `mode`: 1 front faces, 2 back faces, 8 angle of the normal below `max_angle` (rad).
+        """Check a sensor with a mode: 1 front faces, 2 back faces, 8 angle of the normal below `max_angle` (rad).
 
-        `threshold`: metres; something nearer blinds the sensor. Raises CommandError for a mode without faces.
+        `threshold`: metres; a nearer object blinds the sensor. A mode without faces is an error.
         """
         faces = {_FRONT: "front", _BACK: "back", _FRONT | _BACK: "both"}.get(mode & (_FRONT | _BACK))
         if faces is None:
@@ -77,16 +82,18 @@ class SensorFunctions(ApiPart):
         return _results(found)
 
     def readForceSensor(self, sensor: int) -> tuple[int, list[float], list[float]]:
-        """Bit 0: values are there, bit 1: broken; force (N) and torque (N m), zeros where V-REP gave no values."""
+        """Return the state (bit 0: values available, bit 1: broken), force (N) and torque (N m); zeros where V-REP
+        returned no values.
+        """
         return sensors.read_force_sensor(self._world, self._self(sensor))
 
     def breakForceSensor(self, sensor: int) -> int:
-        """Separate the parts that it holds together, until the stop."""
+        """Break the connection that the sensor holds until the stop."""
         sensors.break_force_sensor(self._world, self._self(sensor))
         return 1
 
     def getExplicitHandling(self, sensor: int) -> int:
-        """1 when a proximity or vision sensor, or an IK group, is left to scripts, else 0."""
+        """Return 1 when scripts must handle a proximity or vision sensor, or an IK group, themselves; else 0."""
         handle = self._self(sensor)
         if handle in self._world.ik_groups:
             return int(self._world.ik_groups.get(handle).explicit)
@@ -95,7 +102,7 @@ class SensorFunctions(ApiPart):
         return int(self._world.proximity.is_explicit(handle))
 
     def setExplicitHandling(self, sensor: int, flags: int) -> int:
-        """Bit 0 leaves a proximity or vision sensor, or an IK group, to scripts."""
+        """Set with bit 0 that scripts must handle a proximity or vision sensor, or an IK group, themselves."""
         handle, explicit = self._self(sensor), bool(flags & 1)
         if handle in self._world.ik_groups:
             self._world.ik_groups.get(handle).explicit = explicit

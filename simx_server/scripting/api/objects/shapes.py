@@ -1,4 +1,4 @@
-"""Shapes and other objects that a script makes; colours, meshes and masses of shapes."""
+"""Creation of shapes and other objects by scripts; colours, meshes and masses of shapes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MANY = "@compound"
 
 
 class ShapeFunctions(ApiPart):
-    """Metres, kilograms, colours 0..1. What a run creates is gone after its stop."""
+    """Functions for shapes: metres, kilograms, colours 0..1. Objects created during a run are removed at its stop."""
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "colorcomponent_ambient": 0,
@@ -55,9 +55,10 @@ class ShapeFunctions(ApiPart):
     def createPureShape(
         self, kind: int, options: int, sizes: list[float], mass: float, _precision: list[int] | None = None
     ) -> int:
-        """0 cuboid, 1 sphere, 2 cylinder, 3 cone; bit 3 of `options`: respondable, bit 4: static.
+        """Create a shape and return its handle. `kind`: 0 cuboid, 1 sphere, 2 cylinder, 3 cone; `options`: bit 3
+        respondable, bit 4 static.
 
-        Partly: how edges and back faces are drawn, and open ends of cylinders, are ignored.
+        Partly: the drawing of edges and back faces, and open ends of cylinders, are ignored.
         """
         if not 0 <= kind < len(_PURE):
             raise CommandError(f"a pure shape is 0 cuboid, 1 sphere, 2 cylinder or 3 cone, not {kind}")
@@ -65,9 +66,9 @@ class ShapeFunctions(ApiPart):
         return creating.create_primitive(self._world, _PURE[kind], sizes, body)
 
     def createPrimitiveShape(self, kind: int, sizes: list[float], _options: int = 0) -> int:
-        """A sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4.
+        """Create a sim.primitiveshape_*, static and not respondable. Since CoppeliaSim 4.
 
-        Partly: planes and discs are 1 mm thick; how edges and back faces are drawn is ignored.
+        Partly: planes and discs are 1 mm thick; the drawing of edges and back faces is ignored.
         """
         if kind not in _PRIMITIVES:
             known = ", ".join(f"{number} {word}" for number, word in _PRIMITIVES.items())
@@ -77,9 +78,9 @@ class ShapeFunctions(ApiPart):
     def createMeshShape(
         self, _options: int, _shading_angle: float, vertices: list[float], indices: list[int]
     ) -> int:
-        """Static, not respondable, where its points are, with its frame in the middle of them, not turned.
+        """Create a static shape, not respondable, from points; its frame is at their centre, without rotation.
 
-        Partly: how it is shaded and drawn is ignored.
+        Partly: shading and drawing options are ignored.
         """
         if len(vertices) % 3 or len(indices) % 3:
             raise CommandError("vertices are x, y, z of each point, indices three for each triangle")
@@ -89,7 +90,7 @@ class ShapeFunctions(ApiPart):
     def createShape(
         self, options: int, shading_angle: float, vertices: list[float], indices: list[int]
     ) -> int:
-        """CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
+        """Create a mesh: CoppeliaSim 4's name of sim.createMeshShape. Partly: normals and textures are ignored."""
         return self.createMeshShape(options, shading_angle, vertices, indices)
 
     def createHeightfieldShape(
@@ -101,7 +102,10 @@ class ShapeFunctions(ApiPart):
         x_size: float,
         heights: list[float],
     ) -> int:
-        """Static; `heights` are rows along y of `x_count` points each. Partly: how it is drawn is ignored."""
+        """Create a static height field; `heights` are rows along y of `x_count` points each.
+
+        Partly: drawing options are ignored.
+        """
         if x_count < 2 or y_count < 2 or len(heights) < x_count * y_count:
             raise CommandError(
                 f"{x_count} x {y_count} points need {x_count * y_count} heights, not {len(heights)}"
@@ -112,15 +116,15 @@ class ShapeFunctions(ApiPart):
     def importMesh(
         self, _format: int, path: str, _options: int, _tolerance: float, scaling: float
     ) -> tuple[list[list[float]], list[list[int]]]:
-        """Points and indices, one table each in a table, of an STL or OBJ file of the workspace.
+        """Return points and indices of an STL or OBJ file of the workspace, each as one table in a table.
 
-        Partly: other formats are not read, equal points are not joined.
+        Partly: other formats are not supported; equal points are not merged.
         """
         points, faces = self._mesh(path, scaling)
         return [points.ravel().tolist()], [faces.ravel().tolist()]
 
     def importShape(self, _format: int, path: str, _options: int, _tolerance: float, scaling: float) -> int:
-        """A static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
+        """Create a static shape from an STL or OBJ file of the workspace. Partly: as sim.importMesh."""
         points, faces = self._mesh(path, scaling)
         return creating.create_mesh(self._world, points, faces, "Shape", Body())
 
@@ -133,10 +137,10 @@ class ShapeFunctions(ApiPart):
         _color: list[float] | None = None,
         _other_color: list[float] | None = None,
     ) -> int:
-        """At the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
+        """Create a joint at the origin, along z, with the motor off; bit 0 of `options`: hybrid operation.
 
-        It carries what gets it as parent: a static shape, or the first dynamic one, which it links.
-        Partly: sizes and colours are ignored.
+        It carries an object that gets it as parent: a static shape, or the first dynamic one, which it links. Partly:
+        sizes and colours are ignored.
         """
         return creating_parts.create_joint(self._world, kind, mode, hybrid=bool(options & 1))
 
@@ -149,35 +153,41 @@ class ShapeFunctions(ApiPart):
         sizes: list[float],
         _color: list[float] | None = None,
     ) -> int:
-        """At the origin, looking along z. Partly: what it detects (ultrasonic, laser, ...) and colours are ignored."""
+        """Create a sensor at the origin that looks along z.
+
+        Partly: the kind of detection (ultrasonic, laser, ...) and colours are ignored.
+        """
         return creating_parts.create_proximity_sensor(self._world, kind, options, sizes)
 
     def createVisionSensor(
         self, options: int, counts: list[int], view: list[float], _color: list[float] | None = None
     ) -> int:
-        """At the origin, looking along z. Partly: fog, own lights, background and sizes of the box are ignored."""
+        """Create a sensor at the origin that looks along z.
+
+        Partly: fog, separate lights, background and sizes of the box are ignored.
+        """
         return creating_parts.create_vision_sensor(self._world, options, counts, view)
 
     def createForceSensor(
         self, options: int, counts: list[int], limits: list[float], _color: list[float] | None = None
     ) -> int:
-        """At the origin. Partly: size and colours are ignored."""
+        """Create a sensor at the origin. Partly: size and colours are ignored."""
         return creating_parts.create_force_sensor(self._world, options, counts, limits)
 
     def createPath(self, _attributes: int) -> NoReturn:
-        """Not here: scenes have no path objects."""
+        """Raise an error. Not here: scenes have no path objects."""
         raise CommandError("there are no path objects here; keep the points in a table and interpolate them")
 
     def groupShapes(self, _shapes: list[int]) -> NoReturn:
-        """Not here: shapes get a common parent instead."""
+        """Raise an error. Not here: give the shapes a common parent instead."""
         raise CommandError("shapes cannot be grouped; give them a common parent with sim.setObjectParent")
 
     def ungroupShape(self, _shape: int) -> NoReturn:
-        """Not here: a scene file makes the parts separate bodies."""
+        """Raise an error. Not here: define the parts as separate bodies in the scene file."""
         raise CommandError("shapes cannot be ungrouped; make the parts separate bodies in the scene file")
 
     def setShapeMaterial(self, _shape: int, _material: int) -> NoReturn:
-        """Not here: the scene file says friction and the like, for each geom."""
+        """Raise an error. Not here: the scene file defines friction and similar properties of each geom."""
         raise CommandError(
             "there are no materials of physics here; friction and stiffness are attributes of geoms in the scene file"
         )
@@ -185,11 +195,11 @@ class ShapeFunctions(ApiPart):
     def setShapeTexture(
         self, _shape: int, _texture: int, _mapping: int, _options: int, _scaling: list[float]
     ) -> NoReturn:
-        """Not here: textures are those of the scene file."""
+        """Raise an error. Not here: the scene file defines textures."""
         raise CommandError("textures cannot be changed; give the geom a material in the scene file")
 
     def getShapeMesh(self, shape: int) -> tuple[list[float], list[int], list[float]]:
-        """Points in the shape's frame, indices, and three normals for each triangle."""
+        """Return points in the shape's frame, indices, and three normals for each triangle."""
         points, faces = shape_looks.triangles(self._world, self._self(shape))
         corners = points[faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -198,7 +208,9 @@ class ShapeFunctions(ApiPart):
         return points.ravel().tolist(), faces.ravel().tolist(), np.repeat(normals, 3, axis=0).ravel().tolist()
 
     def getShapeGeomInfo(self, shape: int) -> tuple[int, int, list[float]]:
-        """Bits 0 compound, 1 pure, 2 convex; the sim.pure_primitive_* of a single one; its sizes x, y, z and 0."""
+        """Return bits (0 compound, 1 pure, 2 convex), the sim.pure_primitive_* of a single shape, and its sizes x, y,
+        z and 0.
+        """
         handle = self._self(shape)
         number, sizes = shape_looks.pure_type(self._world, handle)
         bits = _COMPOUND if shape_properties.is_compound(self._sim, handle) else 0
@@ -207,7 +219,7 @@ class ShapeFunctions(ApiPart):
         return bits, number, [*sizes, 0.0]
 
     def getShapeColor(self, shape: int, name: str | None, component: int) -> tuple[int, list[float]] | int:
-        """1 and {red, green, blue}; 0 for a named colour, which no shape has.
+        """Return 1 and {red, green, blue}; 0 for a named colour, since shapes have none.
 
         Partly: components 0 (ambient and diffuse) and 4 (transparency).
         """
@@ -215,7 +227,10 @@ class ShapeFunctions(ApiPart):
         return 0 if _is_named(name) else (1, shape_looks.color(self._world, handle, component))
 
     def setShapeColor(self, shape: int, name: str | None, component: int, color: list[float]) -> int:
-        """1; 0 for a named colour. Transparency is {0} for opaque to {1}. Partly: as sim.getShapeColor."""
+        """Set a colour and return 1; 0 for a named colour. Transparency is {0} for opaque to {1}.
+
+        Partly: as sim.getShapeColor.
+        """
         handle = self._shape(shape)
         if _is_named(name):
             return 0
@@ -223,12 +238,12 @@ class ShapeFunctions(ApiPart):
         return 1
 
     def setObjectColor(self, handle: int, _index: int, component: int, color: list[float]) -> bool:
-        """CoppeliaSim 4's form, for shapes. Partly: shapes only, components as sim.getShapeColor."""
+        """Set a colour: CoppeliaSim 4's form. Partly: shapes only, components as sim.getShapeColor."""
         shape_looks.set_color(self._world, self._shape(handle), component, color)
         return True
 
     def getLightParameters(self, light: int) -> tuple[int, list[float], list[float], list[float]]:
-        """1 when it is on, {0, 0, 0}, its colour, the colour of its highlights."""
+        """Return 1 when the light is on, {0, 0, 0}, its colour, and the colour of its highlights."""
         on, diffuse, specular = lights.light(self._sim, self._self(light))
         return int(on), [0.0] * 3, diffuse, specular
 
@@ -240,23 +255,23 @@ class ShapeFunctions(ApiPart):
         diffuse: list[float] | None = None,
         specular: list[float] | None = None,
     ) -> int:
-        """Nil leaves a colour as it is."""
+        """Set a light; nil keeps a colour."""
         lights.set_light(self._sim, self._self(light), bool(on), diffuse, specular)
         return 1
 
     def getShapeMass(self, shape: int) -> float:
-        """Kilograms. Since CoppeliaSim 4."""
+        """Return the mass in kilograms. Since CoppeliaSim 4."""
         return shape_properties.get_mass(self._sim, self._self(shape))
 
     def setShapeMass(self, shape: int, mass: float) -> None:
-        """The inertia changes in proportion. Since CoppeliaSim 4."""
+        """Set the mass in kilograms; the inertia changes in proportion. Since CoppeliaSim 4."""
         shape_properties.set_mass(self._sim, self._self(shape), mass)
 
     def _shape(self, handle: int) -> int:
         return self._sim.scene.get_kind(self._self(handle), ObjectKind.SHAPE).handle
 
     def _mesh(self, path: str, scaling: float) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, 3) in metres and faces (m, 3)."""
+        """Return points (n, 3) in metres and faces (m, 3)."""
         (mesh,) = read_mesh(self._world, path).scene.spec.meshes
         points = np.array(mesh.uservert, float).reshape(-1, 3) * scaling
         return points, np.array(mesh.userface, int).reshape(-1, 3)

@@ -6,7 +6,7 @@ from simx_server.scripting.api.base import ApiPart
 
 
 class BitFunctions(ApiPart):
-    """Of 32-bit integers, or of their low 16 bits."""
+    """Functions for bits of 32-bit integers, or of their low 16 bits."""
 
     def boolAnd32(self, first: int, second: int) -> int:
         return first & second

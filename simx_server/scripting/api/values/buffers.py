@@ -1,4 +1,4 @@
-"""Packed numbers and pictures, changed as a whole: `transformBuffer`."""
+"""Packed numbers and images, converted as a whole: `transformBuffer`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
 
 _NUMBERS: dict[int, str] = {0: "u1", 1: "i1", 2: "<u2", 3: "<i2", 4: "<u4", 5: "<i4", 6: "<f4", 7: "<f8"}
-"""sim.buffer_uint8 to sim.buffer_double, as numpy names them."""
+"""sim.buffer_uint8 to sim.buffer_double, and their names in numpy."""
 
 _PIXELS: dict[int, tuple[int, ...]] = {8: (0, 1, 2), 9: (2, 1, 0), 10: (0, 1, 2, 3), 11: (3, 0, 1, 2)}
-"""sim.buffer_uint8rgb, bgr, rgba, argb: which of r, g, b, a each byte is."""
+"""sim.buffer_uint8rgb, bgr, rgba, argb: the index of r, g, b, a for each byte."""
 
 _BASE64, _SPLIT, _CLAMP = 12, 13, 256
 
@@ -27,7 +27,7 @@ _FORMATS = (
 
 
 class BufferFunctions(ApiPart):
-    """Formats are sim.buffer_ constants."""
+    """Functions for buffers. Formats are sim.buffer_ constants."""
 
     CONSTANTS = MappingProxyType(
         {**{f"buffer_{name}": number for number, name in enumerate(_FORMATS)}, "buffer_clamp": _CLAMP}
@@ -36,10 +36,10 @@ class BufferFunctions(ApiPart):
     def transformBuffer(
         self, data: bytes, in_format: int, multiplier: float, offset: float, out_format: int
     ) -> bytes | list[bytes]:
-        """Every number times `multiplier` plus `offset`, in another format; pixels keep their meaning.
+        """Return every number times `multiplier` plus `offset`, in another format; pixels keep their meaning.
 
-        With sim.buffer_clamp added to the output format, numbers outside its range become the nearest, else they
-        wrap. To sim.buffer_base64: as text; to sim.buffer_split: a table of pieces of `offset` bytes.
+        With sim.buffer_clamp added to the output format, numbers outside its range become the nearest valid one, else
+        they wrap. sim.buffer_base64 returns text; sim.buffer_split returns a table of pieces of `offset` bytes.
         """
         clamp, target = bool(out_format & _CLAMP), out_format & ~_CLAMP
         if target == _SPLIT:
@@ -95,7 +95,7 @@ def _to_bytes(values: NDArray[np.float64], kind: int, clamp: bool) -> bytes:
 
 
 def _pixels(data: bytes, in_format: int, target: int) -> tuple[bytes, int, int]:
-    """Pixels in the order of the target; without one there, the bytes as they are."""
+    """Return pixels in the order of the target; if the target has none, the bytes unchanged."""
     order = _PIXELS[in_format]
     if len(data) % len(order):
         raise CommandError(f"{len(data)} bytes are no whole count of pixels of {len(order)} bytes")

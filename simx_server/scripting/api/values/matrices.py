@@ -1,7 +1,7 @@
-"""Arithmetic with matrices, poses and angles, as scripts do it.
+"""Arithmetic with matrices, poses and angles for scripts.
 
-A matrix is 12 numbers, three rows of rotation and position (metres); a pose is 7: x, y, z, then a quaternion
-x, y, z, w. Euler angles are radians with R = Rx(alpha) Ry(beta) Rz(gamma).
+A matrix is 12 numbers, three rows of rotation and position (metres); a pose is 7: x, y, z, then a quaternion x, y, z,
+w. Euler angles are radians with R = Rx(alpha) Ry(beta) Rz(gamma).
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ _MATRIX, _POSE = 12, 7
 
 
 def as_pose(values: Sequence[float]) -> Pose:
-    """Seven numbers as a pose. Raises CommandError."""
+    """Return seven numbers as a pose.
+
+    Raises:
+        CommandError: there are more or fewer numbers.
+    """
     if len(values) != _POSE:
         raise CommandError(f"a pose is 7 numbers, x y z and a quaternion x y z w, not {len(values)}")
     x, y, z = vector(values[:3], "a position")
@@ -26,19 +30,23 @@ def as_pose(values: Sequence[float]) -> Pose:
 
 
 def as_numbers(pose: Pose) -> list[float]:
-    """A pose as seven numbers, the quaternion's w not negative."""
+    """Return a pose as seven numbers, the quaternion's w not negative."""
     return [*pose[0], *frames.xyzw_from_wxyz(pose[1])]
 
 
 def vector(values: Sequence[float], what: str = "a vector") -> poses.Vector:
-    """Three numbers. Raises CommandError."""
+    """Return three numbers as a vector.
+
+    Raises:
+        CommandError: there are more or fewer numbers.
+    """
     if len(values) != 3:
         raise CommandError(f"{what} is 3 numbers, not {len(values)}")
     return float(values[0]), float(values[1]), float(values[2])
 
 
 def _either(values: Sequence[float]) -> tuple[Pose, bool]:
-    """A matrix or a pose, and whether it was a matrix."""
+    """Return the pose of a matrix or a pose, and whether it was a matrix."""
     if len(values) == _MATRIX:
         return frames.pose_from_matrix12(values), True
     if len(values) == _POSE:
@@ -55,7 +63,7 @@ def _unit(values: Sequence[float], what: str) -> poses.Vector:
 
 
 class MatrixFunctions(ApiPart):
-    """None of these touches the scene."""
+    """Functions for matrices. They do not access the scene."""
 
     def buildIdentityMatrix(self) -> list[float]:
         return frames.matrix12(IDENTITY)
@@ -75,9 +83,11 @@ class MatrixFunctions(ApiPart):
     def buildPose(
         self, position: list[float], rotation: list[float], mode: int = 0, axis: list[float] | None = None
     ) -> list[float]:
-        """Mode 0: `rotation` is Euler angles or a quaternion. 1, 2, 3: it is the x, y or z axis of the new frame.
+        """Return a pose. Mode 0: `rotation` is Euler angles or a quaternion. 1, 2, 3: it is the x, y or z axis of the
+        new frame.
 
-        4 to 9: it and `axis` are two axes: xy, yz, zx, xz, yx, zy; the second one is made perpendicular to the first.
+        4 to 9: `rotation` and `axis` are two axes: xy, yz, zx, xz, yx, zy; the second one is made perpendicular to
+        the first.
         """
         place = vector(position, "a position")
         if mode == 0 and len(rotation) == 4:
@@ -101,8 +111,9 @@ class MatrixFunctions(ApiPart):
         return as_numbers(poses.compose(as_pose(first), as_pose(second)))
 
     def invertMatrix(self, matrix: list[float]) -> list[float]:
-        """A Lua table that is passed is overwritten with its inverse, and the result is 1, as in V-REP; Python gets the
-        inverse."""
+        """Invert a matrix. A Lua table is overwritten with its inverse, and the result is 1, as in V-REP; Python gets
+        the inverse.
+        """
         return self.getMatrixInverse(matrix)
 
     def getMatrixInverse(self, matrix: list[float]) -> list[float]:
@@ -116,7 +127,7 @@ class MatrixFunctions(ApiPart):
     getPoseInverse = invertPose
 
     def multiplyVector(self, frame: list[float], points: list[float]) -> list[float]:
-        """A matrix or pose applied to one point, or to several in one table."""
+        """Apply a matrix or pose to one point, or to several in one table."""
         pose, _ = _either(frame)
         if len(points) % 3:
             raise CommandError(f"points are 3 numbers each, not {len(points)} together")
@@ -132,7 +143,9 @@ class MatrixFunctions(ApiPart):
         return frames.xyzw_from_wxyz(frames.pose_from_matrix12(matrix)[1])
 
     def interpolateMatrices(self, first: list[float], second: list[float], share: float) -> list[float]:
-        """0 gives the first, 1 the second; positions on a line, rotations on the shorter way."""
+        """Return a matrix between the two: share 0 is the first, 1 the second; positions on a line, rotations on the
+        shorter way.
+        """
         return frames.matrix12(
             _between(frames.pose_from_matrix12(first), frames.pose_from_matrix12(second), share)
         )
@@ -141,7 +154,7 @@ class MatrixFunctions(ApiPart):
         return as_numbers(_between(as_pose(first), as_pose(second), share))
 
     def getRotationAxis(self, start: list[float], goal: list[float]) -> tuple[list[float], float]:
-        """Axis (in the frame that both are given in) and angle of the turn from one to the other."""
+        """Return axis (in the frame of both matrices) and angle of the rotation from one to the other."""
         turn = poses.multiply(_either(goal)[0][1], poses.conjugate(_either(start)[0][1]))
         rotation = poses.rotation_vector(turn)
         angle = math.sqrt(sum(component * component for component in rotation))
@@ -152,7 +165,7 @@ class MatrixFunctions(ApiPart):
     def rotateAroundAxis(
         self, frame: list[float], axis: list[float], point: list[float], angle: float
     ) -> list[float]:
-        """A matrix or pose, turned by radians about an axis through a point; the result is of the same kind."""
+        """Rotate a matrix or pose by radians about an axis through a point; the result is of the same kind."""
         pose, is_matrix = _either(frame)
         centre = vector(point, "a point of the axis")
         turn = poses.about(_unit(axis, "an axis"), angle)
@@ -163,12 +176,12 @@ class MatrixFunctions(ApiPart):
     def alphaBetaGammaToYawPitchRoll(
         self, alpha: float, beta: float, gamma: float
     ) -> tuple[float, float, float]:
-        """Yaw, pitch, roll with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Return yaw, pitch, roll with R = Rz(yaw) Ry(pitch) Rx(roll)."""
         rows = poses.matrix(frames.quat_from_euler([alpha, beta, gamma]))
         sine = max(-1.0, min(1.0, rows[2][0]))
         if (
             abs(sine) < 0.999999
-        ):  # V-REP's limit; beyond it yaw and roll turn about one axis, and roll is taken as 0
+        ):  # V-REP's limit; beyond it yaw and roll rotate about one axis, and roll is set to 0
             yaw, roll = math.atan2(rows[1][0], rows[0][0]), math.atan2(rows[2][1], rows[2][2])
         else:
             yaw, roll = math.atan2(-rows[0][1], rows[1][1]), 0.0
@@ -194,7 +207,7 @@ def _between(first: Pose, second: Pose, share: float) -> Pose:
 
 
 _AXIS_PAIRS = {4: (0, 1), 5: (1, 2), 6: (2, 0), 7: (0, 2), 8: (1, 0), 9: (2, 1)}
-"""Mode of buildPose to the axes that are given: 0 x, 1 y, 2 z."""
+"""Modes of buildPose and the axes passed: 0 x, 1 y, 2 z."""
 
 
 def _from_axes(mode: int, first: Sequence[float], second: Sequence[float] | None) -> poses.Quaternion:
@@ -206,7 +219,7 @@ def _from_axes(mode: int, first: Sequence[float], second: Sequence[float] | None
         if second is None:
             raise CommandError(f"mode {mode} needs two axes")
         other = _unit(second, "the second axis")
-    else:  # any direction across will do; the frame's own where it is not along the axis
+    else:  # any perpendicular direction is valid; the frame's axis is used where it is not parallel to the axis
         other = (0.0, 0.0, 1.0) if abs(known[2]) < 0.9 else (1.0, 0.0, 0.0)
     along = sum(x * y for x, y in zip(known, other, strict=True))
     other = _unit(

@@ -1,6 +1,6 @@
-"""Numbers and tables as strings of bytes, and back; all numbers little-endian.
+"""Numbers and tables as strings of bytes, and back; all numbers are little-endian.
 
-Counts and offsets are numbers of items from 0, a count of 0 means all that follow.
+Counts and offsets are numbers of items from 0; a count of 0 means all remaining items.
 """
 
 from __future__ import annotations
@@ -14,22 +14,24 @@ from simx_server.errors import CommandError
 from simx_server.scripting.api.base import ApiPart
 
 _TABLE_MARK = b"simx:table:1\n"
-"""Begins what `packTable` makes; the digit is the version of the form."""
+"""Prefix of the bytes that `packTable` returns; the digit is the version of the format."""
 
 MAX_NUMBERS = 1 << 21
-"""Of one unpacked table: no client is served while one is made."""
+"""Maximum length of an unpacked table: the server serves no other client while it builds one."""
 
 MAX_TABLE = 1 << 20
-"""Bytes of a packed table that are unpacked, for the same reason."""
+"""Maximum bytes of a packed table to unpack, for the same reason."""
 
 MAX_TABLES = 100_000
-"""Tables within it."""
+"""Maximum number of tables within it."""
 
 _INTEGERS = {"B": (8, False), "H": (16, False), "I": (32, False), "i": (32, True)}
 
 
 def pack(letter: str, values: list[float], start: int, count: int) -> bytes:
-    """Numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become infinite."""
+    """Return numbers as bytes; integers wrap as in C and lose their fraction, floats that are too large become
+    infinite.
+    """
     chosen = _span(values, start, count, "the table")
     if letter in _INTEGERS:
         bits, signed = _INTEGERS[letter]
@@ -42,7 +44,7 @@ def pack(letter: str, values: list[float], start: int, count: int) -> bytes:
 
 
 def unpack(letter: str, data: bytes, start: int, count: int, skip: int) -> list[Any]:
-    """Bytes as numbers, beginning `skip` bytes after the start; a rest that is no whole number is left out."""
+    """Return bytes as numbers, from `skip` bytes after the start; bytes of an incomplete last number are ignored."""
     size = struct.calcsize(letter)
     if not 0 <= skip <= len(data):
         raise CommandError(f"the byte offset must be 0 to {len(data)}, the length of the data, not {skip}")
@@ -72,7 +74,11 @@ def _float32(value: float) -> bytes:
 
 
 def pack_table(table: Any) -> bytes:
-    """Raises CommandError for what is no table, and for functions in it."""
+    """Return a table as bytes.
+
+    Raises:
+        CommandError: the value is not a table, or contains a function.
+    """
     if not isinstance(table, (list, dict)):
         raise CommandError("only a table can be packed")
     try:
@@ -82,7 +88,11 @@ def pack_table(table: Any) -> bytes:
 
 
 def unpack_table(data: bytes) -> Any:
-    """Raises CommandError for what `pack_table` did not make."""
+    """Return the table that the bytes hold.
+
+    Raises:
+        CommandError: the bytes do not come from `pack_table`.
+    """
     if not data.startswith(_TABLE_MARK):
         raise CommandError(
             "this was not made by packTable of this server, whose data is the only one it reads"
@@ -113,7 +123,7 @@ def unpack_table(data: bytes) -> Any:
 
 
 class PackingFunctions(ApiPart):
-    """Tables of numbers, and tables of anything."""
+    """Functions for packed tables of numbers, and of any values."""
 
     def packInt32Table(self, numbers: list[float], start: int = 0, count: int = 0) -> bytes:
         return pack("i", numbers, start, count)
@@ -170,22 +180,23 @@ class PackingFunctions(ApiPart):
     unpackDoubles = unpackDoubleTable
 
     def packTable(self, table: Any, scheme: int = 0) -> bytes:
-        """A table of booleans, numbers, strings and tables as bytes that `unpackTable` reads; equal tables give
-        equal bytes.
+        """Return a table of booleans, numbers, strings and tables as bytes that `unpackTable` reads; equal tables
+        give equal bytes.
 
-        Partly: the form is one of this server's own, also for the CBOR schemes 1 and 2; other programs cannot read it.
+        Partly: the format is specific to this server, also for the CBOR schemes 1 and 2; other programs cannot read
+        it.
         """
         if scheme not in (0, 1, 2):
             raise CommandError(f"the scheme is 0, 1 or 2, not {scheme}")
         return pack_table(table)
 
     def unpackTable(self, data: bytes) -> Any:
-        """Unpack a table that `packTable` packed."""
+        """Return the table that `packTable` packed."""
         return unpack_table(data)
 
 
 def _sorted(value: Any) -> Any:
-    """Tables with their names in order, so that equal ones are packed alike. Functions cannot be packed."""
+    """Return tables with their names in order, so that equal ones are packed alike. Functions cannot be packed."""
     if isinstance(value, dict):
         pairs = sorted(value.items(), key=lambda pair: (isinstance(pair[0], str), pair[0]))
         return {key: _sorted(item) for key, item in pairs}

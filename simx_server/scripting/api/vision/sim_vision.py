@@ -1,4 +1,4 @@
-"""``simVision``: filters of a sensor's work image, and what they find in it (V-REP's vision plugin)."""
+"""``simVision``: filters and detection on a sensor's work image (V-REP's vision plugin)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,18 @@ _IN_THE_WORLD = 0x800000
 
 
 class ImageFilters(WorkImages):
-    """They change the work image. Sizes and shifts are shares of the image, colours RGB or, if not `rgb`, HSL."""
+    """Functions that change the work image. Sizes and shifts are shares of the image, colours RGB or, if not `rgb`,
+    HSL.
+    """
 
     def horizontalFlipWorkImg(self, sensor: int) -> bool:
-        """Left and right change places."""
+        """Swap left and right."""
         work = self._work(sensor)
         work.image = work.image[:, ::-1].copy()
         return False
 
     def verticalFlipWorkImg(self, sensor: int) -> bool:
-        """Top and bottom change places."""
+        """Swap top and bottom."""
         work = self._work(sensor)
         work.image = work.image[::-1].copy()
         return False
@@ -41,20 +43,20 @@ class ImageFilters(WorkImages):
         return False
 
     def normalizeWorkImg(self, sensor: int) -> bool:
-        """The least component becomes 0, the greatest 1."""
+        """Scale the components so that the least becomes 0 and the greatest 1."""
         work = self._work(sensor)
         work.image = filters.normalised(work.image)
         return False
 
     def colorSegmentationOnWorkImg(self, sensor: int, max_distance: float) -> bool:
-        """Colours nearer to each other than that (in RGB) become one."""
+        """Merge colours whose distance (in RGB) is below `max_distance`."""
         work = self._work(sensor)
         with self._at_no_cost():
             work.image = filters.with_fewer_colours(work.image, max_distance)
         return False
 
     def intensityScaleOnWorkImg(self, sensor: int, start: float, end: float, grey: bool) -> bool:
-        """Intensity 0..1 becomes `start`..`end`: in grey, or from black over blue and red to yellow."""
+        """Map intensity 0..1 to `start`..`end`: in grey, or from black over blue and red to yellow."""
         work = self._work(sensor)
         work.image = filters.intensity_scaled(work.image, start, end, grey)
         return False
@@ -62,7 +64,9 @@ class ImageFilters(WorkImages):
     def selectiveColorOnWorkImg(
         self, sensor: int, color: list[float], tolerance: list[float], rgb: bool, keep: bool, to_buffer1: bool
     ) -> bool:
-        """Keep or take away the pixels of a colour; what goes becomes black, and is put into buffer 1 if wanted."""
+        """Keep or remove the pixels of a colour; removed pixels become black, and are copied into buffer 1 on
+        request.
+        """
         work = self._work(sensor)
         wanted = numbers(color, 3, "a colour"), numbers(tolerance, 3, "a tolerance")
         return self._keep(work, filters.is_coloured(work.image, *wanted, rgb) == keep, to_buffer1)
@@ -70,7 +74,7 @@ class ImageFilters(WorkImages):
     def scaleAndOffsetWorkImg(
         self, sensor: int, before: list[float], scale: list[float], after: list[float], rgb: bool
     ) -> bool:
-        """Each component becomes (value + before) * scale + after, within 0..1."""
+        """Set each component to (value + before) * scale + after, within 0..1."""
         work = self._work(sensor)
         steps = [numbers(values, 3, "an offset or a scale") for values in (before, scale, after)]
         work.image = filters.scaled_and_offset(work.image, steps[0], steps[1], steps[2], rgb)
@@ -82,7 +86,9 @@ class ImageFilters(WorkImages):
         return False
 
     def edgeDetectionOnWorkImg(self, sensor: int, threshold: float) -> bool:
-        """White where a pixel is that much brighter than its neighbours (24 of it against 3 of each), else black."""
+        """Set a pixel to white if it is brighter than its neighbours by `threshold` (24 of it against 3 of each),
+        else to black.
+        """
         work = self._work(sensor)
         edges = filters.intensity(filters.convolved(work.image, filters.EDGES)) > threshold
         work.image = filters.as_grey(edges.astype(float))
@@ -91,13 +97,15 @@ class ImageFilters(WorkImages):
     def matrix3x3OnWorkImg(
         self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None = None
     ) -> bool:
-        """Replace each pixel with the weighted sum of its neighbours, this many times; without a matrix, blur."""
+        """Replace each pixel by the weighted sum of its neighbours, `passes` times; without a matrix the image is
+        blurred.
+        """
         return self._convolve(sensor, passes, multiplier, matrix, 3)
 
     def matrix5x5OnWorkImg(
         self, sensor: int, passes: int, multiplier: float, matrix: list[float] | None = None
     ) -> bool:
-        """As simVision.matrix3x3OnWorkImg with 25 numbers."""
+        """Filter as simVision.matrix3x3OnWorkImg does, with 25 numbers."""
         return self._convolve(sensor, passes, multiplier, matrix, 5)
 
     def shiftWorkImg(self, sensor: int, shift: list[float], wrap: bool) -> bool:
@@ -107,7 +115,7 @@ class ImageFilters(WorkImages):
         return False
 
     def resizeWorkImg(self, sensor: int, scale: list[float]) -> bool:
-        """Stretched about the middle; the resolution stays."""
+        """Stretch the image about its centre; the resolution stays."""
         work = self._work(sensor)
         across, up = numbers(scale, 2, "a scale")
         if across <= 0 or up <= 0:
@@ -116,18 +124,18 @@ class ImageFilters(WorkImages):
         return False
 
     def rotateWorkImg(self, sensor: int, angle: float) -> bool:
-        """Anticlockwise about the middle, radians."""
+        """Rotate the image anticlockwise about its centre by radians."""
         work = self._work(sensor)
         work.image = filters.rotated(work.image, angle)
         return False
 
     def circularCutWorkImg(self, sensor: int, radius: float, to_buffer1: bool) -> bool:
-        """Blacken the pixels outside a circle; radius 1 touches the nearer sides."""
+        """Set the pixels outside a circle to black; radius 1 touches the nearer sides."""
         work = self._work(sensor)
         return self._keep(work, filters.within_circle(work.image.shape, radius), to_buffer1)
 
     def rectangularCutWorkImg(self, sensor: int, sizes: list[float], to_buffer1: bool) -> bool:
-        """Blacken the pixels outside a rectangle about the middle."""
+        """Set the pixels outside a centred rectangle to black."""
         work = self._work(sensor)
         width, height = numbers(sizes, 2, "a size")
         return self._keep(work, filters.within_rectangle(work.image.shape, width, height), to_buffer1)
@@ -148,7 +156,9 @@ class ImageFilters(WorkImages):
 
 
 class SimVision(ImageFilters):
-    """Filters that find things. Results are packed (sim.unpackFloatTable) for the packedPackets of sysCall_vision."""
+    """Functions that detect; results are packed (sim.unpackFloatTable), ready for the packedPackets of
+    sysCall_vision.
+    """
 
     def binaryWorkImg(
         self,
@@ -166,8 +176,10 @@ class SimVision(ImageFilters):
         triggers: bool,
         overlay: list[float] | None = None,
     ) -> tuple[bool, bytes]:
-        """White from that intensity on, else black. Of the white: share of the image, x and y of its centre, angle of
-        its axis, roundness. It triggers when all are as wanted, and it is not rounder."""
+        """Set pixels of at least this intensity to white, others to black. The packet holds the share of white, x and
+        y of its centre, angle of its axis, and roundness. The sensor triggers when all are within tolerance and the
+        roundness is not exceeded.
+        """
         work = self._work(sensor)
         bright = filters.intensity(work.image) >= threshold
         found = findings.patch(bright)
@@ -193,8 +205,9 @@ class SimVision(ImageFilters):
         paint_apart: bool,
         overlay: list[float] | None = None,
     ) -> tuple[bool, bytes]:
-        """Pixels of at least that intensity that touch each other. The packet: how many blobs, 6, and of each its share
-        of the image, angle, x and y of the centre, width and height of the smallest rectangle about it."""
+        """Find connected pixels of at least this intensity. The packet: the number of blobs, 6, and of each its share
+        of the image, angle, x and y of the centre, width and height of the smallest rectangle about it.
+        """
         work = self._work(sensor)
         with self._at_no_cost():
             bright = filters.intensity(work.image) >= threshold
@@ -209,9 +222,10 @@ class SimVision(ImageFilters):
         return False, _packed([len(found), 6, *(number for blob in found for number in blob.numbers)])
 
     def changedPixelsOnWorkImg(self, sensor: int, threshold: float) -> tuple[bool, bytes] | bool:
-        """Find the pixels that changed by that share against buffer 2, which then takes the image. The packet, for each
-        such pixel: 1 or -1 (brighter, darker), x and y in pixels; none without a change. The image: white, black, else
-        grey."""
+        """Find pixels that changed by this share against buffer 2, which then gets the new image. The packet, for
+        each such pixel: 1 or -1 (brighter, darker), x and y in pixels; none without a change. The image: white,
+        black, else grey.
+        """
         work = self._work(sensor)
         packet, work.image, work.buffer2 = findings.changes(work.image, work.buffer2, threshold)
         return (False, _packed(packet)) if packet else False
@@ -219,9 +233,10 @@ class SimVision(ImageFilters):
     def coordinatesFromWorkImg(
         self, sensor: int, points: list[int], even_angles: bool, colors: bool = False
     ) -> tuple[bool, bytes] | tuple[bool, bytes, bytes]:
-        """Points of a work image that is the depth. The packet: how many across and up, then of each x, y, z and the
-        distance in metres, in the sensor's frame, or in the world with sim.handleflag_abscoords added to the handle.
-        With `colors` also a string of RGB bytes from buffer 1, and three bytes more, as in CoppeliaSim."""
+        """Return points of a work image that holds the depth. The packet: how many across and up, then of each x, y,
+        z and the distance in metres, in the sensor's frame, or in the world with sim.handleflag_abscoords added to
+        the handle. With `colors` also a string of RGB bytes from buffer 1, and three bytes more, as in CoppeliaSim.
+        """
         handle, work = self._sensor(sensor), self._work(sensor)
         settings = self._world.vision.settings(handle)
         if len(points) < 2 or min(points) < 1:

@@ -1,4 +1,4 @@
-"""``simVision``: a script's work image of each sensor, its two buffers, and what passes between them and the sensor."""
+"""``simVision``: a script's work image of each sensor, its two buffers, and transfers between them and the sensor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLAIN = 0xFFFFF
 
 @dataclass
 class Work:
-    """What a script works on for one sensor; images are (height, width, 3), 0..1."""
+    """The images of a script for one sensor; they are (height, width, 3), 0..1."""
 
     image: Image
     buffer1: Image
@@ -32,10 +32,11 @@ class Work:
 
 
 class WorkImages(ApiPart):
-    """Rows come bottom first, colours are 0..1. The first result of each function is whether the sensor should detect.
+    """Functions for work images. Rows come bottom first, colours are 0..1. The first result of each function is
+    whether the sensor should detect.
 
-    A work image begins with simVision.sensorImgToWorkImg or simVision.sensorDepthMapToWorkImg, buffers are black first.
-    All are the script's own and end with it.
+    simVision.sensorImgToWorkImg or simVision.sensorDepthMapToWorkImg creates a work image; buffers are black first.
+    Each script has separate images, which end with it.
     """
 
     def __init__(self, world: World, script: Script) -> None:
@@ -43,20 +44,22 @@ class WorkImages(ApiPart):
         self._works: dict[int, Work] = {}
 
     def sensorImgToWorkImg(self, sensor: int) -> bool:
-        """The sensor's image, as other clients see it now."""
+        """Copy the sensor's present image, which other clients also get, to the work image."""
         handle = self._sensor(sensor)
         (width, height), data = wait_for(self._sim, self._world.vision.image(handle, as_grey=False))
         return self._begin(handle, np.frombuffer(data, np.uint8).reshape(height, width, 3) / 255.0)
 
     def sensorDepthMapToWorkImg(self, sensor: int) -> bool:
-        """The depth in grey: 0 at the near plane, 1 at the far one."""
+        """Copy the depth in grey to the work image: 0 at the near plane, 1 at the far one."""
         handle = self._sensor(sensor)
         (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
         depth = np.frombuffer(data, "<f4").reshape(height, width).astype(float)
         return self._begin(handle, filters.as_grey(depth))
 
     def workImgToSensorImg(self, sensor: int, remove: bool = True) -> bool:
-        """Clients get this image until the sensor is handled next. The work image stays, whatever `remove` says."""
+        """Set the image that clients get until the next handling of the sensor. The work image stays, whatever
+        `remove` is.
+        """
         handle, work = self._sensor(sensor), self._work(sensor)
         settings = self._world.vision.settings(handle)
         if work.image.shape != (settings.height, settings.width, 3):
@@ -98,31 +101,31 @@ class WorkImages(ApiPart):
         return False
 
     def addWorkImgToBuffer1(self, sensor: int) -> bool:
-        """At most 1."""
+        """Add the work image to buffer 1, with components of at most 1."""
         work = self._work(sensor)
         work.buffer1 = np.minimum(work.buffer1 + work.image, 1.0)
         return False
 
     def subtractWorkImgFromBuffer1(self, sensor: int) -> bool:
-        """At least 0."""
+        """Subtract the work image from buffer 1, with components of at least 0."""
         work = self._work(sensor)
         work.buffer1 = np.maximum(work.buffer1 - work.image, 0.0)
         return False
 
     def addBuffer1ToWorkImg(self, sensor: int) -> bool:
-        """At most 1."""
+        """Add buffer 1 to the work image, with components of at most 1."""
         work = self._work(sensor)
         work.image = np.minimum(work.image + work.buffer1, 1.0)
         return False
 
     def subtractBuffer1FromWorkImg(self, sensor: int) -> bool:
-        """At least 0."""
+        """Subtract buffer 1 from the work image, with components of at least 0."""
         work = self._work(sensor)
         work.image = np.maximum(work.image - work.buffer1, 0.0)
         return False
 
     def multiplyWorkImgWithBuffer1(self, sensor: int) -> bool:
-        """At most 1."""
+        """Multiply the work image by buffer 1, with components of at most 1."""
         work = self._work(sensor)
         work.image = np.minimum(work.image * work.buffer1, 1.0)
         return False
@@ -149,7 +152,7 @@ class WorkImages(ApiPart):
         return self._works[handle]
 
     def _keep(self, work: Work, stays: Mask, to_buffer1: bool) -> bool:
-        """Black out the rest of the work image; buffer 1 gets that rest if wanted."""
+        """Set the other pixels of the work image to black; copy them to buffer 1 on request."""
         if to_buffer1:
             work.buffer1 = np.where(stays[..., np.newaxis], 0.0, work.image)
         work.image = np.where(stays[..., np.newaxis], work.image, 0.0)
@@ -157,7 +160,11 @@ class WorkImages(ApiPart):
 
 
 def numbers(values: list[float], count: int, what: str) -> list[float]:
-    """So many numbers. Raises CommandError."""
+    """Return the first `count` numbers.
+
+    Raises:
+        CommandError: there are fewer numbers.
+    """
     if len(values) < count:
         raise CommandError(f"{what} has {count} numbers, not {len(values)}")
     return values[:count]

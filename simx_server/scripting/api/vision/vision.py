@@ -1,8 +1,8 @@
-"""Vision sensors: handling, statistics, pictures and depth.
+"""Vision sensors: handling, statistics, images and depth.
 
-Pictures are made on the render thread, which never waits for the physics: a script that asks for one waits until this
-pass's picture is there, so that the same script always gets the same numbers. The wait has an end
-(`pictures.PATIENCE`) and does not count as processor time of the script.
+Images are rendered on the render thread, which never waits for the physics. A script that requests one waits until
+the image of this simulation step is ready, so that the same script always gets the same numbers. The wait has a
+time-out and does not count as processor time of the script.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ _GREY = _METRES = 1
 
 
 class VisionFunctions(ApiPart):
-    """Rows come bottom first. Regions: x and y of the lower left pixel, width and height; 0, 0 is the whole picture."""
+    """Functions for vision sensors. Rows come bottom first. Regions: x and y of the lower left pixel, width and
+    height; 0, 0 is the whole image.
+    """
 
     CONSTANTS: ClassVar[Mapping[str, int]] = {
         "handleflag_greyscale": _FLAG_GREY,
@@ -43,7 +45,7 @@ class VisionFunctions(ApiPart):
     }
 
     def handleVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
-        """Make the picture now: 1 if the sensor detects, else 0, and 15 statistics; of sim.handle_all no statistics.
+        """Render now; return 1 if the sensor detects, else 0, and 15 statistics; for sim.handle_all no statistics.
 
         Partly: with sim.handle_all the number of sensors that detect is always 0.
         """
@@ -54,28 +56,30 @@ class VisionFunctions(ApiPart):
             settings = self._world.vision.settings(handle)
             if not settings.explicit and not settings.external:
                 if settings.picture is None:
-                    self._world.vision.change(handle)  # a new picture is made when somebody asks
+                    self._world.vision.change(handle)  # a new image is rendered on request
                 elif (
                     settings.picture_pass <= self._sim.pass_count
-                ):  # else a script has judged this pass's already
+                ):  # else a script has already processed the image of this simulation step
                     self._world.vision.handle(handle)
             elif sensor == c.sim_handle_all:
                 self._world.vision.handle(handle)
         return (0,)
 
     def readVisionSensor(self, sensor: int) -> tuple[int | list[float], ...]:
-        """1 if it detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if not handled."""
+        """Return 1 if the sensor detects, else 0; least, greatest, mean of intensity, red, green, blue, depth. -1 if
+        not handled.
+        """
         handle = self._vision_sensor(sensor)
         self._sim.physics_calls.refuse("a vision sensor cannot be read", step_only=True)
         try:
             future = self._world.vision.read(handle)
         except CommandError:
-            return (-1,)  # the handle is good, so this is the only reason
+            return (-1,)  # the handle is valid, so this is the only reason
         triggered, packets = wait_for(self._sim, future)
         return int(triggered), *packets
 
     def resetVisionSensor(self, sensor: int) -> int:
-        """Forget a picture that was handled or set; also for sim.handle_all and its like."""
+        """Delete a handled or set image; also for sim.handle_all and similar handles."""
         if sensor not in (c.sim_handle_all, c.sim_handle_all_except_explicit):
             self._world.vision.change(self._vision_sensor(sensor))
             return 1
@@ -85,9 +89,9 @@ class VisionFunctions(ApiPart):
         return 1
 
     def checkVisionSensor(self, sensor: int, entity: int) -> tuple[int | list[float], ...]:
-        """1 if it detects, else 0, and the statistics of a picture made now.
+        """Return 1 if the sensor detects, else 0, and the statistics of a new image.
 
-        Partly: the entity must be sim.handle_all; pictures that show a part of the scene alone are not made.
+        Partly: the entity must be sim.handle_all; images of only a part of the scene are not available.
         """
         handle = self._vision_sensor(sensor)
         _check_entity(entity)
@@ -95,8 +99,11 @@ class VisionFunctions(ApiPart):
         return int(triggered), *packets
 
     def checkVisionSensorEx(self, sensor: int, entity: int, wants_image: bool) -> list[float]:
-        """The picture (numbers 0..1) or the depth (0..1) of now. Partly: as sim.checkVisionSensor, and what a sensor
-        keeps that is handled explicitly is given in place of a new picture."""
+        """Return the present image (numbers 0..1) or depth (0..1).
+
+        Partly: as sim.checkVisionSensor, and for a sensor with explicit handling its stored image is returned, not a
+        new one.
+        """
         handle = self._vision_sensor(sensor)
         _check_entity(entity)
         if wants_image:
@@ -104,7 +111,7 @@ class VisionFunctions(ApiPart):
         return self._depth(handle, None, None, metres=False).ravel().tolist()
 
     def getVisionSensorResolution(self, sensor: int) -> list[int]:
-        """{width, height} in pixels."""
+        """Return {width, height} in pixels."""
         settings = self._world.vision.settings(self._vision_sensor(sensor))
         return [settings.width, settings.height]
 
@@ -113,15 +120,16 @@ class VisionFunctions(ApiPart):
     def getVisionSensorImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, kind: int = 0
     ) -> list[float] | bytes:
-        """Numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added."""
+        """Return numbers 0..1, or with `kind` 1 a string of bytes; RGB, or grey with sim.handleflag_greyscale added."""
         pixels = self._pixels(sensor, [x, y], [width, height], grey=_has(sensor, _FLAG_GREY))
         return pixels.tobytes() if kind == _AS_STRING else (pixels.ravel() / 255.0).tolist()
 
     def getVisionSensorCharImage(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0, cut_off: float = 0.0
     ) -> tuple[bytes, int, int]:
-        """A string of bytes, and the sensor's width and height. `cut_off` above 0 adds an alpha channel to the pixels:
-        0 where the depth (0..1) is above it, else 255."""
+        """Return a string of bytes, and the sensor's width and height. `cut_off` above 0 adds an alpha channel to the
+        pixels: 0 where the depth (0..1) is above it, else 255.
+        """
         pixels = self._pixels(sensor, [x, y], [width, height], _has(sensor, _FLAG_GREY), cut_off)
         across, up = self.getVisionSensorResolution(sensor)
         return pixels.tobytes(), across, up
@@ -134,19 +142,21 @@ class VisionFunctions(ApiPart):
         position: list[int] | None = None,
         size: list[int] | None = None,
     ) -> tuple[bytes, list[int]]:
-        """CoppeliaSim 4's form: bytes and {width, height}; bit 0 of `options`: grey."""
+        """Return bytes and {width, height}: CoppeliaSim 4's form; bit 0 of `options`: grey."""
         pixels = self._pixels(sensor, position, size, bool(options & _GREY), cut_off)
         return pixels.tobytes(), [pixels.shape[1], pixels.shape[0]]
 
     def setVisionSensorImage(self, sensor: int, image: list[float] | bytes) -> int:
-        """Numbers 0..1 or a string of bytes; grey with sim.handleflag_greyscale. It stays until the next handling."""
+        """Set the image until the next handling: numbers 0..1 or a string of bytes; grey with
+        sim.handleflag_greyscale.
+        """
         if isinstance(image, bytes):
             return self.setVisionSensorCharImage(sensor, image)
         numbers = np.clip(np.array(image, float), 0.0, 1.0) * 255.0
         return self.setVisionSensorCharImage(sensor, numbers.round().astype(np.uint8).tobytes())
 
     def setVisionSensorCharImage(self, sensor: int, image: bytes) -> int:
-        """As sim.setVisionSensorImage with bytes. Raises CommandError for too few."""
+        """Set the image as sim.setVisionSensorImage does, with bytes. Too few bytes are an error."""
         width, height = self.getVisionSensorResolution(sensor)
         grey = _has(sensor, _FLAG_GREY)
         wanted = width * height * (1 if grey else 3)
@@ -154,16 +164,17 @@ class VisionFunctions(ApiPart):
         return 1
 
     def setVisionSensorImg(self, sensor: int, image: bytes | list[float], options: int = 0) -> int:
-        """CoppeliaSim 4's form; bit 0 of `options`: grey. Partly: only whole pictures can be set."""
+        """Set the image: CoppeliaSim 4's form; bit 0 of `options`: grey. Partly: only whole images can be set."""
         flag = _FLAG_GREY if options & _GREY else 0
         return self.setVisionSensorImage(self._vision_sensor(sensor) | flag, image)
 
     def getVisionSensorDepthBuffer(
         self, sensor: int, x: int = 0, y: int = 0, width: int = 0, height: int = 0
     ) -> list[float] | bytes:
-        """0 at the near plane, 1 at the far one; with sim.handleflag_depthbuffermeters added metres.
+        """Return the depth: 0 at the near plane, 1 at the far one; with sim.handleflag_depthbuffermeters added
+        metres.
 
-        A table, or with sim.handleflag_codedstring a string of little-endian float32.
+        The result is a table, or with sim.handleflag_codedstring a string of little-endian float32.
         """
         depth = self._depth(sensor, [x, y], [width, height], _has(sensor, _FLAG_METRES))
         return depth.astype("<f4").tobytes() if _has(sensor, _FLAG_STRING) else depth.ravel().tolist()
@@ -175,7 +186,9 @@ class VisionFunctions(ApiPart):
         position: list[int] | None = None,
         size: list[int] | None = None,
     ) -> tuple[bytes, list[int]]:
-        """CoppeliaSim 4's form: a string of little-endian float32 and {width, height}; bit 0 of `options`: metres."""
+        """Return a string of little-endian float32 and {width, height}: CoppeliaSim 4's form; bit 0 of `options`:
+        metres.
+        """
         depth = self._depth(sensor, position, size, bool(options & _METRES))
         return depth.astype("<f4").tobytes(), [depth.shape[1], depth.shape[0]]
 
@@ -191,7 +204,7 @@ class VisionFunctions(ApiPart):
         grey: bool,
         cut_off: float = 0.0,
     ) -> NDArray[np.uint8]:
-        """(height, width, channels) of a region."""
+        """Return the pixels (height, width, channels) of a region."""
         handle = self._vision_sensor(sensor)
         future = self._world.vision.image(handle, as_grey=grey)
         (width, height), data = wait_for(self._sim, future)
@@ -204,7 +217,7 @@ class VisionFunctions(ApiPart):
     def _depth(
         self, sensor: int, position: list[int] | None, size: list[int] | None, metres: bool
     ) -> NDArray[np.float32]:
-        """(height, width) of a region."""
+        """Return the depth (height, width) of a region."""
         handle = self._vision_sensor(sensor)
         (width, height), data = wait_for(self._sim, self._world.vision.depth(handle))
         depth = _region(np.frombuffer(data, "<f4").reshape(height, width), position, size)
@@ -230,7 +243,11 @@ def _region(
     position: list[int] | None,
     size: list[int] | None,
 ) -> NDArray[_T]:  # type: ignore[type-var]
-    """Raises CommandError when it is not within the picture."""
+    """Return a region of an image.
+
+    Raises:
+        CommandError: the region is not within the image.
+    """
     height, width = picture.shape[:2]
     x, y, *_ = [*(position or ()), 0, 0]
     across, up, *_ = [*(size or ()), 0, 0]
