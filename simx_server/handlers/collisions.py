@@ -44,7 +44,9 @@ def check_distance(world: World, entity1: int, entity2: int) -> float:
 
 @handler("simxReadCollision")
 def read_collision(world: World, collision_object: int) -> bool:
-    """Raises CommandError when it was not handled in the last simulation step, as before the first one and when switched off.
+    """Raises CommandError when it was not handled in the last simulation step, as before the first one.
+
+    The same error occurs when collision handling is switched off.
     """
     sim = world.simulation
     found = world.meters.collisions.read(collision_object)
@@ -59,8 +61,7 @@ def read_collision(world: World, collision_object: int) -> bool:
 
 @handler("simxReadDistance")
 def read_distance(world: World, distance_object: int) -> float:
-    """Return metres; a number above 1e36 if the object was not handled in the last simulation step or measured nothing.
-    """
+    """Return metres; more than 1e36 if it was not handled in the last simulation step or measured nothing."""
     found = world.meters.distances.read(distance_object)
     return NOT_HANDLED if found is None else found
 

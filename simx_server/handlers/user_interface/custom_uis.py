@@ -61,7 +61,7 @@ def set_ui_button_label(world: World, ui: int, button: int, up: str, down: str) 
 
 @handler("simxLoadUI", with_client=True)
 def load_ui(world: World, client: ClientSession, path: str, options: int) -> Steps[list[int]]:
-    """Return the handles of the UIs in the file, which lies on the server's side or, with options bit 0, on the client's.
+    """Return the handles of the UIs in the file of the server's side or, with options bit 0, the client's.
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """
