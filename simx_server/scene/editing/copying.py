@@ -108,8 +108,7 @@ class _Pruned:
         )
 
     def _kept_bodies(self) -> dict[int, bool]:
-        """Return kept body id to whether its object is copied; False: it only carries a joint or force sensor.
-        """
+        """Return kept body id to whether its object is copied; False: it only carries a joint or force sensor."""
         model, scene = self.sim.model, self.sim.scene
         whole = {item.id for item in self.items if item.element == "body"}
         kept = dict.fromkeys(whole, True)
