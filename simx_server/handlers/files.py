@@ -83,7 +83,7 @@ def lend_file(world: World, client: ClientSession, path: str, name: str, data: b
 
 @handler("simxLoadScene", with_client=True)
 def load_scene(world: World, client: ClientSession, path: str, options: int) -> Steps[None]:
-    """Search the file in the workspace, beside the present scene and among the shipped scenes, or on the client's side.
+    """Search for the file in the workspace, beside the present scene and among the shipped scenes, or on the client.
 
     Files that the scene file names must lie in these folders too. Of a path that leads elsewhere, such as a path of
     the machine that the program was written on, only the last part counts.

@@ -29,7 +29,7 @@ def set_joint_position(world: World, joint: int, position: float) -> None:
 
 @handler("simxGetJointMatrix")
 def get_joint_matrix(world: World, joint: int) -> list[float]:
-    """Accept spherical joints too; the 12 numbers are the rotation or translation that the joint value stands for."""
+    """Accept spherical joints too; the 12 numbers are the rotation or translation of the joint value."""
     sim = world.simulation
     return sim.joints.matrix(joint)
 
@@ -45,7 +45,7 @@ def set_spherical_joint_matrix(world: World, joint: int, matrix: list[float]) ->
 def set_joint_target_velocity(world: World, joint: int, velocity: float) -> None:
     """Accept every mode; the value moves the joint in force mode with the control loop off, and in motion mode.
 
-    Differs: a joint without annotation is switched to that; V-REP's joints say in their file how they are driven.
+    Differs: a joint without annotation is switched to velocity control; V-REP's files define how joints are driven.
     """
     sim = world.simulation
     sim.joints.set_target_velocity(joint, velocity)

@@ -29,7 +29,7 @@ def synchronous_trigger(world: World, client: ClientSession) -> Future[None]:
 
 @handler("simxGetLastErrors", with_client=True)
 def get_last_errors(world: World, client: ClientSession) -> list[str]:
-    """Empty the list."""
+    """Return an empty list if the previous call returned all errors."""
     texts = list(client.errors)
     client.errors.clear()
     return texts

@@ -1,7 +1,7 @@
 """The properties of models that `simxSetModelProperty` sets, and their effects.
 
-Bits of a model base restrict every object below it, as in V-REP, whatever its own properties are. This module applies
-the bits that concern physics, start and stop; sensors read `Scene.overridden` when they measure.
+Bits of a model base restrict every object below it, as in V-REP, regardless of the object's properties.
+This module applies the bits that concern physics, start and stop; sensors read `Scene.overridden` when they measure.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def apply(sim: LiveScene) -> None:
 
 
 def is_unseen(item: SceneObject) -> bool:
-    """Return whether a shape itself was set to be left out of images, whatever its models say."""
+    """Return whether a shape itself was set to be left out of images, regardless of its models."""
     return not item.annotations.get("shape", {}).get("renderable", True)
 
 

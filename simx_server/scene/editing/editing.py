@@ -229,7 +229,7 @@ def _mark(item: SceneObject) -> int:
 
 
 def _joints_of(sim: LiveScene, item: SceneObject) -> list[SceneObject]:
-    """Return the joints between a body and its parent body, wherever they are in the tree."""
+    """Return the joints between a body and its parent body, anywhere in the tree."""
     objects = sim.scene.objects.values()
     is_body = item.element == "body"
     return [other for other in objects if is_body and other.element == "joint" and other.body == item.body]

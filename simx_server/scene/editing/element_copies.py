@@ -160,7 +160,7 @@ def _copy_orientation(old: Any, new: Any) -> None:
 
 
 def agree(spec: mujoco.MjSpec, with_spec: mujoco.MjSpec) -> None:
-    """Give a spec the other's settings of physics, images and memory: the scene's count, and MuJoCo warns of others."""
+    """Copy the other spec's settings of physics, images and memory: MuJoCo warns of different ones."""
     pairs = [(spec.option, with_spec.option), (spec.stat, with_spec.stat)]
     for part in ("global_", "headlight", "map", "quality", "rgba", "scale"):
         pairs.append((getattr(spec.visual, part), getattr(with_spec.visual, part)))

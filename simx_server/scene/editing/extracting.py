@@ -48,7 +48,7 @@ def extract(
     Args:
         bodies: name to the name of the parent body, parents first; a body whose parent is not among them is placed in
             the world, where it has no frame unless it was there before.
-        leaves: kind and name of leaves outside these bodies; they are placed in the world, likewise.
+        leaves: kind and name of leaves outside these bodies; they are placed in the world in the same way.
         without: kind and name of leaves of these bodies, and of tendons, that are left out. Deleting them later would
             cost one search of the whole spec each.
 

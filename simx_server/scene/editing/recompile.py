@@ -35,7 +35,7 @@ def edit(
     weightless: set[str] | None = None,
     added: Addition | None = None,
 ) -> None:
-    """Operate on a copy of the spec, compile it, carry the state over. A failure changes nothing.
+    """Operate on a copy of the spec, compile it, carry the state over. A failure leaves all as it was.
 
     Args:
         moved: (array prefix, element name) of elements with a new pose, see `carry_over`.

@@ -6,7 +6,7 @@
     <text name="simx:copies:Pioneer_p3dx" data="count=2 y=1"/>
 
 NAME, a body at the top with all below it, is copied with its motors, sensors, scripts and registered entries.
-Names are V-REP's: `Pioneer_p3dx#0` is the first copy, `Pioneer_p3dx#1` the second; the names of all parts end likewise.
+Names are V-REP's: `Pioneer_p3dx#0` is the first copy, `Pioneer_p3dx#1` the second; all parts get the same suffix.
 Each copy stands `x=`, `y=`, `z=` metres from the one before, turned by `turn_deg=` about the vertical. Copies with the
 same number belong together, also those of several lines: an IK group whose target is another body has it in the copies.
 """
