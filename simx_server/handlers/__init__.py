@@ -1,4 +1,4 @@
-"""What each command of the table does: one module per family, collected here by name."""
+"""The handlers of all commands: one module per family, collected here by command name."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ HANDLERS: Mapping[str, Handler] = MappingProxyType(
         vision,
     )
 )
-"""Command name to handler; a command that is not in it is not available."""
+"""Handlers by command name; a command without an entry is not available."""
 
 __all__ = ["HANDLERS", "Handler", "handler"]

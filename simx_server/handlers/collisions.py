@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 NOT_HANDLED = 1e37
-"""Metres: what a distance object reads before it was handled; V-REP gave a number above 1e36."""
+"""Value in metres of a distance object that was not handled yet; V-REP returned a number above 1e36."""
 
 
 @handler("simxCheckCollision")
 def check_collision(world: World, entity1: int, entity2: int) -> bool:
-    """Whether two objects or collections meet now; entity 2 may be -2, all others.
+    """Accept -2 as entity 2 for all other objects.
 
-    Differs: convex shapes are solid, so one that lies wholly within another collides with it.
+    Differs: convex shapes are solid, so a shape wholly within another one collides with it.
     """
     meter = world.meters.collisions
     return meter.check(entity1, entity2) if meter.enabled else False
@@ -26,13 +26,13 @@ def check_collision(world: World, entity1: int, entity2: int) -> bool:
 
 @handler("simxCheckDistance")
 def check_distance(world: World, entity1: int, entity2: int) -> float:
-    """Metres, 0 where they meet.
+    """Return metres, 0 when the two collide.
 
-    Differs: with distance handling switched off it is 0, where V-REP left it undefined; so it did when there is
-    nothing to measure, which is an error here.
+    Differs: with distance handling switched off the result is 0, where V-REP left it undefined. V-REP also left it
+    undefined when there is nothing to measure, which is an error here.
 
     Raises:
-        CommandError: there is nothing to measure, as with an empty collection.
+        CommandError: there is nothing to measure, for example in an empty collection.
     """
     if not world.meters.distances.enabled:
         return 0.0
@@ -44,7 +44,10 @@ def check_distance(world: World, entity1: int, entity2: int) -> float:
 
 @handler("simxReadCollision")
 def read_collision(world: World, collision_object: int) -> bool:
-    """Raises CommandError when it was not handled in the last pass, as before the first one and when switched off."""
+    """Raises CommandError when it was not handled in the last simulation step, as before the first one.
+
+    The same error occurs when collision handling is switched off.
+    """
     sim = world.simulation
     found = world.meters.collisions.read(collision_object)
     if found is None:
@@ -58,29 +61,29 @@ def read_collision(world: World, collision_object: int) -> bool:
 
 @handler("simxReadDistance")
 def read_distance(world: World, distance_object: int) -> float:
-    """Metres; a number above 1e36 when it was not handled in the last pass, or measured nothing."""
+    """Return metres; more than 1e36 if it was not handled in the last simulation step or measured nothing."""
     found = world.meters.distances.read(distance_object)
     return NOT_HANDLED if found is None else found
 
 
 @handler("simxGetCollisionHandle")
 def get_collision_handle(world: World, name: str) -> int:
-    """Of a collision object that the scene registers."""
+    """Search the collision objects that the scene registers."""
     return world.meters.collisions.find(name)
 
 
 @handler("simxGetDistanceHandle")
 def get_distance_handle(world: World, name: str) -> int:
-    """Of a distance object that the scene registers."""
+    """Search the distance objects that the scene registers."""
     return world.meters.distances.find(name)
 
 
 @handler("simxGetCollectionHandle")
 def get_collection_handle(world: World, name: str) -> int:
-    """Of a collection of the scene; else the integer signal of that name, as since CoppeliaSim 4.2.
+    """Search the collections of the scene, then the integer signals for this name, as CoppeliaSim does since 4.2.
 
     Raises:
-        CommandError: neither is there.
+        CommandError: the scene has neither.
     """
     handle = world.collections.find(name.removesuffix("#"))
     if handle is None:

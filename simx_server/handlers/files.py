@@ -1,4 +1,4 @@
-"""Files: those of the workspace, and loading scenes and models from there or from the client's side."""
+"""File commands: files of the workspace; scenes and models loaded from the workspace or from the client's side."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
 _Read = TypeVar("_Read")
 
 FILE_IS_ON_CLIENT = 1
-"""Option bit 0 of the loading functions; the other bits mean nothing."""
+"""Option bit 0 of the loading functions; the other bits have no effect."""
 
 _MOST_LENT = 4
-"""Files a client may have sent ahead without loading them; the oldest go first."""
+"""Most files that a client may send ahead without loading them; the oldest are dropped first."""
 
 _LEAST_STORED = 4096
-"""Bytes that a file takes on a disk, however short it is."""
+"""Bytes that even the shortest file takes on a disk."""
 
 
 @handler("storeFile")
 def store_file(world: World, name: str, data: bytes) -> None:
-    """What simxTransferFile sends."""
+    """Store a file that simxTransferFile sends."""
     sim = world.simulation
     path = workspace.path_within(sim.files.workspace, name)
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
@@ -57,7 +57,7 @@ def store_file(world: World, name: str, data: bytes) -> None:
 
 @handler("simxEraseFile")
 def erase_file(world: World, name: str) -> None:
-    """Only files of the workspace.
+    """Accept only files of the workspace.
 
     Differs: the original kept transferred files in a folder for temporary files, here it is the workspace.
     """
@@ -70,29 +70,29 @@ def erase_file(world: World, name: str) -> None:
 
 @handler("lendFile", with_client=True)
 def lend_file(world: World, client: ClientSession, path: str, name: str, data: bytes) -> None:
-    """What a loading function sends ahead when the file is on the client's side; its name has no folders."""
+    """Keep a file of the client's side that a loading function sends ahead; its name has no folders."""
     sim = world.simulation
     sim.limits.check("file", len(data), f"'{name[:80]}' has {len(data)}")
     files = client.lent_files
     files.pop(path, None)
     files[path] = workspace.check_plain_name(name), data
-    most = sim.limits.file  # of them together, so that the newest always has room
+    most = sim.limits.file  # for all of them together, so that the newest always has room
     while len(files) > _MOST_LENT or sum(len(lent) for _, lent in files.values()) > most:
         del files[next(iter(files))]
 
 
 @handler("simxLoadScene", with_client=True)
 def load_scene(world: World, client: ClientSession, path: str, options: int) -> Steps[None]:
-    """Load a file of the workspace, one beside the present scene, a shipped scene, or one of the client's side.
+    """Search for the file in the workspace, beside the present scene and among the shipped scenes, or on the client.
 
-    Files that it names must lie in these folders too. A path that leads elsewhere, as one of the machine that the
-    program was written on, counts by its last part alone.
+    Files that the scene file names must lie in these folders too. Of a path that leads elsewhere, such as a path of
+    the machine that the program was written on, only the last part counts.
 
     Differs: scenes are MJCF or URDF; for a `.ttt` file the same name with such an ending is taken.
 
     Raises:
-        CommandError: not stopped, no such file, a file elsewhere.
-        SceneError: the file cannot be loaded; the old scene stays.
+        CommandError: the simulation is not stopped, the file does not exist, or it lies elsewhere.
+        SceneError: the file is invalid; the old scene stays.
     """
     sim = world.simulation
     if sim.is_running:
@@ -104,7 +104,7 @@ def load_scene(world: World, client: ClientSession, path: str, options: int) -> 
 
 @handler("simxLoadModel", with_client=True)
 def load_model(world: World, client: ClientSession, path: str, options: int) -> Steps[int]:
-    """The base's handle, which becomes the selection; stopped or running. A stop removes objects that the run loaded.
+    """Select the base too. The command works stopped and running; the stop removes models that were loaded in the run.
 
     Differs: models are MJCF, URDF, STL or OBJ files; for a `.ttm` file the same name with such an ending is taken.
     """
@@ -118,7 +118,14 @@ def load_model(world: World, client: ClientSession, path: str, options: int) -> 
 
 
 def load_model_of_server(world: World, text: str) -> int:
-    """As simxLoadModel of a file of the server's side, for scripts. Raises CommandError, SceneError."""
+    """Load a model file of the server's side for a script, as simxLoadModel does.
+
+    Returns:
+        The handle of the model's base.
+
+    Raises:
+        CommandError, SceneError: as for simxLoadModel.
+    """
     sim = world.simulation
     world.selection.handles = []
     found = _find(sim, _checked(text), model=True)
@@ -126,7 +133,7 @@ def load_model_of_server(world: World, text: str) -> int:
 
 
 def read_mesh(world: World, text: str) -> Model:
-    """A mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
+    """Return a model with a mesh file of the server's side, for scripts. Raises CommandError, SceneError."""
     sim = world.simulation
     found = sim.files.find(workspace.check_name(text), True)
     if found.suffix.lower() not in MESH_SUFFIXES:
@@ -137,9 +144,10 @@ def read_mesh(world: World, text: str) -> Model:
 
 
 def load_scene_of_server(world: World, text: str) -> None:
-    """As simxLoadScene of a file of the server's side, for scripts: as soon as no script is under way.
+    """Load a scene file of the server's side for a script, as simxLoadScene does, as soon as no script runs.
 
-    Raises CommandError: not stopped, no such file, a file elsewhere.
+    Raises:
+        CommandError: the simulation is not stopped, the file does not exist, or it lies elsewhere.
     """
     sim = world.simulation
     if sim.is_running:
@@ -167,19 +175,19 @@ def _add(world: World, found: Path, name: str) -> Steps[int]:
 
 
 def _read(world: World, kind: str, found: Path, name: str, read: Callable[[Sources], _Read]) -> Steps[_Read]:
-    """Read a file that a client or a script named. What it names is searched in the open folders alone.
+    """Read a file that a client or a script named. Files that it names are searched in the open folders only.
 
-    A client's file is tried first, and then read as it was then, both beside the physics thread. The scene of the
-    server's start may name any file, unless a client has changed it.
+    A client's file first goes through a trial; the contents read in the trial are used. Trial and reading run beside
+    the physics thread. The scene of the server's start may name any file, unless a client has changed it.
 
     Args:
         kind: what is done with the file, see `scene/trial`.
-        name: what errors call it.
-        read: reads it, with the sources for what it names.
+        name: the file's name in error messages.
+        read: function that reads the file, given the sources of the files that it names.
 
     Raises:
-        CommandError: it names others outside the open folders, is a robot of too many links, or failed its trial.
-        SceneError: so.
+        CommandError: it names files outside the open folders, is a robot of too many links, or failed its trial.
+        SceneError: the same errors, raised while reading.
     """
     sim = world.simulation
     sources = _sources_of(sim, found)
@@ -196,7 +204,7 @@ def _read(world: World, kind: str, found: Path, name: str, read: Callable[[Sourc
 
 
 def _sources_of(sim: Simulation, found: Path) -> Sources:
-    """Where to search for what a file names."""
+    """Return the sources for the files that a file names."""
     if found == sim.files.own_scene and not sim.files.client_files.made(found):
         return sim.files.sources
     return sim.files.sources.confined(_open_folders(sim))
@@ -206,12 +214,15 @@ def _sources_of(sim: Simulation, found: Path) -> Sources:
 def file_to_load(
     world: World, client: ClientSession, path: str, options: int, find: Callable[[str], Path]
 ) -> Iterator[tuple[Path, str]]:
-    """A file that may be loaded, and its own name; one of the client's side is there only while this lasts.
+    """Yield a file that may be loaded, and its own name; a client's file exists only inside the context.
 
-    `find` says which file of the server's side a text means. A V-REP file of the client's side cannot be read: one of
-    the server's that may stand for it is taken.
+    Args:
+        find: returns the file of the server's side that a text means. A V-REP file of the client's side cannot be
+            read: the server's file that may replace it is taken.
 
-    Raises CommandError; SceneError tells what such a file names and what is not found.
+    Raises:
+        CommandError: no such file.
+        SceneError: lists the files that it names and that are missing.
     """
     sim = world.simulation
     lent = client.lent_files.pop(path, None) if options & FILE_IS_ON_CLIENT else None
@@ -245,9 +256,9 @@ def file_to_load(
 
 
 def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
-    """The server's own file that a lent one is, as when client and server share a folder.
+    """Return the server's own copy of a file sent ahead, as when client and server share a folder; None without one.
 
-    With its neighbours, and trusted as it is: what it holds did not come from a client.
+    The own copy has its neighbours and is trusted: its contents did not come from a client.
     """
     folders = _open_folders(sim)
     for folder in folders:
@@ -258,18 +269,18 @@ def _own_copy(sim: Simulation, path: str, data: bytes) -> Path | None:
             if found.stat().st_size == len(data) and found.read_bytes() == data:
                 return None if sim.files.client_files.made(found) else found
         except (OSError, ValueError, RuntimeError):
-            continue  # a name that is none here
+            continue  # not a valid name here
     return None
 
 
 def _checked(path: str) -> str:
-    """As `workspace.check_name`. Of a file on a drive or share of Windows its name alone."""
+    """Return the path, checked as in `workspace.check_name`; of a file on a Windows drive or share its name only."""
     given = PureWindowsPath(path)
     return workspace.check_name(given.name if given.drive and given.name else path)
 
 
 def _find(sim: Simulation, text: str, *, model: bool = False) -> Path:
-    """The scene or model file of the server's side that a text means. Raises CommandError."""
+    """Return the scene or model file of the server's side that a text means. Raises CommandError."""
     return sim.files.find(text, model)
 
 
@@ -280,7 +291,7 @@ def _tell(world: World, found: Path) -> None:
 
 
 def _open_folders(sim: Simulation) -> list[Path]:
-    """The folders that clients may load from: the workspace, the shipped scenes, that of the present scene."""
+    """Return the folders that clients may load from: workspace, shipped scenes, folder of the present scene."""
     folders = [sim.files.workspace.resolve(), shipped_scenes().resolve(), *sim.files.more_folders]
     if sim.scene.path is not None:
         folders.append(sim.scene.path.resolve().parent)

@@ -1,4 +1,4 @@
-"""Joints. What the settings mean physically is in the package `joints`."""
+"""Joint commands. The package `joints` explains the physical meaning of the settings."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 @handler("simxGetJointPosition")
 def get_joint_position(world: World, joint: int) -> float:
-    """Code 8 for spherical joints."""
+    """Return code 8 for spherical joints."""
     sim = world.simulation
     return sim.joints.position(joint)
 
 
 @handler("simxSetJointPosition")
 def set_joint_position(world: World, joint: int, position: float) -> None:
-    """At once, within the limits; a controller drives it back. A dependent joint goes where its master wants it.
+    """Move the joint at once; a controller drives it back. A dependent joint follows its master instead.
 
     Differs: a joint on a tendon in force mode cannot be set (code 8); give it a target.
     """
@@ -29,23 +29,23 @@ def set_joint_position(world: World, joint: int, position: float) -> None:
 
 @handler("simxGetJointMatrix")
 def get_joint_matrix(world: World, joint: int) -> list[float]:
-    """12 numbers of the turn or shift that the joint value is; of spherical joints too."""
+    """Accept spherical joints too; the 12 numbers are the rotation or translation of the joint value."""
     sim = world.simulation
     return sim.joints.matrix(joint)
 
 
 @handler("simxSetSphericalJointMatrix")
 def set_spherical_joint_matrix(world: World, joint: int, matrix: list[float]) -> None:
-    """The translation is ignored; code 8 for other joints."""
+    """Ignore the translation; return code 8 for other joints."""
     sim = world.simulation
     sim.joints.set_spherical_matrix(joint, matrix)
 
 
 @handler("simxSetJointTargetVelocity")
 def set_joint_target_velocity(world: World, joint: int, velocity: float) -> None:
-    """Accepted in every mode; moves the joint in force mode with the control loop off, and in motion mode.
+    """Accept every mode; the value moves the joint in force mode with the control loop off, and in motion mode.
 
-    Differs: a joint without annotation is switched to that; V-REP's joints say in their file how they are driven.
+    Differs: a joint without annotation is switched to velocity control; V-REP's files define how joints are driven.
     """
     sim = world.simulation
     sim.joints.set_target_velocity(joint, velocity)
@@ -53,7 +53,7 @@ def set_joint_target_velocity(world: World, joint: int, velocity: float) -> None
 
 @handler("simxSetJointTargetPosition")
 def set_joint_target_position(world: World, joint: int, position: float) -> None:
-    """Code 8 outside force mode and hybrid operation.
+    """Return code 8 outside force mode and hybrid operation.
 
     Differs: a joint without annotation is switched to position control, and its motor on.
     """
@@ -63,9 +63,9 @@ def set_joint_target_position(world: World, joint: int, position: float) -> None
 
 @handler("simxGetJointForce")
 def get_joint_force(world: World, joint: int) -> float:
-    """The sign is V-REP's: the reverse of the force on the child along +z. 0 also when no motor or spring acts.
+    """Use V-REP's sign: the reverse of the force on the child along +z. The value is 0 also without motor and spring.
 
-    Differs: in a scene without position controllers the first call of a run is answered with the last physics step's.
+    Differs: in a scene without position controllers the first call of a run returns the value of the last physics step.
     """
     sim = world.simulation
     return sim.joints.force(joint)
@@ -73,13 +73,13 @@ def get_joint_force(world: World, joint: int) -> float:
 
 @handler("simxGetJointMaxForce")
 def get_joint_max_force(world: World, joint: int) -> float:
-    """1e9 for a joint without a limit."""
+    """Return 1e9 for a joint without a limit."""
     sim = world.simulation
     return sim.joints.max_force(joint)
 
 
 @handler("simxSetJointForce")
 def set_joint_force(world: World, joint: int, force: float) -> None:
-    """The magnitude; the direction is that of the target velocity. A negative number counts as its magnitude."""
+    """Use the magnitude, also of a negative number; the target velocity gives the direction."""
     sim = world.simulation
     sim.joints.set_max_force(joint, force)

@@ -1,4 +1,4 @@
-"""Parameters of the simulator. What each number means is in `parameters.py` of the server."""
+"""Parameters of the simulator. `parameters.py` of the server defines the meaning of each number."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @handler("simxGetBooleanParameter")
 def get_boolean_parameter(world: World, parameter: int) -> bool:
-    """Differs: what needs a window is False here, where the original without one answered with an error."""
+    """Differs: parameters of a window are False here, where the original without a window returned an error."""
     return world.parameters.booleans.get(parameter)
 
 
@@ -48,7 +48,7 @@ def get_string_parameter(world: World, parameter: int) -> str:
 
 @handler("simxGetArrayParameter")
 def get_array_parameter(world: World, parameter: int) -> list[float]:
-    """Differs: fog (its colour is the background of pictures), background and ambient light are errors."""
+    """Differs: fog (its colour is the background of images), background and ambient light are errors."""
     return world.parameters.arrays.get(parameter)
 
 

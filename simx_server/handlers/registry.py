@@ -1,9 +1,9 @@
-"""How a function becomes the handler of a command of the table.
+"""Register a function as the handler of a command of the table.
 
 A handler takes the world and the command's arguments in the table's order, returns None, one value, a tuple of the
 results, or a future of these, and raises CommandError for a remote error. A handler that takes long is a generator that
-ends in this way, see `runtime/background.py`. It is checked against the table on import: an unknown name or a
-wrong number of parameters, stops the server from starting.
+ends in this way, see `runtime/background.py`. Each handler is checked against the table on import: an unknown name or
+a wrong number of parameters stops the server from starting.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ _MARK = "__simx_handler__"
 
 @dataclass(frozen=True, slots=True)
 class Handler:
-    """One command and the function that carries it out."""
+    """One command and the function that executes it."""
 
     command: Command
     function: Callable[..., Any]
     with_client: bool
-    """The function takes the client's session after the world."""
+    """Whether the function takes the client's session after the world."""
 
     def __call__(self, world: World, client: Any, arguments: list[Any]) -> Any:
-        """Carry the command out with checked arguments; runs on the physics thread."""
+        """Execute the command with checked arguments; runs on the physics thread."""
         if self.with_client:
             return self.function(world, client, *arguments)
         return self.function(world, *arguments)
 
     def bound(self, world: World, client: Any) -> Callable[..., Any]:
-        """What takes checked arguments alone, for many calls."""
+        """Return a function of the checked arguments alone, for many calls."""
         return partial(self.function, world, client) if self.with_client else partial(self.function, world)
 
 
@@ -61,7 +61,7 @@ def handler(name: str, *, with_client: bool = False) -> Callable[[_F], _F]:
 
 
 def handlers_of(*modules: ModuleType) -> dict[str, Handler]:
-    """Command name to handler, of all marked functions in these modules."""
+    """Return the handlers of all marked functions in these modules, by command name."""
     found: dict[str, Handler] = {}
     for module in modules:
         for value in vars(module).values():

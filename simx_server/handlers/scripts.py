@@ -21,9 +21,9 @@ def call_script_function(
     strings: list[str],
     buffer: bytes,
 ) -> tuple[list[int], list[float], list[str], bytes]:
-    """`options` is a script type; who is meant is found by `Scripts.call`.
+    """Take a script type as `options`; `Scripts.call` finds the script.
 
-    Differs: the script goes on after an error in the function; V-REP 4.2 ended it.
+    Differs: the script continues after an error in the function; V-REP 4.2 ended it.
 
     Raises:
         CommandError: no such script or function, a run-time error in it, or results of the wrong kind.

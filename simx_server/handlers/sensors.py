@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 NOTHING = -1
-"""Handle given when nothing is detected; in V-REP it was undefined."""
+"""Handle returned when nothing is detected; in V-REP it was undefined."""
 
 _HAS_VALUES = 1
 _BROKEN = 2
@@ -20,7 +20,7 @@ _BROKEN = 2
 
 @handler("simxReadProximitySensor")
 def read_proximity_sensor(world: World, sensor: int) -> tuple[bool, list[float], int, list[float]]:
-    """State, point, object, normal; point and normal in the sensor's frame, zeros when nothing is detected.
+    """Return state, point, object and normal; zeros when nothing is detected.
 
     Differs: a sensor does not detect the shape that carries it, which V-REP's models declare undetectable instead.
     """
@@ -32,7 +32,7 @@ def read_proximity_sensor(world: World, sensor: int) -> tuple[bool, list[float],
 
 @handler("simxReadForceSensor")
 def read_force_sensor(world: World, sensor: int) -> tuple[int, list[float], list[float]]:
-    """State bit 0: values are there, bit 1: broken. Zeros without values, as when stopped."""
+    """Return zeros when no data are available, as when stopped."""
     reading = world.force.read(sensor)
     broken = _BROKEN if world.force.is_broken(sensor) else 0
     if reading is None:
@@ -42,7 +42,7 @@ def read_force_sensor(world: World, sensor: int) -> tuple[int, list[float], list
 
 @handler("simxBreakForceSensor")
 def break_force_sensor(world: World, sensor: int) -> None:
-    """Separate the parts that the sensor holds together, until the simulation stops.
+    """Separate the objects that the sensor holds until the simulation stops.
 
     Raises:
         CommandError: the simulation is stopped.
@@ -54,5 +54,5 @@ def break_force_sensor(world: World, sensor: int) -> None:
 def read_vision_sensor(
     world: World, client: ClientSession, sensor: int
 ) -> Future[tuple[bool, list[list[float]]]]:
-    """Whether the sensor detects, and packets: 15 statistics of the picture, then those of the sensor's script."""
+    """Return whether the sensor detects, and packets: 15 statistics of the image, then those of the sensor's script."""
     return world.vision.read(sensor, asker=client.client)

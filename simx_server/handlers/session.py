@@ -1,4 +1,4 @@
-"""What belongs to one client: stepped mode and its error texts."""
+"""Settings of one client: stepped mode and its error texts."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 @handler("simxSynchronous", with_client=True)
 def synchronous(world: World, client: ClientSession, enable: bool) -> None:
-    """Stepped mode of this client, also while stopped; the first step then needs a trigger."""
+    """Accept the call while stopped too; the first step then needs a trigger."""
     client.set_stepping(enable)
 
 
 @handler("simxSynchronousTrigger", with_client=True)
 def synchronous_trigger(world: World, client: ClientSession) -> Future[None]:
-    """Done after the pass; in the original it was before, and reading needed a ping first."""
+    """Return after the simulation step; the original returned before it, and reading needed a ping first."""
     sim = world.simulation
     return client.trigger(is_running=sim.state is SimulationState.RUNNING)
 
 
 @handler("simxGetLastErrors", with_client=True)
 def get_last_errors(world: World, client: ClientSession) -> list[str]:
-    """Reading empties the list."""
+    """Return an empty list if the previous call returned all errors."""
     texts = list(client.errors)
     client.errors.clear()
     return texts

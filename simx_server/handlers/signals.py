@@ -1,4 +1,4 @@
-"""Signals. Who they die with is said in `signals.py` of the server."""
+"""Signals. `signals.py` of the server explains when a signal is cleared automatically."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _LISTED = 8
 
 MAX_STRING = MAX_BYTES
-"""Longest string signal, bytes."""
+"""Length of the longest string signal in bytes."""
 
 
 def _missing(kind: str, name: str, known: Mapping[str, object]) -> CommandError:
@@ -27,7 +27,7 @@ def _missing(kind: str, name: str, known: Mapping[str, object]) -> CommandError:
 
 @handler("simxSetIntegerSignal")
 def set_integer_signal(world: World, name: str, value: int) -> None:
-    """An empty name does nothing, as in V-REP; the same for all kinds."""
+    """Ignore an empty name, as V-REP does; the same holds for all kinds."""
     if name:
         world.signals.set_integer(name, value)
 
@@ -42,7 +42,7 @@ def get_integer_signal(world: World, name: str) -> int:
 
 @handler("simxClearIntegerSignal")
 def clear_integer_signal(world: World, name: str) -> None:
-    """An empty name clears all; clearing a signal that is not set succeeds."""
+    """Accept the name of an unset signal."""
     world.signals.clear_integer(name)
 
 
@@ -86,9 +86,9 @@ def clear_string_signal(world: World, name: str) -> None:
 
 @handler("simxAppendStringSignal")
 def append_string_signal(world: World, name: str, value: bytes) -> None:
-    """Creates the signal when there is none.
+    """Create the signal if it does not exist.
 
-    Differs: there is a longest string; V-REP's grew until its memory was full.
+    Differs: string signals have a largest length; V-REP's grew until its memory was full.
 
     Raises:
         CommandError: the signal would become longer than one message can carry.
@@ -105,7 +105,7 @@ def append_string_signal(world: World, name: str, value: bytes) -> None:
 
 @handler("simxReadStringStream")
 def read_string_stream(world: World, name: str) -> bytes:
-    """Takes what is there; nothing is an empty answer and no error."""
+    """Clear the signal; the result is empty, without an error, when nothing was written."""
     return world.signals.take_string(name) or b""
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @handler("simxStartSimulation")
 def start_simulation(world: World) -> None:
-    """Also resumes; nothing when it runs."""
+    """Keep a running simulation as it is."""
     sim = world.simulation
     sim.start()
 
@@ -25,9 +25,9 @@ def pause_simulation(world: World) -> None:
 
 @handler("simxStopSimulation")
 def stop_simulation(world: World) -> None:
-    """Ends stepped mode of all clients too; nothing when stopped already, then stepped mode stays.
+    """End stepped mode of all clients; a simulation that is stopped already keeps it.
 
-    Differs: V-REP needs a few passes to stop; here it has stopped when the answer comes.
+    Differs: V-REP needs a few simulation steps to stop; here it has stopped when the call returns.
     """
     sim = world.simulation
     sim.stop()
@@ -37,7 +37,8 @@ def stop_simulation(world: World) -> None:
 def close_scene(world: World) -> None:
     """Raises CommandError while not stopped.
 
-    Differs: it leaves an empty scene, as one is loaded at a time; V-REP showed another open one, or its default scene.
+    Differs: the result is an empty scene, since one is loaded at a time; V-REP showed another open one, or its default
+    scene.
     """
     sim = world.simulation
     sim.close()

@@ -1,4 +1,4 @@
-"""Pictures of vision sensors. They are made on the render thread: the handlers return futures of wire bytes."""
+"""Images of vision sensors. They are rendered on the render thread: the handlers return futures of wire bytes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _GREY = 1
 def get_vision_sensor_image(
     world: World, client: ClientSession, sensor: int, options: int
 ) -> Future[tuple[list[int], bytes]]:
-    """[width, height] and bytes, bottom row first: grey with any option bit (the binding then expects w x h).
+    """Return [width, height] and bytes: grey with any option bit (the binding then expects w x h).
 
     Differs: with other options than 1 the original sent colours, of which its binding then took the first third; and
-    while stopped, or before the first pass, it gave the background.
+    while stopped, or before the first simulation step, it returned the background.
     """
     return world.vision.image(sensor, as_grey=options != 0, asker=client.client)
 
@@ -31,15 +31,15 @@ def get_vision_sensor_image(
 def get_vision_sensor_depth_buffer(
     world: World, client: ClientSession, sensor: int
 ) -> Future[tuple[list[int], bytes]]:
-    """[width, height] and little-endian float32, 0 at the near plane, 1 at the far one, bottom row first."""
+    """Return [width, height] and little-endian float32, 0 at the near plane, 1 at the far one."""
     return world.vision.depth(sensor, asker=client.client)
 
 
 @handler("simxSetVisionSensorImage")
 def set_vision_sensor_image(world: World, sensor: int, image: bytes, options: int) -> None:
-    """Stays until the sensor is handled next: with the next pass, or by hand for explicit handling.
+    """Keep the image until the sensor is handled next: in the next simulation step, or by a script.
 
-    Differs: with external input it goes with the stop, as all else that a run changed; in V-REP it stayed.
+    Differs: with external input the stop removes the image, as all other changes of a run; in V-REP it stayed.
 
     Raises:
         CommandError: not w x h x 3 bytes (w x h with option bit 0).

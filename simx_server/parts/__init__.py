@@ -1,1 +1,1 @@
-"""What V-REP keeps beside physics: signals, parameters, drawing objects, graphs, tubes, user interface."""
+"""State that V-REP keeps beside physics: signals, parameters, drawing objects, graphs, tubes, user interface."""

@@ -1,4 +1,4 @@
-"""Add-ons of the server itself: functions that a client calls as it would those of an add-on's script.
+"""Built-in add-ons of the server: clients call their functions like those of an add-on's script.
 
 simxCallScriptFunction(clientID, NAME, 2, "function", ints, floats, strings, buffer, simx_opmode_blocking)
 """
@@ -11,7 +11,7 @@ from typing import Generic, Protocol, TypeVar
 from simx_server.errors import CommandError
 
 ADD_ON_TYPE = 2
-"""As simxCallScriptFunction counts script types; the constants of the remote API lack it."""
+"""Script type of add-ons in simxCallScriptFunction; the constants of the remote API lack it."""
 
 Results = tuple[list[int], list[float], list[str], bytes]
 
@@ -19,7 +19,7 @@ _Function = TypeVar("_Function")
 
 
 class AddOn(Protocol):
-    """What such a call is given to."""
+    """The receiver of such a call."""
 
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
@@ -27,14 +27,18 @@ class AddOn(Protocol):
 
 
 class Functions(Generic[_Function]):
-    """The functions of one add-on by name, each with how many integers and floats it takes."""
+    """The functions of one add-on by name, each with the number of integers and floats that it takes."""
 
     def __init__(self, add_on: str, known: Mapping[str, tuple[int, int, _Function]]) -> None:
         self._add_on = add_on
         self._known = known
 
     def find(self, name: str, ints: list[int], floats: list[float]) -> _Function:
-        """The function that takes these. Raises CommandError: there is none of that name, or it takes others."""
+        """Return the function for this name and these integers.
+
+        Raises:
+            CommandError: the name is unknown, or the function takes other arguments.
+        """
         if name not in self._known:
             raise CommandError(
                 f"the add-on {self._add_on} has no function '{name}'; it has: {', '.join(self._known)}"

@@ -15,14 +15,14 @@ COMMAND_SERVER = "remoteApiCommandServer"
 
 
 def add_command_server(world: World) -> None:
-    """Add it to the scene unless that has one. To be called when a scene was loaded."""
+    """Add it to the scene unless the scene has one. Call this after a scene was loaded."""
     sim = world.simulation
     if sim.scene.by_name(COMMAND_SERVER) is None:
         load_model(world, shipped_models() / "remote_api_command_server.xml")
 
 
 class CommandServer(Part):
-    """Adds the object to every scene that is loaded."""
+    """Add the object to every scene that is loaded."""
 
     def __init__(self, world: World) -> None:
         self._world = world

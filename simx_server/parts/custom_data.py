@@ -1,7 +1,7 @@
-"""Bytes that scripts keep with an object, the scene or the server, by name.
+"""Named bytes that scripts keep with an object, the scene or the server.
 
-They outlive the end of a run, as in V-REP; names that begin with ``@tmp`` do not. An object's go with the object, the
-scene's with the scene; copies of an object begin with the same. Nothing is written to a disk.
+They outlive the end of a run, as in V-REP; names that start with ``@tmp`` do not. The data of an object disappear with
+the object, those of the scene with the scene; copies of an object start with the same data. Nothing is written to disk.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 SCENE, APPLICATION = -12, -13
-"""`sim_handle_scene` and `sim_handle_app`: in place of an object's handle."""
+"""`sim_handle_scene` and `sim_handle_app`, used in place of an object's handle."""
 
 HIDDEN = "\0"
-"""Begins names of the server's own, which no script can say; removing everything leaves them."""
+"""Prefix of the server's private names, which scripts cannot access; removing everything keeps them."""
 
 _TEMPORARY = "@tmp"
 
 
 class CustomData(Part):
-    """All of one simulation."""
+    """All custom data of one simulation."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -37,7 +37,7 @@ class CustomData(Part):
         self._forget_temporary()
 
     def write(self, handle: int, name: str, data: bytes) -> None:
-        """Keep it; with no data what has this name is removed, with no name everything.
+        """Store data under a name; without data, remove this name; without a name, remove everything.
 
         Raises UnknownHandle, LimitReached.
         """
@@ -54,15 +54,15 @@ class CustomData(Part):
             known[name] = data
 
     def read(self, handle: int, name: str) -> bytes | None:
-        """None when there is none of this name. Raises UnknownHandle."""
+        """Return the data of this name, or None. Raises UnknownHandle."""
         return self._of(handle).get(name)
 
     def names(self, handle: int) -> list[str]:
-        """In the order they were written first. Raises UnknownHandle."""
+        """Return the names in the order in which they were first written. Raises UnknownHandle."""
         return list(self._of(handle))
 
     def copy(self, copies: Mapping[int, int]) -> None:
-        """Give copies (handle of the original to that of the copy) what their originals have."""
+        """Copy the data of originals to their copies (handle of the original to that of the copy)."""
         for original, copy in copies.items():
             if original in self._known:
                 self._known[copy] = dict(self._known[original])
@@ -71,7 +71,7 @@ class CustomData(Part):
         if handle not in (SCENE, APPLICATION):
             self._sim.scene.get(handle)
         gone = [each for each in self._known if each >= 0 and each not in self._sim.scene.objects]
-        for each in gone if not self._sim.is_running else ():  # a stop may bring back what a run removed
+        for each in gone if not self._sim.is_running else ():  # a stop may restore objects that a run removed
             del self._known[each]
         return self._known.setdefault(handle, {})
 

@@ -1,7 +1,7 @@
 """Drawing objects: points, lines, triangles and the like that scripts draw into the scene.
 
-Nothing here draws. The state is kept for whoever shows the scene: `DrawingObjects.shown` gives every object with its
-items in the world as they are now, and `version` tells whether anything was drawn since. Sensors do not see them.
+This module does not draw. It keeps the state for programs that show the scene: `DrawingObjects.shown` returns every
+object with its current items in the world, and `version` changes with every change. Sensors do not see the objects.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POINTS, LINES, TRIANGLES, TRIANGLE_POINTS, QUAD_POINTS, DISC_POINTS, CUBE_POINTS
 """`sim_drawing_*` of V-REP 3, and the line strip of CoppeliaSim 4."""
 
 _LAST_KIND = 12
-"""9 to 12 are CoppeliaSim 4's triangles, quads, discs and cubes, whose items have a quaternion."""
+"""Kinds 9 to 12 are CoppeliaSim 4's triangles, quads, discs and cubes, whose items have a quaternion."""
 
 _KIND_BITS = 0x1F
 ITEM_COLORS, VERTEX_COLORS, ITEM_SIZES = 0x20, 0x40, 0x80
@@ -33,29 +33,29 @@ CYCLIC, FACING_CAMERA, ITEM_TRANSPARENCY, LOCAL = 0x1000, 0x20000, 0x80000, 0x80
 
 FIRST_HANDLE = 1
 _MOST_ITEMS = 100_000
-"""Of one object: what it may hold when it is created without a limit."""
+"""Most items of an object that is created without a limit."""
 
 Color = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How many numbers of an item mean what, in this order."""
+    """The meaning of the numbers of an item, in this order."""
 
     points: int
     has_normal: bool
     has_quaternion: bool
     extras: int
-    """Colours, size and transparency."""
+    """Number of values for colours, size and transparency."""
 
     @property
     def size(self) -> int:
-        """Numbers per item."""
+        """Return the number of values per item."""
         return 3 * self.points + 3 * self.has_normal + 4 * self.has_quaternion + self.extras
 
     @classmethod
     def of(cls, flags: int) -> Layout:
-        """From kind and flags. Raises CommandError for no kind."""
+        """Return the layout for kind and flags. Raises CommandError for an unknown kind."""
         kind = flags & _KIND_BITS
         if kind > _LAST_KIND:
             raise CommandError(
@@ -69,7 +69,7 @@ class Layout:
         return cls(points, old and directed, kind > STRIP and directed, extras)
 
     def moved(self, pose: Pose, item: Sequence[float]) -> tuple[float, ...]:
-        """An item in another frame, of which `pose` is the place of its own."""
+        """Return an item in another frame, in which `pose` is the pose of the item's frame."""
         position, quat = pose
         found: list[float] = []
         for start in range(0, 3 * self.points, 3):
@@ -91,13 +91,13 @@ class DrawingObject:
     flags: int
     """Kind and flags as given."""
     size: float
-    """Pixels of points and lines, else metres."""
+    """Size in pixels for points and lines, else in metres."""
     tolerance: float
-    """Metres; an item nearer to another one is not added. 0: no such check."""
+    """Distance in metres; an item nearer to another one is not added. 0: no such check."""
     parent: int
     """Handle of the object that it moves with, -1 for the world."""
     most: int
-    """Items it holds."""
+    """Most items that it holds."""
     color: Color
     specular: Color
     emission: Color
@@ -114,7 +114,7 @@ class DrawingObject:
         return Layout.of(self.flags)
 
     def put(self, item: tuple[float, ...]) -> bool:
-        """Add an item in the parent's frame; False for a duplicate, and when it is full and not cyclic."""
+        """Add an item in the parent's frame; return False for a duplicate, and when it is full and not cyclic."""
         if self.tolerance > 0 and any(self._is_near(item, other) for other in self.items):
             return False
         if len(self.items) < self.most:
@@ -137,14 +137,14 @@ class DrawingObject:
 
 
 class DrawingObjects(Part):
-    """All drawing objects. Those of a run end with it, all with their scene, and each with its parent."""
+    """All drawing objects. The end of a run removes those of the run; an object disappears with its scene or parent."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._objects: dict[int, DrawingObject] = {}
         self._next = FIRST_HANDLE
         self.version = 0
-        """Another number whenever something was drawn or removed."""
+        """Number that changes whenever something is drawn or removed."""
 
     def run_stopped(self) -> None:
         self.remove_all()
@@ -163,7 +163,10 @@ class DrawingObjects(Part):
         specular: Color = (0.0, 0.0, 0.0),
         emission: Color = (0.0, 0.0, 0.0),
     ) -> int:
-        """The new object's handle. `most`: 0 for as many items as are allowed. Raises UnknownHandle, CommandError."""
+        """Create an object and return its handle. `most`: 0 for the largest number of items allowed.
+
+        Raises UnknownHandle, CommandError.
+        """
         Layout.of(flags)
         if parent != -1:
             self._sim.scene.get(parent)
@@ -180,9 +183,13 @@ class DrawingObjects(Part):
         return handle
 
     def draw(self, handle: int, numbers: Sequence[float]) -> bool:
-        """Add the items that the numbers are, in the world (or with LOCAL in the parent's frame).
+        """Add items from their numbers, given in the world frame (with LOCAL in the parent's).
 
-        False if any was not added. Raises CommandError: unknown handle, not a whole number of items.
+        Returns:
+            False if any item was not added.
+
+        Raises:
+            CommandError: unknown handle, or not a whole number of items.
         """
         drawn = self.get(handle)
         layout = drawn.layout
@@ -202,7 +209,7 @@ class DrawingObjects(Part):
         self.version += 1
 
     def remove(self, handle: int) -> None:
-        """Raises CommandError."""
+        """Remove an object. Raises CommandError."""
         self.get(handle)
         del self._objects[handle]
         self.version += 1
@@ -213,7 +220,7 @@ class DrawingObjects(Part):
         self.version += 1
 
     def get(self, handle: int) -> DrawingObject:
-        """Raises CommandError."""
+        """Return an object. Raises CommandError."""
         present = self._present()
         if handle not in present:
             known = ", ".join(map(str, present)) or "none"
@@ -221,7 +228,7 @@ class DrawingObjects(Part):
         return present[handle]
 
     def shown(self, most: int = sys.maxsize) -> list[tuple[DrawingObject, list[tuple[float, ...]]]]:
-        """Every object, and its items in the world; of all together no more than `most`."""
+        """Return every object with its items in the world frame, at most `most` items in total."""
         found: list[tuple[DrawingObject, list[tuple[float, ...]]]] = []
         left = most
         for drawn in self._present().values():
@@ -235,7 +242,7 @@ class DrawingObjects(Part):
 
     @property
     def are_carried(self) -> bool:
-        """Whether any moves with a parent, so that `shown` may change without a new version."""
+        """Return whether any object moves with a parent, so that `shown` may change without a new version."""
         return any(drawn.parent != -1 for drawn in self._present().values())
 
     def _present(self) -> dict[int, DrawingObject]:

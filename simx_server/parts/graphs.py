@@ -1,8 +1,8 @@
-"""Graphs: streams of numbers that scripts record over simulated time, and curves that put streams against each other.
+"""Graphs: streams of numbers that scripts record over simulated time, and curves that plot streams against each other.
 
-V-REP's graphs are objects of their own; here any object, as a dummy of that name, can stand for one. A value that is
-set is recorded when the graph is handled: at the end of each pass, or by a script before that. The data of a run stay
-until the next one starts.
+V-REP's graphs are separate objects; here any object, such as a dummy of that name, can represent one. A value that is
+set is recorded when the graph is handled: at the end of each simulation step, or earlier by a script. The data of a run
+stay until the next run starts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RAW, DERIVATIVE, INTEGRAL, CUMULATIVE = range(4)
 """`sim_stream_transf_*`."""
 
 MOST_SAMPLES = 10_000
-"""Of a stream; the oldest go first."""
+"""Most samples of a stream; the oldest are dropped first."""
 _MOST_STREAMS = 100
 
 Color = tuple[float, float, float]
@@ -34,7 +34,7 @@ Sample = tuple[float, float]
 
 @dataclass(eq=False)
 class Stream:
-    """What is recorded under one name."""
+    """The samples recorded under one name."""
 
     name: str
     unit: str = ""
@@ -43,19 +43,19 @@ class Stream:
     factor: float = 1.0
     offset: float = 0.0
     window: int = 1
-    """Samples that are averaged."""
+    """Number of samples that are averaged."""
     pending: float | None = None
-    """Set, and not recorded yet."""
+    """Value that was set but not recorded yet."""
     samples: deque[Sample] = field(default_factory=lambda: deque(maxlen=MOST_SAMPLES))
 
     def record(self, time: float) -> None:
-        """Take over what is pending."""
+        """Record the pending value at this time (s)."""
         if self.pending is not None:
             self.samples.append((time, self.pending))
             self.pending = None
 
     def data(self) -> list[Sample]:
-        """The samples, transformed."""
+        """Return the samples, transformed."""
         values = list(self.samples)
         steps = list(pairwise(values))
         match self.transformation:
@@ -75,29 +75,29 @@ class Stream:
 
 @dataclass(eq=False)
 class Curve:
-    """Two or three streams against each other, or numbers that stay."""
+    """Two or three streams plotted against each other, or constant numbers."""
 
     name: str
     streams: tuple[int, ...]
-    """Ids; -1 for a constant."""
+    """Ids of the streams; -1 for a constant."""
     defaults: tuple[float, ...]
     unit: str
     color: Color
     width: int
     fixed: tuple[tuple[float, ...], ...] | None = None
-    """The coordinates of a copy that was made to stay."""
+    """Coordinates of a static copy."""
 
 
 @dataclass(eq=False)
 class Graph:
-    """Streams and curves by their ids, which no two of them share."""
+    """Streams and curves by id; ids are unique over both."""
 
     streams: dict[int, Stream] = field(default_factory=dict)
     curves: dict[int, Curve] = field(default_factory=dict)
     next_id: int = 0
 
     def add(self, item: Stream | Curve) -> int:
-        """The id. Raises CommandError when there are too many."""
+        """Add a stream or curve and return its id. Raises CommandError when there are too many."""
         if len(self.streams) + len(self.curves) >= _MOST_STREAMS:
             raise CommandError(f"a graph has at most {_MOST_STREAMS} streams and curves")
         number, self.next_id = self.next_id, self.next_id + 1
@@ -108,28 +108,28 @@ class Graph:
         return number
 
     def stream(self, number: int) -> Stream:
-        """Raises CommandError."""
+        """Return the stream with this id. Raises CommandError."""
         if number not in self.streams:
             known = ", ".join(f"{n} '{s.name}'" for n, s in self.streams.items()) or "none"
             raise CommandError(f"the graph has no stream {number}; its streams are {known}")
         return self.streams[number]
 
     def named(self, name: str) -> Stream:
-        """The stream of this name, which is made if it is not there."""
+        """Return the stream with this name; create it if it does not exist."""
         for stream in self.streams.values():
             if stream.name == name:
                 return stream
         return self.stream(self.add(Stream(name)))
 
     def curve(self, number: int) -> Curve:
-        """Raises CommandError."""
+        """Return the curve with this id. Raises CommandError."""
         if number not in self.curves:
             known = ", ".join(f"{n} '{each.name}'" for n, each in self.curves.items()) or "none"
             raise CommandError(f"the graph has no curve {number}; its curves are {known}")
         return self.curves[number]
 
     def points(self, curve: Curve) -> tuple[tuple[float, ...], ...]:
-        """The coordinates of a curve, one tuple for each axis, at the times that all its streams have."""
+        """Return the coordinates of a curve, one tuple per axis, at the times that all its streams have."""
         if curve.fixed is not None:
             return curve.fixed
         series = [dict(self.stream(n).data()) if n >= 0 else None for n in curve.streams]
@@ -142,10 +142,10 @@ class Graph:
 
 
 class Graphs(Part):
-    """The graphs of the scene, by the handle of the object that stands for each."""
+    """The graphs of the scene, by the handle of the object that represents each."""
 
     def __init__(self, sim: Simulation) -> None:
-        """To be attached after the scripts: a pass records what they set in it."""
+        """Attach the part after the scripts: a simulation step records the values that they set in it."""
         self._sim = sim
         self._graphs: dict[int, Graph] = {}
 
@@ -156,16 +156,16 @@ class Graphs(Part):
         self._graphs.clear()
 
     def get(self, handle: int) -> Graph:
-        """The graph that an object stands for; empty at first. Raises UnknownHandle."""
+        """Return the graph of an object; empty at first. Raises UnknownHandle."""
         self._sim.scene.get(handle)
         return self._graphs.setdefault(handle, Graph())
 
     def handles(self) -> list[int]:
-        """Of the objects that stand for graphs."""
+        """Return the handles of the objects with graphs."""
         return [handle for handle in self._graphs if handle in self._sim.scene.objects]
 
     def record(self, handle: int, time: float) -> None:
-        """Handle a graph: record what was set. Raises UnknownHandle."""
+        """Handle a graph: record the values that were set. Raises UnknownHandle."""
         for stream in self.get(handle).streams.values():
             stream.record(time)
 
@@ -182,6 +182,6 @@ class Graphs(Part):
 
 
 def span(values: Sequence[float]) -> tuple[float, float]:
-    """Least and greatest; zeros for nothing."""
+    """Return the least and greatest value; zeros for an empty sequence."""
     finite = [value for value in values if math.isfinite(value)]
     return (min(finite), max(finite)) if finite else (0.0, 0.0)

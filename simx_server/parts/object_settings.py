@@ -1,4 +1,4 @@
-"""What V-REP knows of an object and MuJoCo has no place for: visibility layers, first velocity, respondable mask."""
+"""V-REP's object settings without a place in MuJoCo: visibility layers, first velocity, respondable mask."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LAYERS = 0xFFFF
 _SHOWN, _HIDDEN = 0x0001, 0x0100
-"""V-REP's first layer, which cameras show, and the ninth, where its models keep what they hide."""
+"""V-REP's first layer, which cameras show, and the ninth, where its models keep hidden parts."""
 
 _VISIBLE = 0x00FF
 """The layers that the cameras of a new scene show."""
@@ -30,23 +30,23 @@ _STILL = (0.0,) * 6
 
 @dataclass(frozen=True)
 class _Settings:
-    """Of one object."""
+    """The settings of one object."""
 
     layers: int | None = None
-    """None: not set yet."""
+    """Visibility layers; None: not set yet."""
     first_velocity: tuple[float, ...] = _STILL
     mask: int = ALL_MASKS
 
 
 class ObjectSettings(Part):
-    """The settings of all objects of the scene, by handle. A run's changes are taken back when it stops."""
+    """The settings of all objects of the scene, by handle. The stop undoes a run's changes."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
         self.visible_layers = _VISIBLE
-        """`sim_intparam_visible_layers`: what cameras show."""
+        """`sim_intparam_visible_layers`: layers that cameras show."""
 
     def scene_changed(self) -> None:
         self._forget()
@@ -58,34 +58,34 @@ class ObjectSettings(Part):
         self._end_run()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Give copies (handle of the original to that of the copy) what their originals have."""
+        """Copy the settings of originals to their copies (handle of the original to that of the copy)."""
         self._known |= {copies[handle]: known for handle, known in self._known.items() if handle in copies}
         self.apply_masks()
 
     def layers(self, handle: int) -> int:
-        """Visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
+        """Return the visibility layers, 16 bits. Cameras show an object when one of them is among the visible layers.
 
-        Vision sensors see an object on any layer, as in V-REP. At first: the first layer, or, for a shape that pictures
-        do not show, the ninth. Raises UnknownHandle.
+        Vision sensors see an object on any layer, as in V-REP. The default is the first layer, or, for a shape that
+        images do not show, the ninth. Raises UnknownHandle.
         """
         self._sim.scene.get(handle)
         layers = self._of(handle).layers
         return layers if layers is not None else (_SHOWN if self.is_drawn(handle) else _HIDDEN)
 
     def set_layers(self, handle: int, layers: int) -> None:
-        """Raises UnknownHandle, CommandError: more than 16 bits."""
+        """Set the visibility layers. Raises UnknownHandle, CommandError: more than 16 bits."""
         self._sim.scene.get(handle)
         if not 0 <= layers <= _LAYERS:
             raise CommandError(f"visibility layers are 16 bits, 0 to {_LAYERS}, not {layers}")
         self._set(handle, layers=layers)
 
     def is_visible(self, handle: int) -> bool:
-        """Whether cameras show the object: neither its layers nor its models hide it. Raises UnknownHandle."""
+        """Return whether cameras show the object: neither its layers nor its models hide it. Raises UnknownHandle."""
         by_layer = self.layers(handle) & self.visible_layers
         return bool(by_layer) and not self._sim.scene.overridden(handle) & c.sim_modelproperty_not_visible
 
     def first_velocity(self, handle: int) -> tuple[float, ...]:
-        """Linear m/s and angular rad/s, 6 numbers, world axes; zero once the shape got it.
+        """Return the first velocity: linear m/s and angular rad/s, 6 numbers, world axes; zero once it was applied.
 
         Raises UnknownHandle, WrongKind.
         """
@@ -93,8 +93,10 @@ class ObjectSettings(Part):
         return self._of(handle).first_velocity
 
     def set_first_velocity(self, handle: int, index: int, value: float) -> None:
-        """Set one of the six numbers. The shape gets the velocity when the simulation starts; in a running one when it
-        is placed next, which is when V-REP adds it to the physics again.
+        """Set one of the six numbers of the first velocity.
+
+        The shape gets the velocity when the simulation starts. In a running simulation it gets the velocity when it is
+        placed next, which is when V-REP adds it to the physics again.
 
         Raises UnknownHandle, WrongKind, CommandError: a link or a part of the world cannot move freely.
         """
@@ -109,7 +111,7 @@ class ObjectSettings(Part):
         self._set(handle, first_velocity=tuple(values))
 
     def launch(self, handles: Collection[int]) -> None:
-        """Give free bodies the first velocity they wait with."""
+        """Apply the pending first velocities of free bodies."""
         model, data = self._sim.model, self._sim.data
         for handle in handles:
             velocity = self._of(handle).first_velocity
@@ -120,25 +122,28 @@ class ObjectSettings(Part):
             turn = conjugate(body_pose(self._sim, item.body)[1])
             dof = int(model.jnt_dofadr[joint])
             data.qvel[dof : dof + 3] = velocity[:3]
-            # MuJoCo's free joint counts its angular velocity in the body's own frame.
+            # MuJoCo's free joint has its angular velocity in the body's frame.
             data.qvel[dof + 3 : dof + 6] = rotate(turn, velocity[3:])
             self._set(handle, first_velocity=_STILL)
             self._sim.changed()
 
     def mask(self, handle: int) -> int:
-        """Respondable mask, 16 bits, see `scene/respondable.py`. Raises UnknownHandle, WrongKind."""
+        """Return the respondable mask, 16 bits, see `scene/respondable.py`. Raises UnknownHandle, WrongKind."""
         self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
         return self._of(handle).mask
 
     def set_mask(self, handle: int, mask: int) -> None:
-        """Raises UnknownHandle, WrongKind, CommandError: more than 16 bits; a part of the world."""
+        """Set the respondable mask.
+
+        Raises UnknownHandle, WrongKind, CommandError: more than 16 bits; a part of the world.
+        """
         if not 0 <= mask <= ALL_MASKS:
             raise CommandError(f"a respondable mask is 16 bits, 0 to {ALL_MASKS}, not {mask}")
         set_masks(self._sim, self._masks() | {handle: mask})
         self._set(handle, mask=mask)
 
     def apply_masks(self) -> None:
-        """The tree has changed: masks may meet by their other byte now."""
+        """Apply all masks again: after a change of the tree the other byte of a mask may count."""
         masks = self._masks()
         if masks:
             set_masks(self._sim, masks)
@@ -168,7 +173,7 @@ class ObjectSettings(Part):
         self._known[handle] = replace(self._of(handle), **values)
 
     def is_drawn(self, handle: int) -> bool:
-        """Whether pictures show a shape, by its own geom groups, whatever models take from it; True for other objects.
+        """Return whether images show a shape, by its own geom groups, regardless of models; True for other objects.
 
         Raises UnknownHandle.
         """

@@ -1,4 +1,4 @@
-"""One kind of the simulator's numbered parameters: what can be read, what can be set, and what is said otherwise."""
+"""One kind of the simulator's numbered parameters: getters, setters, and the errors for all other numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _V = TypeVar("_V")
 
 @dataclass(frozen=True, slots=True)
 class Parameter(Generic[_V]):
-    """One parameter; None where it cannot be read or set."""
+    """Getter and setter of one parameter; None where reading or setting is not possible."""
 
     get: Callable[[], _V] | None
     set: Callable[[_V], None] | None = None
@@ -27,14 +27,14 @@ class Table(Generic[_V]):
         self._entries = entries
 
     def get(self, number: int) -> _V:
-        """Raises CommandError that lists the known numbers."""
+        """Return a parameter's value. Raises CommandError that lists the known numbers."""
         get = self._entries.get(number, Parameter(None)).get
         if get is None:
             raise CommandError(f"{self._kind} parameter {number} cannot be read; {self._list('get')}")
         return get()
 
     def set(self, number: int, value: _V) -> None:
-        """Raises CommandError that lists the numbers that can be set."""
+        """Set a parameter. Raises CommandError that lists the numbers that can be set."""
         put = self._entries.get(number, Parameter(None)).set
         if put is None:
             raise CommandError(f"{self._kind} parameter {number} cannot be set; {self._list('set')}")
@@ -46,7 +46,7 @@ class Table(Generic[_V]):
 
 
 def only(value: _V, reason: str) -> Parameter[_V]:
-    """A parameter that has one value: it reads so, may be set to it, and to nothing else."""
+    """Return a parameter with one fixed value; setting another value is an error with this reason."""
 
     def put(wanted: _V) -> None:
         if wanted != value:
@@ -56,7 +56,7 @@ def only(value: _V, reason: str) -> Parameter[_V]:
 
 
 def kept(value: _V) -> Parameter[_V]:
-    """A parameter that has no meaning here: it reads as it was set last, at first `value`."""
+    """Return a parameter without meaning here: it reads as it was set last, initially `value`."""
     values = [value]
 
     def put(wanted: _V) -> None:

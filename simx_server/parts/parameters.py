@@ -1,7 +1,7 @@
 """The simulator's numbered parameters (`sim_boolparam_*`, `sim_intparam_*`, ...), each kind in one table.
 
-Scripts written for a desktop switch windows off without looking at the answer. Here there is no window: such a
-switch reads False, may be switched off, and cannot be switched on.
+Scripts written for a desktop switch windows off without checking the result. This server does not have a window: such
+a switch reads False, may be switched off, and cannot be switched on.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PROGRAM_VERSION = 30602
-"""V-REP 3.6.2: the version whose behaviour is the specification, in V-REP's form MMmmpp."""
+"""V-REP 3.6.2, whose behaviour is the specification, in V-REP's form MMmmpp."""
 
 MUJOCO_ENGINE = 4
 """`sim_physics_mujoco` of later CoppeliaSim versions; 0 to 3 are Bullet, ODE, Vortex, Newton."""
@@ -45,10 +45,10 @@ _SIM_FLOATPARAM_DYNAMIC_STEP_SIZE = 3
 _SIM_INTPARAM_PROGRAM_FULL_VERSION = 39
 
 MAX_ARGUMENTS = 9
-"""Of the command line; string parameters 2 to 10."""
+"""Most arguments of the command line; string parameters 2 to 10."""
 
 _MAX_SPEED_INDEX = 10
-"""2**10 times the speed is as fast as it goes."""
+"""Largest speed index: 2**10 times the speed."""
 
 _OFF = {
     "it needs a window, and this server has none": (
@@ -83,7 +83,7 @@ _OFF = {
     ),
     "this server records no videos": (c.sim_boolparam_video_recording_triggered,),
 }
-"""Switches that are off for good, by the reason."""
+"""Switches that are always off, with the reason."""
 
 _ON = {
     "models are always copied whole here": (c.sim_boolparam_full_model_copy_from_api,),
@@ -91,7 +91,7 @@ _ON = {
     "pictures are always drawn beside the physics here": (c.sim_boolparam_threaded_rendering_enabled,),
     "the pictures of this server are always drawn with it": (c.sim_boolparam_shape_textures_are_visible,),
 }
-"""Switches that are on for good, by the reason."""
+"""Switches that are always on, with the reason."""
 
 _KEPT = {
     c.sim_intparam_infotext_style: 0,
@@ -105,24 +105,25 @@ _KEPT = {
     c.sim_intparam_simulation_warning_disabled_mask: 0,
 }
 """Settings of V-REP's window, its drawing threads and its warnings, with their start values. Programs set them; here
-they read as set and change nothing."""
+they keep their value without any effect.
+"""
 
 _PAGES = 8
-"""Of V-REP's window; 0 is the first."""
+"""Number of pages of V-REP's window; 0 is the first."""
 
 _PLATFORMS = {"win32": 0, "darwin": 1}
-"""0 Windows, 1 macOS, else 2."""
+"""Number of the platform: 0 Windows, 1 macOS, else 2."""
 
 
 class Pace(Protocol):
-    """Whether simulated time follows the wall clock, as the server's composition knows it."""
+    """Whether simulated time follows the wall clock; implemented by the server's composition."""
 
     speed: float
     """Simulated seconds per wall second; infinity for as fast as possible."""
 
 
 class Parameters(Part):
-    """Every parameter of one simulation."""
+    """All parameters of one simulation."""
 
     def __init__(
         self,
@@ -144,17 +145,17 @@ class Parameters(Part):
         self._speed_index = 0
         self._page = 0
         self.error_report_mode = c.sim_api_errormessage_report
-        """Integer parameter 0, bits: errors reach simxGetLastErrors (1), the status bar (2); the log in any case."""
+        """Integer parameter 0, bits: errors go to simxGetLastErrors (1), to the status bar (2); always to the log."""
         self.arguments = arguments
-        """What the server was started with for the programs that ask."""
+        """Arguments from the server's command line, for programs that read them."""
         self.end: Callable[[], None] | None = None
-        """Set by the composition: ends the server."""
+        """Function that ends the server; set by the composition."""
         self.stop_requests = 0
-        """Runs that were asked to stop, by clients or scripts, since the server started."""
+        """Number of runs that clients or scripts requested to stop, since the server started."""
         self.pace: Pace | None = None
-        """Set by the composition; without it the simulation is paced by its caller."""
+        """Pace of the simulation, set by the composition; without it the caller paces the simulation."""
         self.is_waiting_for_trigger: Callable[[], bool] = lambda: False
-        """Set by the composition: whether a stepped simulation waits (boolean 45)."""
+        """Function set by the composition: whether a stepped simulation waits (boolean 45)."""
         self.booleans = Table("boolean", self._booleans())
         self.integers = Table("integer", self._integers())
         self.floats = Table("float", self._floats())
@@ -269,7 +270,7 @@ class Parameters(Part):
         return self.pace is not None and math.isfinite(self.pace.speed)
 
     def _set_real_time(self, value: bool) -> None:
-        """While running nothing happens and it counts as success, as in V-REP."""
+        """Switch real time on or off; while running a success without effect, as in V-REP."""
         if not self._sim.is_running and self.pace is not None and value != self._is_real_time():
             self.pace.speed = 1.0 if value else math.inf
 
@@ -280,9 +281,9 @@ class Parameters(Part):
         self.error_report_mode = value
 
     def _set_speed_index(self, value: int) -> None:
-        """Each step doubles the pace, each one below 0 halves it, until the run ends.
+        """Set the speed index: each step doubles the pace, each one below 0 halves it, until the run ends.
 
-        While stopped nothing happens and it counts as success, as in V-REP; nor when there is no pace to change.
+        While stopped, and without a pace, the call is a success without effect, as in V-REP.
         """
         if self._sim.is_running and self._is_real_time():
             self._change_speed(min(max(value, -_MAX_SPEED_INDEX), _MAX_SPEED_INDEX))
@@ -293,7 +294,7 @@ class Parameters(Part):
         self._speed_index = index
 
     def _request_exit(self, value: bool) -> None:
-        """Only while stopped, as in V-REP; False asks for nothing."""
+        """Request the end of the server; only while stopped, as in V-REP; False has no effect."""
         if not value:
             return
         if self._sim.is_running:
@@ -304,7 +305,7 @@ class Parameters(Part):
         self.end()
 
     def _argument(self, index: int) -> str:
-        """'' for those that were not given, as in V-REP."""
+        """Return an argument of the command line; '' for a missing one, as in V-REP."""
         return self.arguments[index] if index < len(self.arguments) else ""
 
     def _set_argument(self, index: int, text: str) -> None:
@@ -313,7 +314,7 @@ class Parameters(Part):
         self.arguments = tuple(given)
 
     def _set_page(self, page: int) -> None:
-        """The page of V-REP's window, which shows a scene's views; nothing here depends on it."""
+        """Set the page of V-REP's window that shows a scene's views; it has no effect here."""
         if not 0 <= page < _PAGES:
             raise CommandError(f"the pages are 0 to {_PAGES - 1}, not {page}")
         self._page = page
@@ -322,9 +323,9 @@ class Parameters(Part):
         self._object_settings.visible_layers = layers & 0xFFFF
 
     def _set_time_step(self, seconds: float) -> None:
-        """While running nothing happens and it counts as success, as in V-REP."""
+        """Set the simulation step in seconds; while running a success without effect, as in V-REP."""
         if not self._sim.is_running:
-            # The wire carries single precision; a pass of 0.05 s must be 0.05, not 0.0500000007.
+            # The wire carries single precision; a simulation step of 0.05 s must be 0.05, not 0.0500000007.
             self._sim.time_step = float(f"{seconds:.6g}")
 
     def _set_gravity(self, values: list[float]) -> None:
@@ -336,6 +337,6 @@ class Parameters(Part):
         self._vision.background = (red, green, blue)
 
     def _random_euler(self) -> list[float]:
-        """Euler angles of a rotation that is equally likely to be any: sin(beta) is uniform."""
+        """Return Euler angles of a uniformly distributed random rotation: sin(beta) is uniform."""
         alpha, gamma = (self._random.uniform(-math.pi, math.pi) for _ in range(2))
         return [alpha, math.asin(self._random.uniform(-1.0, 1.0)), gamma]

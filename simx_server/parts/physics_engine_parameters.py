@@ -1,6 +1,6 @@
 """Numbered parameters of the physics engine: MuJoCo's own as CoppeliaSim numbers them, and the friction of the others.
 
-A shape's numbers are those of all its geoms. What an engine's number has no counterpart of in MuJoCo is refused.
+A shape's numbers are those of all its geoms. Parameters of other engines without a counterpart in MuJoCo are refused.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EngineParameter:
-    """One parameter; `handle` of the getter and setter is an object's, or -1 for the engine."""
+    """Getter and setter of one parameter; their `handle` is an object's, or -1 for the engine."""
 
     name: str
     is_integer: bool
@@ -29,7 +29,7 @@ class EngineParameter:
 
 
 def find(number: int, *, is_integer: bool) -> EngineParameter:
-    """Raises CommandError that says which there are."""
+    """Return a parameter. Raises CommandError that lists the parameters."""
     found = PARAMETERS.get(number)
     if found is None or found.is_integer != is_integer:
         kind = "integer" if is_integer else "float"
@@ -49,7 +49,7 @@ def _geoms(sim: Simulation, handle: int) -> list[int]:
 
 
 def _of_geoms(name: str, array: str, index: int | None, *, is_integer: bool = False) -> EngineParameter:
-    """A number of a shape: one of an array of the model's, or one column of it."""
+    """Return the parameter for an array of the model's geoms, or for one column of it."""
 
     def get(sim: Simulation, handle: int) -> float:
         geom = _geoms(sim, handle)[0]
@@ -71,7 +71,7 @@ def _of_geoms(name: str, array: str, index: int | None, *, is_integer: bool = Fa
 
 
 def _option(name: str, option: str, index: int | None = None, *, is_integer: bool = False) -> EngineParameter:
-    """A number of the engine as a whole; the handle does not matter."""
+    """Return the parameter for an option of the whole engine; its handle has no effect."""
 
     def get(sim: Simulation, _handle: int) -> float:
         value = getattr(sim.model.opt, option)
@@ -106,7 +106,7 @@ _FRICTIONS = {
     "newton_body_staticfriction": 33001,
     "newton_body_kineticfriction": 33002,
 }
-"""All of them are MuJoCo's sliding friction."""
+"""Friction parameters; all of them are MuJoCo's sliding friction."""
 
 PARAMETERS: Mapping[int, EngineParameter] = MappingProxyType(
     {
@@ -129,4 +129,4 @@ PARAMETERS: Mapping[int, EngineParameter] = MappingProxyType(
         44002: _of_geoms("mujoco_body_priority", "geom_priority", None, is_integer=True),
     }
 )
-"""By CoppeliaSim's numbers, which scripts know as sim.NAME."""
+"""Parameters by CoppeliaSim's numbers, which scripts know as sim.NAME."""

@@ -1,4 +1,4 @@
-"""The selected objects: in V-REP's window a person clicks at them; here clients and scripts set them."""
+"""The selected objects: in V-REP's window a person clicks on them; here clients and scripts set them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Signals: named integers, floats and strings through which clients and scripts tell each other things.
+"""Signals: named integers, floats and strings through which clients and scripts exchange values.
 
-A signal set by a client outlives stop and start, and another scene, until somebody clears it; one set by a child
-script is cleared with that script, when the run ends. So does V-REP 4.2; by the manual of 3.x a start clears all.
+A signal set by a client outlives stop, start and another scene, until a client or script clears it; one set by a child
+script is cleared with that script, when the run ends. V-REP 4.2 does the same; by the manual of 3.x a start clears all.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 MAX_NAME = 1000
-"""Characters of a signal's name."""
+"""Most characters of a signal's name."""
 
 
 class Signals:
-    """Three independent name spaces. `owner` of a setter is whoever the signal dies with; None: it stays."""
+    """Three independent name spaces. A signal is cleared with the `owner` that a setter names; None: it stays."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -29,7 +29,7 @@ class Signals:
         self._owned: dict[Hashable, set[tuple[str, str]]] = {}
 
     def set_integer(self, name: str, value: int, owner: Hashable | None = None) -> None:
-        """Raises CommandError when there are too many; the same for all kinds."""
+        """Set an integer signal. Raises CommandError when there are too many; the same for all kinds."""
         self._check_room(self.integers, name)
         self.integers[name] = int(value)
         self._remember("integers", name, owner)
@@ -70,7 +70,7 @@ class Signals:
         _clear(self.strings, name)
 
     def take_string(self, name: str) -> bytes | None:
-        """Read and clear in one go; None when there is no such signal."""
+        """Return a signal and clear it; None when it does not exist."""
         return self.strings.pop(name, None)
 
     def clear_owned(self, owner: Hashable) -> None:

@@ -1,4 +1,4 @@
-"""What V-REP showed in its status bar: the last messages, kept for whoever looks, and logged."""
+"""The messages of V-REP's status bar: the last ones are kept for programs that show them, and all are logged."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections import deque
 logger = logging.getLogger(__name__)
 
 KEPT = 200
-"""Messages remembered; older ones are in the log only."""
+"""Number of messages kept; older ones are in the log only."""
 
 _LONGEST_KEPT = 10_000
 _LONGEST_LOGGED = 500
@@ -20,7 +20,7 @@ class StatusBar:
     def __init__(self) -> None:
         self._messages: deque[str] = deque(maxlen=KEPT)
         self.count = 0
-        """Messages ever added."""
+        """Number of messages ever added."""
 
     def add(self, message: str) -> None:
         """Add a message; it may have several lines."""
@@ -30,11 +30,11 @@ class StatusBar:
 
     @property
     def messages(self) -> list[str]:
-        """The messages kept, oldest first."""
+        """Return the kept messages, oldest first."""
         return list(self._messages)
 
 
 def as_log_line(text: str) -> str:
-    """A client's text as one line of the log: cut when it is long, nothing in it that steers a terminal."""
+    """Return a client's text as one line of the log: shortened, and without terminal control characters."""
     shown = text if len(text) <= _LONGEST_LOGGED else text[: _LONGEST_LOGGED - 3] + "..."
     return "".join(letter if letter.isprintable() else " " for letter in shown)

@@ -1,4 +1,4 @@
-"""Tubes: two scripts that open one of the same name are connected, and each reads what the other wrote."""
+"""Tubes: two scripts that open a tube of the same name are connected, and each reads what the other writes."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 MAX_PACKETS = 10_000
-"""That one end keeps until they are read."""
+"""Most unread packets that one end keeps."""
 
 
 @dataclass(eq=False)
 class _End:
-    """One of the two."""
+    """One end of a tube."""
 
     handle: int
     name: tuple[int, str]
     arrived: deque[bytes]
     waiting: deque[bytes] = field(default_factory=deque)
-    """Written before the other end was there."""
+    """Packets written before the other end was opened."""
     other: _End | None = None
 
 
 class Tubes(Part):
-    """All of the present run; they end with it."""
+    """All tubes of the present run, whose end closes them."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -40,9 +40,9 @@ class Tubes(Part):
         self._ends.clear()
 
     def open(self, header: int, name: str, size: int) -> int:
-        """An end that keeps `size` packets until they are read, then drops the oldest.
+        """Open an end that keeps `size` unread packets, then drops the oldest; return its handle.
 
-        It is connected to one of this header and name that still is alone. Raises CommandError.
+        It is connected to an unconnected end with this header and name, if there is one. Raises CommandError.
         """
         if not 0 < size <= MAX_PACKETS:
             raise CommandError(f"a tube keeps 1 to {MAX_PACKETS} packets, not {size}")
@@ -60,7 +60,7 @@ class Tubes(Part):
         return end.handle
 
     def write(self, handle: int, data: bytes) -> None:
-        """Before the other end is there, what was written waits for it. Raises CommandError."""
+        """Write a packet; before the other end is open, the packet waits for it. Raises CommandError."""
         end = self._get(handle)
         if end.other is not None:
             end.other.arrived.append(data)
@@ -70,18 +70,21 @@ class Tubes(Part):
             end.waiting.popleft()
 
     def read(self, handle: int) -> bytes | None:
-        """The oldest packet, or None. Raises CommandError."""
+        """Return the oldest packet, or None. Raises CommandError."""
         end = self._get(handle)
         return end.arrived.popleft() if end.arrived else None
 
     def status(self, handle: int) -> tuple[bool, int, int]:
-        """Whether it is connected; packets to be read here, and written and not read there. Raises CommandError."""
+        """Return whether an end is connected, and the numbers of unread packets here and at the other end.
+
+        Raises CommandError.
+        """
         end = self._get(handle)
         written = end.waiting if end.other is None else end.other.arrived
         return end.other is not None, len(end.arrived), len(written)
 
     def close(self, handle: int) -> None:
-        """The other end may read what has arrived, and is alone again. Raises CommandError."""
+        """Close an end; the other one may read the packets that arrived, and is unconnected. Raises CommandError."""
         end = self._get(handle)
         if end.other is not None:
             end.other.other = None

@@ -1,1 +1,1 @@
-"""The scene as V-REP sees it: objects, handles, names, frames, editing; on top of one compiled MuJoCo model."""
+"""The scene in V-REP's terms: objects, handles, names, frames, editing; based on one compiled MuJoCo model."""

@@ -1,7 +1,7 @@
-"""Breaking a force sensor: what it holds comes apart from what holds it, for the rest of the run.
+"""Break a force sensor: separate the objects that it holds from the object that carries it, for the rest of the run.
 
-The sensor stays where it is, on the near side, and the tree of objects stays as it was, as in V-REP; the far side
-becomes a free body with the velocity it has. The stop that takes edits back mends it.
+The sensor stays in place, on the near side, and the tree of objects does not change, as in V-REP; the far side becomes
+a free body with its present velocity. The stop undoes edits, and with them the break.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _STUMP = INTERNAL + "broken:"
 
 _STUMP_MASS = 1e-3
 _STUMP_INERTIA = 1e-6
-"""What is left at the end of a joint behind which a sensor broke: MuJoCo cannot move a body without mass."""
+"""Inertia of the rest of a joint behind which a sensor broke: MuJoCo cannot move a body without mass."""
 
 
 def break_sensor(sim: LiveScene, item: SceneObject) -> None:
-    """Let everything go that this force sensor holds. Raises CommandError when the scene cannot be cut there."""
+    """Release all objects that this force sensor holds. Raises CommandError when the scene cannot be cut there."""
     if is_linking_sensor(sim, item):
         _cut_off(sim, item)
         return
@@ -42,7 +42,7 @@ def break_sensor(sim: LiveScene, item: SceneObject) -> None:
 
 
 def _cut_off(sim: LiveScene, item: SceneObject) -> None:
-    """Free the body the sensor stands in front of; its joints and the sensor stay behind, on a stump."""
+    """Free the body in front of the sensor; its joints and the sensor stay behind, on a stump."""
     model, body = sim.model, item.body
     sim.refresh()
     name = model.body(body).name

@@ -1,9 +1,9 @@
 """Collections: named groups of objects, from `simx:collection:NAME` annotations.
 
 `objects=a,b` single objects, `tree=c` an object with all below it, `below=c` the same without the object itself,
-`chain=tip` an object with all above it, `all=yes` everything, `without=d,e` what is left out again. Names are looked
-up when the scene or model is loaded (where they must exist); what hangs on what is looked up anew at each use, as in
-V-REP. A script can make more of them, and change any: until the stop, if it did so while running.
+`chain=tip` an object with all above it, `all=yes` everything, `without=d,e` exceptions. Names are resolved when the
+scene or model is loaded (where they must exist); the tree is searched at each use, as in V-REP. A script can create
+more collections, and change any of them: until the stop, if it did so while running.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
 
 FIRST_HANDLE = 2_000_000
-"""Collections are numbered from here, as in V-REP."""
+"""First handle of collections, as in V-REP."""
 
 FIRST_MADE = 2_005_000
-"""Those that scripts make."""
+"""First handle of collections that scripts make."""
 
 ALL = -2
 """`sim_handle_all`."""
 
 GONE = 0
-"""In place of the handle of what is named and not there (any more); no object has it."""
+"""Handle that replaces one of a named object that does not exist (any more); no object has it."""
 
 _ELEMENTS = ("objects", "tree", "below", "chain", "without")
 
 
 @dataclass(frozen=True)
 class Collection:
-    """What a collection is made of: handles per kind of element."""
+    """The definition of a collection: handles per kind of element."""
 
     name: str
     everything: bool
     elements: dict[str, tuple[int, ...]]
 
     def members(self, scene: Scene) -> list[int]:
-        """Handles of the objects that are in it now, in scene order."""
+        """Return the handles of the objects that it contains now, in scene order."""
         found: set[int] = set(scene.objects) if self.everything else set()
         for handle in self._present(scene, "objects"):
             found.add(handle)
@@ -60,7 +60,7 @@ class Collection:
         return [handle for handle in scene.objects if handle in found]
 
     def is_alive(self, scene: Scene) -> bool:
-        """False when nothing is left of what it was made of: then V-REP removes it."""
+        """Return False when none of its elements exists any more: V-REP then removes it."""
         parts = [element for element in _ELEMENTS if element != "without"]
         if self.everything or not any(self.elements[part] for part in parts):
             return True
@@ -72,17 +72,18 @@ class Collection:
 
 @dataclass(frozen=True)
 class EditedCollection:
-    """What a script made of a collection: steps that add or take out, in their order."""
+    """A collection that a script created or changed: steps that add or remove objects, in their order."""
 
     name: str
     origin: Collection | None = None
-    """What it began as."""
+    """The collection before the first step."""
     steps: tuple[tuple[str, int, bool], ...] = ()
-    """(kind of element, handle, whether it is taken out) each. Beside those of annotations there are `all`, which takes
-    no handle, and `above`, a chain without the object itself."""
+    """(kind of element, handle, whether it is taken out) of each step. Beside the kinds of annotations there are `all`,
+    which takes no handle, and `above`, a chain without the object itself.
+    """
 
     def members(self, scene: Scene) -> list[int]:
-        """As `Collection.members`."""
+        """Return the handles of the objects that it contains now, in scene order."""
         found = set() if self.origin is None else set(self.origin.members(scene))
         for kind, handle, taken_out in self.steps:
             elements = {each: (handle,) if each == kind else () for each in _ELEMENTS}
@@ -108,7 +109,7 @@ class Collections(Part):
         )
 
         self._edited: dict[int, EditedCollection | None] = {}
-        """By handle; None: removed."""
+        """Edited collections by handle; None: removed."""
         self._before_run = self._edited
         self._made = 0
 
@@ -125,19 +126,19 @@ class Collections(Part):
         return self._find(handle) is not None
 
     def find(self, name: str) -> int | None:
-        """The handle of a collection, or None."""
+        """Return the handle of a collection, or None."""
         return next((handle for handle, known in self._all().items() if known == name), None)
 
     def names(self) -> list[str]:
-        """Of those that the scene registers."""
+        """Return the names of the collections that the scene registers."""
         return [name for name, _ in self._registry.all().values()]
 
     def name(self, handle: int) -> str:
-        """Raises CommandError."""
+        """Return the name of a collection. Raises CommandError."""
         return self._get(handle).name
 
     def create(self, name: str) -> int:
-        """Make an empty collection; its handle. Raises CommandError for a name that is taken."""
+        """Create an empty collection and return its handle. Raises CommandError for a name that is taken."""
         if not name or self.find(name) is not None:
             raise CommandError(f"'{name}' cannot name another collection; give one that no collection has")
         made = sum(each is not None for each in self._edited.values())
@@ -148,7 +149,7 @@ class Collections(Part):
         return handle
 
     def change(self, handle: int, kind: str, item: int, *, taken_out: bool) -> None:
-        """Add objects or take them out: kind as in `EditedCollection`. Raises CommandError."""
+        """Add objects or remove them: kind as in `EditedCollection`. Raises CommandError."""
         collection = self._get(handle)
         if kind != "all":
             self._sim.scene.get(item)
@@ -158,20 +159,20 @@ class Collections(Part):
         self._edited = {**self._edited, handle: changed}
 
     def empty(self, handle: int) -> None:
-        """Take everything out. Raises CommandError."""
+        """Remove all objects from a collection. Raises CommandError."""
         self._edited = {**self._edited, handle: EditedCollection(self._get(handle).name)}
 
     def remove(self, handle: int) -> None:
-        """Raises CommandError."""
+        """Remove a collection. Raises CommandError."""
         self._get(handle)
         self._edited = {**self._edited, handle: None}
 
     def members(self, handle: int) -> list[int]:
-        """Handles of the objects that are in a collection now. Raises CommandError."""
+        """Return the handles of the objects that a collection contains now. Raises CommandError."""
         return self._get(handle).members(self._sim.scene)
 
     def entity(self, handle: int) -> list[int]:
-        """The objects an entity stands for: an object, a collection, or all (`sim_handle_all`). Raises CommandError."""
+        """Return the objects of an entity: an object, a collection, or all (`sim_handle_all`). Raises CommandError."""
         scene = self._sim.scene
         if handle == ALL:
             return list(scene.objects)
@@ -182,7 +183,7 @@ class Collections(Part):
         raise UnknownHandle(handle, scene.objects)
 
     def named(self, name: str) -> int:
-        """The handle of the object or collection that an annotation names: ALL for `all`, GONE if it is not there."""
+        """Return the handle of the object or collection in an annotation: ALL for `all`, GONE for a missing one."""
         if name == "all":
             return ALL
         return self._sim.scene.by_name(name) or self.find(name) or GONE
@@ -198,7 +199,7 @@ class Collections(Part):
         return collection
 
     def _all(self) -> dict[int, str]:
-        """Handle to name of all that are there."""
+        """Return the names of all existing collections by handle."""
         registered = {handle: name for handle, (name, _) in self._registry.all().items()}
         edited = {handle: each.name for handle, each in self._edited.items() if each is not None}
         return {h: name for h, name in (registered | edited).items() if self._edited.get(h, name) is not None}

@@ -16,13 +16,13 @@ EQUALITY = INTERNAL + "dependency:"
 
 _SOLVER_REFERENCE = (0.004, 1.0)
 _SOLVER_IMPEDANCE = (0.99, 0.999, 0.0001)
-"""Stiff, as the shipped gripper's couplings: the default would lag visibly behind a fast master."""
+"""Stiff, like the shipped gripper's couplings: with the default the joint would lag visibly behind a fast master."""
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def add_dependencies(spec: mujoco.MjSpec, annotations: Annotations) -> None:
-    """Check what the annotations say of masters and add an equality, off, for each joint in dependent mode.
+    """Check the masters in the annotations and add an equality, off, for each joint in dependent mode.
 
     Raises SceneError.
     """

@@ -1,4 +1,4 @@
-"""What the scene's functions and the joints need of the simulation that they work on."""
+"""Interfaces of the simulation for the functions of the scene and the joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class JointValues(Protocol):
-    """What the scene's functions need of the joints; `joints.Joints` documents the methods."""
+    """The methods of the joints that the functions of the scene use; `joints.Joints` documents them."""
 
     def position(self, handle: int) -> float: ...
     def alignment(self, joint: int) -> Quaternion | None: ...
@@ -35,9 +35,9 @@ class JointValues(Protocol):
 
 
 class LiveScene(Protocol):
-    """A scene with its compiled model and its state. `world.LiveScene` is one, and documents the members.
+    """A scene with its compiled model and its state. `world.LiveScene` implements and documents the members.
 
-    A protocol, because the simulation is made of what works on it.
+    This is a protocol, because the simulation consists of the parts that work on it.
     """
 
     @property

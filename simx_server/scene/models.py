@@ -1,4 +1,4 @@
-"""Adding a model to a scene: a tree of objects under a base, see `formats/model_files.py`.
+"""Add a model to a scene: a tree of objects under a base, see `formats/model_files.py`.
 
 Settings of the file that concern a whole scene are left out: physics options, keyframes, the simulation step.
 """
@@ -22,9 +22,9 @@ logger = logging.getLogger(__name__)
 
 
 def load_model(world: World, path: Path) -> int:
-    """Read the model of an MJCF, URDF or mesh file, and add it; the handle of its base.
+    """Read the model of an MJCF, URDF or mesh file, and add it; return the handle of its base.
 
-    Raises SceneError, CommandError: the file is no model; the scene stays as it is.
+    Raises SceneError, CommandError: the file is not a model; the scene stays as it is.
     """
     sim = world.simulation
     model = read_model(path, path.name, sim.files.sources)
@@ -32,14 +32,14 @@ def load_model(world: World, path: Path) -> int:
 
 
 def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -> int:
-    """Add a model to the scene, stopped or running; the handle of its base.
+    """Add a model to the scene, stopped or running; return the handle of its base.
 
     Args:
-        folder: that of its file, where its scripts lie.
-        is_of_client: a client sent the file.
+        folder: the folder of its file, which contains its scripts.
+        is_of_client: whether a client sent the file.
 
     Raises:
-        SceneError, CommandError: it does not fit in; the scene stays as it is.
+        SceneError, CommandError: the model and the scene do not fit together; the scene stays as it is.
     """
     sim = world.simulation
     objects = model.scene.objects

@@ -1,4 +1,4 @@
-"""From a text to a handle: old V-REP names (`name`, `name#`, `name#0`) and paths (`/alias[1]/alias`, `./`, `*`)."""
+"""Resolve a text to a handle: old V-REP names (`name`, `name#`, `name#0`) and paths (`/alias[1]/alias`, `./`, `*`)."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _INDEX = re.compile(r"^(?P<alias>.*)\[(?P<index>\d+)\]$")
 _COPY = re.compile(r"#\d*$")
 
 _LINK_SHAPES = ("_respondable", "_visual")
-"""What V-REP's importer of URDF appends to the names of links."""
+"""Suffixes that V-REP's importer of URDF appends to the names of links."""
 
 
 def alias_of(name: str) -> str:
-    """The alias V-REP 4.3 gives an old name: without the copy number."""
+    """Return the alias V-REP 4.3 gives an old name: without the copy number."""
     return _COPY.sub("", name)
 
 
 def copy_names(names: Collection[str], taken: Collection[str], rise: int = 0) -> dict[str, str]:
-    """Names for objects that are added together, by the name they have: V-REP's rule for copies.
+    """Return names for objects that are added together, by their present names: V-REP's rule for copies.
 
-    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...), the least from `rise` on with
-    which no name is taken.
+    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...): the least one from `rise` on
+    that avoids all taken names.
     """
     while True:
         found = {name: _with_number(name, rise) for name in names}
@@ -48,10 +48,10 @@ def _with_number(name: str, rise: int) -> str:
 
 
 def resolve(scene: Scene, text: str, origin: int = -1) -> int:
-    """The handle meant by `text`.
+    """Return the handle meant by `text`.
 
     Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
-    `NAME_visual` and `NAME_respondable`, where there are none, mean the body `NAME`, as a link of a URDF is one here.
+    `NAME_visual` and `NAME_respondable` mean the body `NAME` if they do not exist: a link of a URDF is one body here.
     Path (starts with `/`, `.` or `:`): each component is an alias somewhere below the one before it, `[i]` picks the
     i-th (from 0) of several, `*` and `?` are wildcards; `./` starts at `origin`, `../` at its parent, `/` at the top.
     Raises UnknownName, whose text lists the nearest names.
@@ -71,7 +71,7 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
 
 
 def _link_of(scene: Scene, name: str) -> int | None:
-    """The link that V-REP's importer of URDF makes two shapes of, one that is seen and one that collides."""
+    """Return the link that V-REP's importer of URDF splits into two shapes, one visible and one that collides."""
     alias = alias_of(name)
     for suffix in _LINK_SHAPES:
         if alias.endswith(suffix):
@@ -82,13 +82,13 @@ def _link_of(scene: Scene, name: str) -> int | None:
 
 
 def nearest_names(scene: Scene, text: str, count: int = 3) -> list[str]:
-    """Up to `count` names of the scene that look like the text, upper and lower case alike, best first."""
+    """Return up to `count` names of the scene that resemble the text, ignoring case, best first."""
     wanted = text.strip("/.:").rsplit("/", 1)[-1]
     return nearest(wanted, [item.name for item in scene.objects.values()], count)
 
 
 def path_of(scene: Scene, handle: int) -> str:
-    """The full path of an object; an index is added where siblings share the alias."""
+    """Return the full path of an object; an index is added where siblings share the alias."""
     parts: list[str] = []
     while handle != -1:
         above = scene.objects[handle].parent
@@ -98,7 +98,7 @@ def path_of(scene: Scene, handle: int) -> str:
 
 
 def path_parts(scene: Scene, parent: int) -> dict[int, str]:
-    """What each child of an object adds to its parent's path, by handle, in hierarchy order; -1 for the top level."""
+    """Return the part of the path of each child of an object, by handle, in hierarchy order; -1 for the top level."""
     aliases = {child: scene.objects[child].alias for child in scene.children(parent)}
     twins = Counter(aliases.values())
     places: Counter[str] = Counter()

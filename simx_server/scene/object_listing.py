@@ -1,4 +1,4 @@
-"""The objects of a scene as plain data, for whoever lists or shows them."""
+"""The objects of a scene as plain data, for programs that list or show them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _JOINTS = {
 
 
 def list_objects(simulation: LiveScene) -> list[dict[str, Any]]:
-    """All objects in tree order: each after its parent, with its depth."""
+    """Return all objects in tree order: each after its parent, with its depth."""
     scene = simulation.scene
     return [
         _object(simulation, scene.objects[handle], path, depth)
@@ -29,7 +29,7 @@ def list_objects(simulation: LiveScene) -> list[dict[str, Any]]:
 
 
 def _in_tree_order(scene: Scene, parent: int, above: str, depth: int) -> Iterator[tuple[int, str, int]]:
-    """Handle, path and depth of all that is below. Paths grow on the way: from each leaf up they take a second."""
+    """Yield handle, path and depth of all objects below. Building paths from each leaf upwards would take a second."""
     for child, part in path_parts(scene, parent).items():
         path = f"{above}/{part}"
         yield child, path, depth

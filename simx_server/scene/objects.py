@@ -1,6 +1,6 @@
-"""The objects of a scene as V-REP sees them: kinds, handles, parents.
+"""The objects of a scene in V-REP's terms: kinds, handles, parents.
 
-A Scene is a view on one compiled model: it holds no physics state. Handles are small positive integers given in tree
+A Scene is a view on one compiled model: it contains no physics state. Handles are small positive integers given in tree
 order (depth first) from 1; they survive stop, reset and edits, and a new object gets a higher one than all before it.
 """
 
@@ -38,7 +38,7 @@ class ObjectKind(IntEnum):
 
     @property
     def text(self) -> str:
-        """The kind in words, as used in messages."""
+        """Return the kind in words, as used in messages."""
         return self.name.lower().replace("_", " ")
 
 
@@ -53,19 +53,20 @@ class SceneObject:
     """Handle of the parent object, -1 for none."""
     element: str
     element_name: str
-    """Name of the element in the model: what finds it again after a recompile."""
+    """Name of the element in the model, by which it is found after a recompile."""
     id: int
     """MuJoCo id of the element in the current model."""
     body: int
     """MuJoCo id of the body the element belongs to (for a body: itself; for a tendon: that of its first site)."""
     alias: str = ""
     annotations: Mapping[str, Annotation] = field(default_factory=dict)
-    """What `<custom>` says of the object: per kind, checked values, e.g. `annotations["vision"]["near"]` -> 0.01."""
+    """Annotations of the object in `<custom>`: per kind, checked values, e.g. `annotations["vision"]["near"]` -> 0.01.
+    """
     sensors: tuple[int, ...] = ()
     """MuJoCo sensor ids: the rangefinders of a proximity sensor; force, torque of a force sensor."""
 
     def renumbered(self, element_id: int, body: int) -> SceneObject:
-        """The same object in a model in which its element and body have these ids."""
+        """Return the same object in a model in which its element and body have these ids."""
         twin = object.__new__(SceneObject)
         twin.__dict__.update(self.__dict__)
         twin.id, twin.body = element_id, body
@@ -93,20 +94,21 @@ class Scene:
         self.welded_bodies: set[str] = set()
         """Names of bodies that were free until they were put under a force sensor."""
         self.weightless_bodies: set[str] = set()
-        """Names of bodies that were static until they were fixed to something that moves: they add no mass to it."""
+        """Names of bodies that were static until they were fixed to a moving body: they add no mass to it."""
         self.hidden_bodies: frozenset[str] = frozenset()
-        """Names of bodies whose object was removed while others hang on them."""
+        """Names of bodies with children whose object was removed."""
         self.model_properties: dict[int, int] = {}
-        """Handle to `sim_modelproperty_*` bits, where they were set; else the file says what is a model base.
-        Written by `set_model_property`, or before `reindex`."""
+        """`sim_modelproperty_*` bits by handle, where they were set; else the file defines the model bases.
+        Written by `set_model_property`, or before `reindex`.
+        """
         self.made_static: set[str] = set()
         """Names of bodies that are fixed because their model is not dynamic."""
         self.withheld: dict[tuple[str, str], int] = {}
-        """What models' properties take from geoms: (geom name, model array) to the number it gets back."""
+        """Values that models' properties replace in geoms: (geom name, model array) to the number to restore."""
         self.owners: np.ndarray = np.zeros(0, dtype=np.int64)
-        """MuJoCo body id to the handle that what hangs on the body hangs on, as far as bodies say it; -1: none."""
+        """MuJoCo body id to the handle of the parent for elements of the body, as far as bodies define it; -1: none."""
         self.names: Names | None = None
-        """Of all elements of the model, where an edit has made it."""
+        """Names of all elements of the model, if an edit has made them."""
         self._children: defaultdict[int, list[int]] | None = None
         self._leaves_first: dict[int, int] = {}
         self._of_kind: dict[int, list[int]] = {}
@@ -116,11 +118,11 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """File stem, or `empty` for the scene that is left after closing."""
+        """Return the file stem, or `empty` for the scene that remains after closing."""
         return self.path.stem if self.path is not None else self.spec.modelname or "empty"
 
     def reindex(self) -> None:
-        """Forget the look-ups; called after objects or parents changed. Each is made again when it is wanted."""
+        """Discard the look-up tables after objects or parents changed. Each is rebuilt at its next use."""
         self._children = None
         self._leaves_first = {}
         self._of_kind.clear()
@@ -129,11 +131,11 @@ class Scene:
         self._by_name = None
 
     def override_parent(self, handle: int, parent: int) -> None:
-        """Put an object elsewhere in the tree without touching the model."""
+        """Move an object in the tree without changing the model."""
         self.override_parents({handle: parent})
 
     def override_parents(self, parents: Mapping[int, int]) -> None:
-        """As `override_parent`, for many: handle to parent."""
+        """Move many objects as `override_parent` does: handle to parent."""
         for handle, parent in parents.items():
             self.parent_overrides[handle] = parent
             self.objects[handle].parent = parent
@@ -142,45 +144,45 @@ class Scene:
         self._overridden.clear()
 
     def get(self, handle: int) -> SceneObject:
-        """The object with this handle. Raises UnknownHandle."""
+        """Return the object with this handle. Raises UnknownHandle."""
         try:
             return self.objects[handle]
         except KeyError:
             raise UnknownHandle(handle, self.objects) from None
 
     def get_kind(self, handle: int, *kinds: ObjectKind) -> SceneObject:
-        """The object, which must be of one of the kinds. Raises UnknownHandle, WrongKind."""
+        """Return the object, which must be of one of the kinds. Raises UnknownHandle, WrongKind."""
         item = self.get(handle)
         if item.kind not in kinds:
             raise WrongKind(item.name, item.kind.text, " or ".join(kind.text for kind in kinds))
         return item
 
     def resolve(self, text: str, origin: int = -1) -> int:
-        """The handle of a name or path; `origin` is what `./` starts from. Raises UnknownName."""
+        """Return the handle of a name or path; `./` starts from `origin`. Raises UnknownName."""
         return resolve(self, text, origin)
 
     def by_name(self, name: str) -> int | None:
-        """The handle of exactly this object name, or None."""
+        """Return the handle of exactly this object name, or None."""
         return self.by_names().get(name)
 
     def by_names(self) -> Mapping[str, int]:
-        """Name to handle, of all objects."""
+        """Return the handles of all objects by name."""
         if self._by_name is None:
             self._by_name = {item.name: handle for handle, item in self.objects.items()}
         return self._by_name
 
     def by_element(self, element: str, element_id: int) -> int | None:
-        """The handle of the object that this MuJoCo element carries, or None."""
+        """Return the handle of the object that this MuJoCo element carries, or None."""
         return self.by_elements().get((element, element_id))
 
     def by_elements(self) -> Mapping[tuple[str, int], int]:
-        """Kind and id of the MuJoCo element to handle, of all objects."""
+        """Return the handles of all objects by kind and id of the MuJoCo element."""
         if self._by_element is None:
             self._by_element = {(item.element, item.id): handle for handle, item in self.objects.items()}
         return self._by_element
 
     def owner_of_body(self, body: int, model: mujoco.MjModel) -> int:
-        """The shape or dummy a MuJoCo body counts to: itself or the nearest above that is an object; -1: the world."""
+        """Return the shape or dummy of a MuJoCo body: itself or the nearest object above; -1: the world."""
         while body > 0:
             handle = self.by_element("body", body)
             if handle is not None:
@@ -189,26 +191,26 @@ class Scene:
         return -1
 
     def owner_of_geom(self, geom: int, model: mujoco.MjModel) -> int:
-        """The shape a geom belongs to; -1 for an unnamed geom of the world."""
+        """Return the shape a geom belongs to; -1 for an unnamed geom of the world."""
         handle = self.by_element("geom", geom)
         return handle if handle is not None else self.owner_of_body(int(model.geom_bodyid[geom]), model)
 
     def model_property(self, handle: int) -> int:
-        """`sim_modelproperty_*` bits of a model base; NOT_A_MODEL for any other object. Raises UnknownHandle."""
+        """Return `sim_modelproperty_*` bits of a model base; NOT_A_MODEL for any other object. Raises UnknownHandle."""
         base = self.get(handle).annotations.get("model", {}).get("base", False)
         return self.model_properties.get(handle, 0 if base else NOT_A_MODEL)
 
     def set_model_property(self, handle: int, bits: int) -> None:
-        """Note `sim_modelproperty_*` bits, or NOT_A_MODEL; `properties.py` acts on them."""
+        """Store `sim_modelproperty_*` bits, or NOT_A_MODEL; `properties.py` applies them."""
         self.model_properties[handle] = bits
         self._overridden.clear()
 
     def is_model_base(self, handle: int) -> bool:
-        """True for the object that stands for a model. Raises UnknownHandle."""
+        """Return whether the object is the base of a model. Raises UnknownHandle."""
         return not self.model_property(handle) & NOT_A_MODEL
 
     def overridden(self, handle: int) -> int:
-        """`sim_modelproperty_*` bits that the models an object belongs to put on it. Found once until they change."""
+        """Return the `sim_modelproperty_*` bits that an object gets from its models. Cached until they change."""
         known = self._overridden.get(handle)
         if known is not None:
             return known
@@ -221,7 +223,7 @@ class Scene:
         return bits
 
     def children(self, handle: int) -> list[int]:
-        """Handles of the direct children in hierarchy order; -1 gives the top level."""
+        """Return handles of the direct children in hierarchy order; -1 means the top level."""
         return list(self._lists_of_children().get(handle, ()))
 
     def _lists_of_children(self) -> Mapping[int, list[int]]:
@@ -232,7 +234,7 @@ class Scene:
         return self._children
 
     def leaves_first(self) -> Mapping[int, int]:
-        """Handle to place, children in hierarchy order before their parents. Made once until the tree changes."""
+        """Return handle to position, children before their parents. Cached until the tree changes."""
         places = self._leaves_first
         if not places:
             self._append_leaves_first(-1, places)
@@ -244,7 +246,7 @@ class Scene:
             places[child] = len(places)
 
     def descendants(self, handle: int) -> list[int]:
-        """Handles of the whole tree below, depth first, without the object itself."""
+        """Return handles of the whole tree below, depth first, without the object itself."""
         found: list[int] = []
         for child in self._lists_of_children().get(handle, ()):
             found.append(child)
@@ -252,13 +254,13 @@ class Scene:
         return found
 
     def of_kind(self, kind: ObjectKind | int) -> list[int]:
-        """Handles of all objects of a kind, in scene order."""
+        """Return handles of all objects of a kind, in scene order."""
         if kind not in self._of_kind:
             self._of_kind[kind] = [handle for handle, item in self.objects.items() if item.kind == kind]
         return list(self._of_kind[kind])
 
     def is_below(self, handle: int, ancestor: int) -> bool:
-        """True when `ancestor` is the object itself or one of its ancestors."""
+        """Return whether `ancestor` is the object itself or one of its ancestors."""
         while handle != -1:
             if handle == ancestor:
                 return True

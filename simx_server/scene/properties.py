@@ -1,7 +1,7 @@
-"""What `simxSetModelProperty` says of a model, and what becomes of it.
+"""The properties of models that `simxSetModelProperty` sets, and their effects.
 
-Bits of a model base restrict every object below it, as in V-REP, whatever its own properties are. Here they are put to
-work that concern physics and start and stop; sensors ask `Scene.overridden` when they measure.
+Bits of a model base restrict every object below it, as in V-REP, regardless of the object's properties.
+This module applies the bits that concern physics, start and stop; sensors read `Scene.overridden` when they measure.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ SCRIPTS_INACTIVE = 0x200
 """`sim_modelproperty_scripts_inactive`, which the legacy constants lack."""
 
 _NOT_SHOWN_INSIDE = 0x400
-"""`sim_modelproperty_not_showasinsidemodel`, another: a matter of the hierarchy's display."""
+"""`sim_modelproperty_not_showasinsidemodel`, another one: it concerns the display of the hierarchy."""
 
 _UNSEEN_GROUP = 5
-"""A geom group that no camera sees."""
+"""A geom group that is hidden from all cameras."""
 
 _GEOM_VALUES = {
     c.sim_modelproperty_not_respondable: {"geom_contype": 0, "geom_conaffinity": 0},
     c.sim_modelproperty_not_renderable | c.sim_modelproperty_not_visible: {"geom_group": _UNSEEN_GROUP},
 }
-"""What any of these bits makes of the geoms of a model: model array to number. In V-REP too, vision sensors
-do not see what is not visible because of its model, other than what is so by its layers."""
+"""Values that any of these bits sets in the geoms of a model: model array to number. In V-REP too, vision sensors
+do not see shapes that are invisible because of their model, but see those that are invisible by their layers.
+"""
 
 _ON_GEOMS = sum(_GEOM_VALUES)
 
@@ -40,9 +41,9 @@ _KNOWN = 0x1FF | SCRIPTS_INACTIVE | _NOT_SHOWN_INSIDE
 
 
 def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
-    """Make an object a model base with these bits; with any bit of 0xF000, a model base no more.
+    """Make an object a model base with these bits; with any bit of 0xF000, an ordinary object.
 
-    Raises UnknownHandle, CommandError for bits that mean nothing here.
+    Raises UnknownHandle, CommandError for bits without a meaning here.
     """
     item = sim.scene.get(handle)
     if bits & NOT_A_MODEL:
@@ -59,7 +60,7 @@ def set_model_property(sim: LiveScene, handle: int, bits: int) -> None:
 
 
 def apply(sim: LiveScene) -> None:
-    """Act on the properties of all models: to be called when they, or what hangs on what, have changed."""
+    """Apply the properties of all models. Call this after they, or the tree, have changed."""
     bits = 0
     for handle in sim.scene.model_properties:
         bits |= sim.scene.overridden(handle) if handle in sim.scene.objects else 0
@@ -70,19 +71,19 @@ def apply(sim: LiveScene) -> None:
 
 
 def is_unseen(item: SceneObject) -> bool:
-    """Whether a shape was told not to be in pictures by itself, whatever its models say."""
+    """Return whether a shape itself was set to be left out of images, regardless of its models."""
     return not item.annotations.get("shape", {}).get("renderable", True)
 
 
 def _are_any_unseen(scene: Scene) -> bool:
-    """Of many objects few have annotations."""
+    """Return whether any shape is left out of images; few of many objects have annotations."""
     return any(
         not notes.get("shape", {}).get("renderable", True) for notes in scene.annotations.objects.values()
     )
 
 
 def _restrict_geoms(sim: LiveScene) -> None:
-    """Take from the geoms of restricted models what the bits forbid, and give the others back what was taken."""
+    """Apply the bits to the geoms of restricted models, and restore the values of all others."""
     scene, model = sim.scene, sim.model
     for geom in range(model.ngeom):
         owner = scene.owner_of_geom(geom, model)
@@ -102,7 +103,7 @@ def _restrict_geoms(sim: LiveScene) -> None:
 
 
 def _restrict_motion(sim: LiveScene) -> None:
-    """Fix the free bodies of models that are not dynamic and hold their joints; let the others go again."""
+    """Fix the free bodies of models that are not dynamic and hold their joints; release the others."""
 
     def still(handle: int) -> bool:
         return bool(sim.scene.overridden(handle) & c.sim_modelproperty_not_dynamic)

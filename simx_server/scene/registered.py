@@ -1,7 +1,7 @@
-"""What `<custom>` registers under names of its own (collections, collision, distance, IK groups), by handle.
+"""Entries that `<custom>` registers under separate names (collections, collision, distance, IK groups), by handle.
 
-The scene's annotations say what is there: an edit hands them on, loading a model adds to them, and the stop brings the
-old ones back. An entry lives as long as its annotation is among them and the objects it is made of are there.
+The scene's annotations define the entries: an edit passes them on, loading a model adds to them, and the stop restores
+the old ones. An entry lives as long as its annotation and its objects exist.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _REFERENCES = ("parent", "master", "entity")
 """Keys of annotations that name another object."""
 
 _REGISTERED_REFERENCES = LISTS | {"entity1", "entity2", "tip", "target", "base"}
-"""Those of what is registered."""
+"""The same keys of registered entries."""
 
 
 @dataclass(frozen=True)
 class _Entry(Generic[_T]):
     name: str
     note: Annotation
-    """That of the scene it was read from; another one of the same name is another entry."""
+    """Annotation in the scene it was read from; another one with the same name is another entry."""
     item: _T
 
 
 class Registry(Generic[_T]):
-    """All of one kind. Handles count from `first_handle` and are not given again before another scene is loaded."""
+    """All entries of one kind. Handles count from `first_handle` and are not reused until another scene is loaded."""
 
     def __init__(
         self,
@@ -56,24 +56,24 @@ class Registry(Generic[_T]):
         self._seen: object = None
 
     def get(self, handle: int) -> _T | None:
-        """What has this handle now, or None."""
+        """Return the entry that has this handle now, or None."""
         self._look()
         entry = self._entries.get(handle)
         return entry.item if entry is not None and self._is_there(entry) else None
 
     def all(self) -> dict[int, tuple[str, _T]]:
-        """Handle to name and item of all that are there now."""
+        """Return name and item of all present entries, by handle."""
         self._look()
         return {h: (each.name, each.item) for h, each in self._entries.items() if self._is_there(each)}
 
     def find(self, name: str) -> int | None:
-        """The handle that a name has now, or None."""
+        """Return the handle that a name has now, or None."""
         return next((handle for handle, (known, _) in self.all().items() if known == name), None)
 
     def handle_of(self, name: str, called: str) -> int:
-        """The handle of a name as clients say it, with or without ``#``.
+        """Return the handle of a name from a client, with or without ``#``.
 
-        Raises CommandError for none, which lists those that are there; `called` is what such a thing is called.
+        Raises CommandError that lists the existing names; `called` is the word for such an entry.
         """
         handle = self.find(name.removesuffix("#"))
         if handle is not None:
@@ -89,7 +89,7 @@ class Registry(Generic[_T]):
         return present.get(entry.name) is entry.note and self._is_alive(entry.item)
 
     def _look(self) -> None:
-        """Read what was not read yet. An edit hands on the same annotations, so this costs one comparison."""
+        """Read new annotations. An edit passes on the same annotations, so this costs one comparison."""
         registered = self._sim.scene.annotations.registered
         if registered is self._seen:
             return
@@ -101,7 +101,7 @@ class Registry(Generic[_T]):
                 self._entries[handle] = _Entry(name, note, self._read(name, note))
 
     def forget(self) -> None:
-        """Another scene: handles are counted from the first one again."""
+        """Reset for another scene: handles are counted from the first one again."""
         self._entries.clear()
         self._seen = None
 
@@ -109,10 +109,10 @@ class Registry(Generic[_T]):
 def concerned(
     present: Mapping[str, Mapping[str, Annotation]], objects: Collection[str]
 ) -> dict[str, dict[str, Annotation]]:
-    """What is registered of objects with these names, per kind and name: what copies of them bring along.
+    """Return the entries that copies of the objects with these names include, per kind and name.
 
-    As in V-REP: of a collection what is left when all else is taken out of it, if anything is; a collision or distance
-    object when both its entities are copied, or one that is held against all others. An IK group when all it names is.
+    As in V-REP: a collection without all other objects, unless it is then empty; a collision or distance object
+    when both its entities are copied, or one that is tested against all others; an IK group when all its objects are.
     """
     found: dict[str, dict[str, Annotation]] = {"collection": {}, "collision": {}, "distance": {}}
     for name, registered in present.get("collection", {}).items():
@@ -135,7 +135,7 @@ def concerned(
 
 
 def renamed_registered(note: Annotation, names: Mapping[str, str]) -> Annotation:
-    """What is registered, of other objects than it was."""
+    """Return a registered entry with its objects renamed."""
     return {
         key: ",".join(names.get(word, word) for word in str(value).split(","))
         if key in _REGISTERED_REFERENCES
@@ -145,7 +145,7 @@ def renamed_registered(note: Annotation, names: Mapping[str, str]) -> Annotation
 
 
 def renamed(notes: dict[str, Annotation], names: Mapping[str, str]) -> dict[str, Annotation]:
-    """Annotations of one object whose references to other objects mean the added ones."""
+    """Return the annotations of one object with references to the added objects."""
     return {
         kind: {
             key: names.get(str(value), value) if key in _REFERENCES else value for key, value in note.items()

@@ -1,7 +1,7 @@
-"""Which shapes collide: V-REP's respondable masks, as pairs of bodies that MuJoCo is told to leave out.
+"""Collisions by V-REP's respondable masks, as pairs of bodies that MuJoCo excludes.
 
 Two shapes collide when their masks have a bit in common: of the low bytes when both belong to one tree (the same object
-stands at its top), else of the high bytes. The masks only take away: what the scene file excludes stays excluded.
+is at its top), else of the high bytes. The masks only exclude: pairs that the scene file excludes stay excluded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
 
 ALL_MASKS = 0xFFFF
-"""Meets every other mask that is not 0."""
+"""Mask that meets every other mask except 0."""
 
 _LOCAL, _GLOBAL = 0x00FF, 0xFF00
 
@@ -30,11 +30,11 @@ _FLAT = 1e-6
 """Ratio of a mesh's thickness to its size below which it counts as flat."""
 
 _EXCLUSION = INTERNAL + "mask:"
-"""Part of the names of what masks exclude; in what was copied something stands before it."""
+"""Part of the names of exclusions by masks; in copies a prefix precedes it."""
 
 
 def collect_masks(model: mujoco.MjModel) -> None:
-    """To be called after writing the collision masks of geoms: those of bodies, asked first, are their union."""
+    """Set the collision masks of bodies to the union of their geoms'. Call this after writing geoms' masks."""
     for of_bodies, of_geoms in (
         (model.body_contype, model.geom_contype),
         (model.body_conaffinity, model.geom_conaffinity),
@@ -44,13 +44,13 @@ def collect_masks(model: mujoco.MjModel) -> None:
 
 
 def compile_hulls(sim: LiveScene, names: Sequence[str]) -> None:
-    """Compile the convex hulls of the meshes of these geoms, which are to collide, where there are none yet.
+    """Compile missing convex hulls of the meshes of these geoms, which are to collide.
 
     MuJoCo computes a hull only for meshes that collide in the file. Without one it finds a single point of contact
     with a plane or another mesh, on which a body rocks, sinks in and creeps. Flat meshes have no hull.
 
     Raises:
-        CommandError: MuJoCo cannot compute a hull, or physics is under way.
+        CommandError: MuJoCo cannot compute a hull, or physics is running.
     """
     wanted = [name for name in names if _lacks_hull(sim.model, sim.model.geom(name).id)]
     if not wanted:
@@ -75,9 +75,9 @@ def _lacks_hull(model: mujoco.MjModel, geom: int) -> bool:
 
 
 def set_masks(sim: LiveScene, masks: Mapping[int, int]) -> None:
-    """Make these masks act, by handle; every shape that is not named has all bits.
+    """Apply these masks, by handle; every shape without one has all bits.
 
-    Raises CommandError for a part of the world: MuJoCo leaves out pairs of bodies, and the world is one.
+    Raises CommandError for a part of the world: MuJoCo excludes pairs of bodies, and the world is one.
     """
     for handle in masks:
         item = sim.scene.get_kind(handle, ObjectKind.SHAPE)

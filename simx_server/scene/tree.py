@@ -1,8 +1,8 @@
-"""From a compiled model to the tree of V-REP objects.
+"""Build the tree of V-REP objects from a compiled model.
 
 Per body, in this order along the chain from its parent: joints, then a force sensor (a site with both force and torque
-sensors), then the body itself when it has a name of its own. Bodies without one are passed over: what hangs on them
-hangs on the nearest object above. Names that start with INTERNAL were given by the loader to find elements again.
+sensors), then the body itself when it has its own name. Bodies without one are skipped: their children belong to the
+nearest object above. Names that start with INTERNAL were given by the loader to find elements again.
 """
 
 from __future__ import annotations
@@ -22,31 +22,31 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 INTERNAL = "~"
 
 GRAFT_END = "/"
-"""Ends the prefix that the elements of what was added to a scene have in the model; their objects have not."""
+"""End of the prefix of elements that were added to a scene; the names of their objects do not have it."""
 
 
 @dataclass(frozen=True)
 class Addition:
-    """What an edit adds to a scene, beside the elements in the spec."""
+    """Objects that an edit adds to a scene, beside the elements in the spec."""
 
     prefix: str
-    """Of the names of all added elements."""
+    """Prefix of the names of all added elements."""
     names: Mapping[tuple[str, str], str]
     """(element, element name) to the name of the object."""
     annotations: Mapping[str, dict[str, Annotation]]
-    """By object name."""
+    """Annotations by object name."""
     copies: bool = False
-    """Whether an added element starts with the state of the one that is named as it is without the prefix."""
+    """Whether an added element starts with the state of the one with the same name without the prefix."""
     hidden: frozenset[str] = field(default=frozenset())
-    """Names of added bodies that are no objects."""
+    """Names of added bodies without an object."""
 
 
 def build_scene(
     spec: mujoco.MjSpec, model: mujoco.MjModel, annotations: Annotations, path: Path | None
 ) -> Scene:
-    """All objects of a model that was just loaded; they are named as their elements.
+    """Return all objects of a model that was just loaded; they have the names of their elements.
 
-    Raises SceneError when an annotation fits no object.
+    Raises SceneError when an annotation does not fit an object.
     """
     builder = Builder(model, annotations)
     builder.build()
@@ -57,7 +57,7 @@ def build_scene(
 
 
 class Builder:
-    """Makes the objects of a whole model. `scene/successor.py` makes only those that an edit concerns."""
+    """Make the objects of a whole model. `scene/successor.py` makes only those that an edit concerns."""
 
     def __init__(
         self,
@@ -66,8 +66,11 @@ class Builder:
         hidden: Collection[str] = (),
         given_names: Mapping[tuple[str, str], str] | None = None,
     ) -> None:
-        """`hidden`: names of bodies that are objects no more. `given_names`: object names by (element, element name);
-        other new objects are named as their element.
+        """Prepare the objects of a model.
+
+        Args:
+            hidden: names of bodies that are not objects any more.
+            given_names: object names by (element, element name); other new objects have their element's name.
         """
         self.model = model
         self.hidden = hidden
@@ -79,12 +82,12 @@ class Builder:
         self.site_sensors = _sensors_by_site(model)
 
     def known(self, element: str, element_id: int, element_name: str) -> SceneObject | None:
-        """The object as it was before an edit."""
+        """Return the object as it was before an edit."""
         return None
 
     @cached_property
     def taken(self) -> set[str]:
-        """Names that no other object can get."""
+        """Return the names that no other object can get."""
         return set()
 
     @cached_property
@@ -94,7 +97,7 @@ class Builder:
         return {element: _by_body(ids) for element, ids in bodies.items()}
 
     def leaves_of(self, element: str, body: int) -> Sequence[int]:
-        """Ids of the sites, cameras or lights of a body."""
+        """Return the ids of the sites, cameras or lights of a body."""
         return self._leaves[element].get(body, ())
 
     def build(self) -> None:
@@ -109,20 +112,20 @@ class Builder:
         self.objects = dict(sorted(self.objects.items()))
 
     def add_world(self) -> None:
-        """What stands in the world itself."""
+        """Add the objects in the world itself."""
         model = self.model
         for geom in range(int(model.body_geomadr[0]), int(model.body_geomadr[0] + model.body_geomnum[0])):
             self.add_world_geom(geom)
         self._add_leaves(0, -1, skip=-1)
 
     def add_world_geom(self, geom: int) -> None:
-        """A shape that is a part of the world, if it has a name of its own."""
+        """Add a shape that is a part of the world, if it has its own name."""
         name = self.model.geom(geom).name
         if self._public(name):
             self._add("geom", geom, name, ObjectKind.SHAPE, -1, 0)
 
     def add_body(self, body: int) -> None:
-        """A body whose parent was added, with its joints and all else that it has."""
+        """Add a body whose parent was added, with its joints and other elements."""
         model = self.model
         parent = self.owner[int(model.body_parentid[body])]
         first = int(model.body_jntadr[body])
@@ -170,7 +173,7 @@ class Builder:
             self._add("light", light, model.light(light).name, ObjectKind.LIGHT, parent, body)
 
     def add_tendons(self) -> None:
-        """The joints on tendons."""
+        """Add the joints on tendons."""
         model = self.model
         on_tendons = np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON).tolist()
         driven = sorted({int(model.actuator_trnid[a, 0]) for a in on_tendons if drives_tendon(model, a)})
@@ -186,11 +189,11 @@ class Builder:
             self._add("tendon", tendon, name, ObjectKind.JOINT, parent, body)
 
     def owner_of(self, body: int) -> int:
-        """The handle that what hangs on a body hangs on."""
+        """Return the handle of the parent for elements of a body."""
         return self.owner.get(body, -1)
 
     def named_parent(self, tendon: str, name: str, otherwise: int) -> int:
-        """The handle of what a tendon's annotation calls its parent. Raises SceneError: there is no such object."""
+        """Return the handle of the parent in a tendon's annotation. Raises SceneError: the object does not exist."""
         for handle, item in self.objects.items():
             if item.name == name:
                 return handle
@@ -229,7 +232,10 @@ class Builder:
         return handle
 
     def _free_name(self, name: str, element: str) -> str:
-        """V-REP's names are unique over all kinds, MuJoCo's per kind: the second comer gets its kind appended."""
+        """Return a free name; the second object with a name gets its kind appended.
+
+        V-REP's names are unique over all kinds of objects, MuJoCo's per kind.
+        """
         candidate, count = name, 0
         while candidate in self.taken:
             alias = alias_of(name)  # the copy number stays at the end
@@ -249,7 +255,7 @@ class Builder:
         return self.annotations.objects.get(name, {}).get(kind, {})
 
     def _force_site(self, body: int) -> int:
-        """The site whose force sensor links the body to its parent, or -1."""
+        """Return the site whose force sensor links the body to its parent, or -1."""
         for site in self.leaves_of("site", body):
             if self._public(self.model.site(site).name) and _force_torque(self.site_sensors.get(site, [])):
                 return site
@@ -261,7 +267,7 @@ class Builder:
 
 
 def drives_tendon(model: mujoco.MjModel, actuator: int) -> bool:
-    """True for an actuator on a tendon that acts as a servo (velocity or position): its tendon is a prismatic joint."""
+    """Return whether an actuator is a servo (velocity or position) on a tendon, which is then a prismatic joint."""
     return (
         model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
         and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
@@ -271,7 +277,7 @@ def drives_tendon(model: mujoco.MjModel, actuator: int) -> bool:
 
 
 def tendon_body(model: mujoco.MjModel, tendon: int) -> int:
-    """The body of a tendon's first site, or of its first joint."""
+    """Return the body of a tendon's first site, or of its first joint."""
     for wrap in range(
         int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon])
     ):
@@ -298,7 +304,7 @@ def _sensors_by_site(model: mujoco.MjModel) -> dict[int, list[tuple[int, int]]]:
 
 
 def _force_torque(sensors: list[tuple[int, int]]) -> tuple[int, ...]:
-    """(force sensor id, torque sensor id), or () unless the site has both."""
+    """Return (force sensor id, torque sensor id), or () unless the site has both."""
     by_type = dict(reversed(sensors))
     force = by_type.get(int(mujoco.mjtSensor.mjSENS_FORCE))
     torque = by_type.get(int(mujoco.mjtSensor.mjSENS_TORQUE))

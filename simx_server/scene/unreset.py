@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
 
 _SIZES = (7, 4, 1, 1)
-"""Position numbers of a free, ball, slide and hinge joint."""
+"""Number of position values of a free, ball, slide and hinge joint."""
 
 
 @dataclass(frozen=True)
 class _Kept:
     bases: dict[int, Pose]
     positions: dict[str, np.ndarray]
-    """MuJoCo joint name to its position numbers."""
+    """Position values by MuJoCo joint name."""
 
 
 class UnresetModels(Part):
-    """Keeps poses of such models and positions of their joints over the stop of a run."""
+    """Keep poses of such models and positions of their joints over the stop of a run."""
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
@@ -48,9 +48,7 @@ class UnresetModels(Part):
             for handle, item in scene.objects.items()
             if scene.overridden(handle) & c.sim_modelproperty_not_reset
         }
-        if (
-            not wanted or not np.isfinite(self._sim.data.qpos).all()
-        ):  # what has diverged has no place to stay at
+        if not wanted or not np.isfinite(self._sim.data.qpos).all():  # diverged values are not kept
             return
         self._sim.refresh()
         for handle, item in wanted.items():

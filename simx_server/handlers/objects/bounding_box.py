@@ -1,7 +1,7 @@
 """The box that encloses an object's geoms, in the object's own frame (V-REP's parameters 15 to 26).
 
-The box is exact for primitives and meshes: each geom's reach along the axes of the frame follows from its shape, not
-from a box about a box.
+The box is exact for primitives and meshes: the extent of each geom along the axes of the frame is computed from its
+shape, not from a box about a box.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ Vector = NDArray[np.float64]
 
 
 def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tuple[list[float], list[float]]:
-    """Least and greatest x, y, z in metres, of the object alone or of everything below it too.
+    """Return least and greatest x, y, z in metres, of the object alone or of everything below it too.
 
     Raises:
-        UnknownHandle.
-        CommandError: nothing there has an extent.
+        UnknownHandle: the handle is unknown.
+        CommandError: no object there has an extent.
     """
     item = sim.scene.get(handle)
     if item.element == "site" and not whole_model and item.kind == ObjectKind.DUMMY:
@@ -52,7 +52,7 @@ def of_object(sim: Simulation, handle: int, *, whole_model: bool = False) -> tup
 
 
 def _of_site(model: mujoco.MjModel, site: int) -> tuple[list[float], list[float]]:
-    """The box about the mark that stands for a dummy; its sizes mean what a geom's mean."""
+    """Return the box about the mark of a dummy; its sizes have the same meaning as a geom's."""
     radius, half_length, _ = size = model.site_size[site].tolist()
     match mujoco.mjtGeom(int(model.site_type[site])):
         case mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -67,7 +67,7 @@ def _of_site(model: mujoco.MjModel, site: int) -> tuple[list[float], list[float]
 
 
 def _reach(model: mujoco.MjModel, geom: int, rotation: Vector) -> tuple[Vector, Vector]:
-    """How far a geom reaches from its centre along each axis, down and up. Rows of `rotation` are the axes."""
+    """Return the extent of a geom from its centre along each axis, down and up. Rows of `rotation` are the axes."""
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     size = model.geom_size[geom]
     along = np.abs(rotation)

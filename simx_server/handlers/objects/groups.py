@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 Row = tuple[list[int], list[float], list[str]]
-"""What one object adds to the flat lists of ints, floats and strings."""
+"""The contribution of one object to the flat lists of ints, floats and strings."""
 
 ALL_OBJECTS = 109
 """`sim_appobj_object_type`."""
@@ -57,7 +57,7 @@ def _proximity(world: World, handle: int) -> Row:
     try:
         detected, point, other, normal = read_proximity_sensor(world, handle)
     except CommandError:
-        # State -1 is this command's way to say "not handled yet".
+        # State -1 means "not handled yet" in this command.
         return [-1, -1], [0.0] * 6, []
     return [int(detected), other], point + normal, []
 
@@ -82,7 +82,7 @@ def _joint_state(world: World, handle: int) -> Row:
 
 
 def _joint_properties(world: World, handle: int) -> Row:
-    """Type and mode, plus 65536 in hybrid operation; least value and range, the range -1 when cyclic."""
+    """Return type and mode, plus 65536 in hybrid operation; least value and range, the range -1 when cyclic."""
     sim = world.simulation
     if not _is(sim, handle, ObjectKind.JOINT):
         return [-1, -1], [0.0, 0.0], []
@@ -105,7 +105,7 @@ _ROWS: Mapping[int, Callable[[World, int], Row]] = MappingProxyType(
         8: _pose(_PARENT, frames.get_quaternion),
         9: _pose(_WORLD, frames.get_position, frames.get_orientation),
         10: _pose(_PARENT, frames.get_position, frames.get_orientation),
-        # The original put Euler angles and one undefined number where its manual says quaternion.
+        # The original returned Euler angles and one undefined number where its manual says quaternion.
         11: _pose(_WORLD, frames.get_position, frames.get_quaternion),
         12: _pose(_PARENT, frames.get_position, frames.get_quaternion),
         13: _proximity,
@@ -119,14 +119,14 @@ _ROWS: Mapping[int, Callable[[World, int], Row]] = MappingProxyType(
         21: lambda world, handle: ([], [], [path_of(world.simulation.scene, handle)]),
     }
 )
-"""dataType to what one object gives; the stride is constant over all objects."""
+"""Function that returns the data of one object, by dataType; the stride is constant over all objects."""
 
 
 @handler("simxGetObjectGroupData")
 def get_object_group_data(
     world: World, object_type: int, data_type: int
 ) -> tuple[list[int], list[int], list[float], list[str]]:
-    """Handles, then flat lists; an unknown data type gives the handles alone, as in V-REP.
+    """Return handles, then flat lists; an unknown data type returns only the handles, as in V-REP.
 
     Raises:
         CommandError: `object_type` is neither an object type nor a collection.

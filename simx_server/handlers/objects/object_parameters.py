@@ -1,4 +1,4 @@
-"""Numbered parameters of single objects: reading and setting them. What the numbers mean: `parameter_tables.py`."""
+"""Read and set numbered parameters of single objects. `parameter_tables.py` defines the meaning of the numbers."""
 
 from __future__ import annotations
 

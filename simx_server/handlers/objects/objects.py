@@ -19,7 +19,7 @@ HANDLE_ALL = -2
 _ASSEMBLY_FLAG = 0x400000
 
 _LEAST_DUMMY, _LARGEST_DUMMY = 1e-4, 999.0
-"""Metres; MuJoCo's sites need a size."""
+"""Limits of a dummy's size in metres; MuJoCo's sites need a size."""
 
 
 @handler("simxGetObjectHandle")
@@ -31,7 +31,7 @@ def get_object_handle(world: World, name: str) -> int:
 
 @handler("simxGetObjects")
 def get_objects(world: World, object_type: int) -> list[int]:
-    """A type that nothing has gives an empty list, never an error."""
+    """Return an empty list, not an error, for a type without objects."""
     sim = world.simulation
     if object_type == HANDLE_ALL:
         return list(sim.scene.objects)
@@ -40,7 +40,7 @@ def get_objects(world: World, object_type: int) -> list[int]:
 
 @handler("simxGetObjectParent", with_client=True)
 def get_object_parent(world: World, client: ClientSession, child: int) -> int:
-    """An unknown handle gives -1; only the error texts tell it from a top-level object."""
+    """Return -1 for an unknown handle too; only the error texts distinguish it from a top-level object."""
     sim = world.simulation
     try:
         return sim.scene.get(child).parent
@@ -50,14 +50,14 @@ def get_object_parent(world: World, client: ClientSession, child: int) -> int:
 
 
 def _tell(world: World, client: ClientSession, text: str) -> None:
-    """Errors that are no remote error: they are told as all others are."""
+    """Report an error that is not a remote error the same way as all others."""
     if world.parameters.error_report_mode & c.sim_api_errormessage_report:
         client.errors.append(text)
 
 
 @handler("simxGetObjectChild", with_client=True)
 def get_object_child(world: World, client: ClientSession, parent: int, index: int) -> int:
-    """-1 after the last child, and for an unknown handle."""
+    """Return -1 for an unknown handle too."""
     sim = world.simulation
     try:
         sim.scene.get(parent)
@@ -70,9 +70,9 @@ def get_object_child(world: World, client: ClientSession, parent: int, index: in
 
 @handler("simxSetObjectParent")
 def set_object_parent(world: World, handle: int, parent: int, keep_in_place: bool) -> None:
-    """Parent -1 is the world.
+    """Accept -1 as parent for the world.
 
-    Differs: without the predefined assembly that V-REP does when 0x400000 is added and the place is not kept.
+    Differs: predefined assembly is not supported; V-REP assembles when 0x400000 is added and the place is not kept.
     """
     sim = world.simulation
     if handle > 0 and handle & _ASSEMBLY_FLAG:
@@ -87,9 +87,9 @@ def set_object_parent(world: World, handle: int, parent: int, keep_in_place: boo
 
 @handler("simxRemoveObject")
 def remove_object(world: World, handle: int) -> None:
-    """`sim_handle_all` empties the scene.
+    """Empty the scene for `sim_handle_all`.
 
-    Differs: what was removed while running is there again after the stop, as everything else is.
+    Differs: objects removed while running return after the stop, as everything else does.
     """
     sim = world.simulation
     if handle == HANDLE_ALL:
@@ -101,48 +101,48 @@ def remove_object(world: World, handle: int) -> None:
 
 @handler("simxRemoveModel")
 def remove_model(world: World, handle: int) -> None:
-    """Only an object marked as a model base can be removed so."""
+    """Accept only an object that is marked as a model base."""
     editing.remove_model(world.simulation, handle)
 
 
 @handler("simxCopyPasteObjects")
 def copy_paste_objects(world: World, handles: list[int]) -> list[int]:
-    """Unknown handles are skipped, the selection stays. A stop removes the objects that the run copied."""
+    """Skip unknown handles and keep the selection. The stop removes copies made during the run."""
     return copy_objects(world, handles)
 
 
 @handler("simxCreateDummy")
 def create_dummy(world: World, size: float, color: list[int] | None) -> int:
-    """A dummy at the origin, gone after the stop when a run created it; pictures do not show dummies.
+    """Accept any size, as V-REP does; scripts that want a mere point pass 0.
 
-    Any size is taken, as in V-REP; scripts that want a mere point say 0.
+    Images do not show dummies. The stop removes dummies created during the run.
     """
     return editing.create_dummy(world.simulation, min(max(size, _LEAST_DUMMY), _LARGEST_DUMMY), color)
 
 
 @handler("simxGetModelProperty")
 def get_model_property(world: World, handle: int) -> int:
-    """The bits of a model base; 0xF000 for any other object."""
+    """Return 0xF000 for an object that is not a model base."""
     sim = world.simulation
     return sim.scene.model_property(handle)
 
 
 @handler("simxSetModelProperty")
 def set_model_property(world: World, handle: int, bits: int) -> None:
-    """Any bit of 0xF000 makes the object a model base no more."""
+    """Make the object an ordinary one if any bit of 0xF000 is set."""
     properties.set_model_property(world.simulation, handle, bits)
 
 
 @handler("simxGetObjectSelection")
 def get_object_selection(world: World) -> list[int]:
-    """Handles in order of selection; objects that have gone meanwhile are left out."""
+    """Return handles in order of selection, without objects removed since."""
     sim = world.simulation
     return [handle for handle in world.selection.handles if handle in sim.scene.objects]
 
 
 @handler("simxSetObjectSelection")
 def set_object_selection(world: World, handles: list[int]) -> None:
-    """Handles of no object are ignored, as in V-REP."""
+    """Ignore unknown handles, as V-REP does."""
     sim = world.simulation
     known = dict.fromkeys(handle for handle in handles if handle in sim.scene.objects)
     world.selection.handles = list(known)

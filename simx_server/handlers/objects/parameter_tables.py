@@ -1,8 +1,8 @@
-"""What the numbers of object parameters mean: common ones, and those of each kind of object.
+"""Tables of the numbered object parameters: common ones, and those of each kind of object.
 
-Each table says for a number how to read and to set it, and whether it is an integer or a float: as in V-REP the two
-kinds have commands of their own. A number stands here only where its value is true: what MuJoCo has no counterpart of
-is refused.
+Each entry defines for a number how to read and set it, and whether it is an integer or a float: as in V-REP the two
+kinds have separate commands. A table contains only numbers whose value is true; numbers without a counterpart in
+MuJoCo are refused.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Setter = Callable[["World", int, float], None]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """How one parameter of an object is read and set; None where it cannot be."""
+    """Getter and setter of one parameter of an object; None where reading or setting is not possible."""
 
     name: str
     is_integer: bool
@@ -42,17 +42,17 @@ class Entry:
 
 
 def _entry(name: str, get: Getter | None, put: Setter | None = None) -> tuple[int, Entry]:
-    """Number and entry of the constant ``sim_NAME``; the name says whether it is an integer."""
+    """Return number and entry of the constant ``sim_NAME``; the name determines whether it is an integer."""
     number = _LATER.get(name, 0) or getattr(c, f"sim_{name}")
     return number, Entry(name, "intparam" in name, get, put)
 
 
 _LATER = {"objintparam_visible": 36, "jointintparam_dynctrlmode": 2039, "dummyfloatparam_size": 10002}
-"""Numbers of later versions, which scripts give as numbers."""
+"""Parameters of later versions, which scripts pass as numbers."""
 
 
 def _only(value: float, why: str) -> tuple[Getter, Setter]:
-    """A parameter that has one value here: reading it gives that, setting another says why not."""
+    """Return getter and setter of a parameter with one fixed value; setting another value is an error."""
 
     def put(_world: World, _handle: int, wanted: float) -> None:
         if wanted != value:
@@ -253,7 +253,7 @@ _LOOP_CLOSURE = 0
 
 
 def _link_type(world: World, handle: int) -> float:
-    """Of a site that an equality ties to another."""
+    """Return the link type of a site that an equality ties to another."""
     sim = world.simulation
     item, model = sim.scene.get(handle), sim.model
     for equality in range(model.neq):
@@ -298,9 +298,9 @@ REFUSED: Mapping[int, str] = MappingProxyType(
         c.sim_objintparam_manipulation_permissions: "there is no mouse to drag objects with",
     }
 )
-"""Numbers V-REP knows that mean nothing here, and why."""
+"""V-REP's numbers that have no meaning here, and the reason."""
 
 
 def entries_of(kind: ObjectKind) -> dict[int, Entry]:
-    """All parameters of a kind of object, by number."""
+    """Return all parameters of a kind of object, by number."""
     return _COMMON | _BY_KIND.get(kind, {})

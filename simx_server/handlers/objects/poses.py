@@ -1,4 +1,4 @@
-"""Where objects are and how fast they move. Frames and conventions: `scene/frames.py`."""
+"""Poses and velocities of objects. Frames and conventions: `scene/frames.py`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 AXIS_FLAG = 0x400000
-"""`sim_handleflag_axis`: added to the handle, the angular velocity is the physical one."""
+"""`sim_handleflag_axis`: added to the handle, it selects the physical angular velocity."""
 
 
 @handler("simxGetObjectPosition")
@@ -23,9 +23,10 @@ def get_object_position(world: World, handle: int, relative_to: int) -> list[flo
 
 @handler("simxSetObjectPosition")
 def set_object_position(world: World, handle: int, relative_to: int, position: list[float]) -> None:
-    """Children move along; dynamic shapes lose their velocity, or get the first one they were given since.
+    """Move the objects below along.
 
-    A link moves against its joint, which stays; a joint moves with all it carries.
+    Dynamic shapes lose their velocity, or get the first velocity that was set since. A link moves relative to its
+    joint, which stays; a joint moves with everything below it.
     """
     sim = world.simulation
     frames.set_position(sim, handle, relative_to, position)
@@ -40,7 +41,7 @@ def get_object_orientation(world: World, handle: int, relative_to: int) -> list[
 
 @handler("simxSetObjectOrientation")
 def set_object_orientation(world: World, handle: int, relative_to: int, euler: list[float]) -> None:
-    """As simxSetObjectPosition, about the object's own origin."""
+    """Turn the object about its own origin, with the same rules as simxSetObjectPosition."""
     sim = world.simulation
     frames.set_orientation(sim, handle, relative_to, euler)
     _launch(world, handle)
@@ -54,21 +55,21 @@ def get_object_quaternion(world: World, handle: int, relative_to: int) -> list[f
 
 @handler("simxSetObjectQuaternion")
 def set_object_quaternion(world: World, handle: int, relative_to: int, quaternion: list[float]) -> None:
-    """As simxSetObjectPosition, about the object's own origin."""
+    """Turn the object about its own origin, with the same rules as simxSetObjectPosition."""
     sim = world.simulation
     frames.set_quaternion(sim, handle, relative_to, quaternion)
     _launch(world, handle)
 
 
 def set_object_pose(world: World, handle: int, relative_to: int, pose: Pose) -> None:
-    """Position and rotation at once, for scripts; the remote API has no such command."""
+    """Set position and rotation at once, for scripts; the remote API has no such command."""
     sim = world.simulation
     frames.set_pose(sim, handle, relative_to, pose)
     _launch(world, handle)
 
 
 def reset_dynamic_object(world: World, handle: int) -> None:
-    """As if the physics met the object and all below it for the first time: at rest, or with its first velocity."""
+    """Reset the object and all below it as at the start of physics: at rest, or with the first velocity."""
     sim = world.simulation
     set_object_pose(world, handle, frames.WORLD, frames.get_pose(sim, handle))
 
@@ -82,9 +83,9 @@ def _launch(world: World, handle: int) -> None:
 
 @handler("simxGetObjectVelocity")
 def get_object_velocity(world: World, handle: int) -> tuple[list[float], list[float]]:
-    """Linear m/s and angular rad/s, world axes, over the last pass; Euler rates unless the flag is set.
+    """Return linear m/s and angular rad/s.
 
-    Differs: zero when stopped, where V-REP goes on giving the last values of the run.
+    Differs: zero when stopped, where V-REP keeps returning the last values of the run.
     """
     flagged = handle > 0 and bool(handle & AXIS_FLAG)
     linear, euler_rates, angular = world.velocities.measure(handle & ~AXIS_FLAG if flagged else handle)

@@ -1,4 +1,4 @@
-"""What a shape is made of physically: static or not, colliding or not, its mass (parameters 3003, 3004, 3005)."""
+"""Physical properties of a shape: static or not, colliding or not, its mass (parameters 3003, 3004, 3005)."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 _LEAST_MASS = 1e-9
-"""Kilograms; MuJoCo cannot step a moving body without mass."""
+"""Least mass in kilograms; MuJoCo cannot step a moving body without mass."""
 
 
 def is_static(sim: Simulation, handle: int) -> bool:
-    """True when the shape moves with what it hangs on only: it has no joint, free or other, of its own.
+    """Return whether the shape moves only with its parent: it has no own joint, free or other.
 
-    What a force sensor holds counts as dynamic, as in V-REP. Setting is `scene.editing.set_static`.
+    Shapes held by a force sensor count as dynamic, as in V-REP. `scene.editing.set_static` sets the property.
     """
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE)
     if item.element != "body":
@@ -28,13 +28,13 @@ def is_static(sim: Simulation, handle: int) -> bool:
 
 
 def is_respondable(sim: Simulation, handle: int) -> bool:
-    """True when any of its geoms can collide."""
+    """Return whether any geom of the shape can collide."""
     model = sim.model
     return any(model.geom_contype[g] or model.geom_conaffinity[g] for g in _geoms(sim, handle))
 
 
 def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
-    """Let a shape collide or not; on again, its geoms collide as the scene file says (all, if it says none do)."""
+    """Make a shape collide or not; switched on again, its geoms collide as in the scene file (all, if none do)."""
     if respondable == is_respondable(sim, handle):
         return
     names = [sim.model.geom(geom).name for geom in _geoms(sim, handle)]
@@ -55,20 +55,20 @@ def set_respondable(sim: Simulation, handle: int, respondable: bool) -> None:
 
 
 def is_compound(sim: Simulation, handle: int) -> bool:
-    """True when the shape is made of several geoms."""
+    """Return whether the shape consists of several geoms."""
     return len(_geoms(sim, handle)) > 1
 
 
 def get_mass(sim: Simulation, handle: int) -> float:
-    """Kilograms."""
+    """Return the mass in kilograms."""
     return float(sim.model.body_mass[_body(sim, handle)])
 
 
 def set_mass(sim: Simulation, handle: int, mass: float) -> None:
-    """Change the mass; the inertia changes in proportion.
+    """Set the mass in kilograms; the inertia changes in proportion.
 
     Raises:
-        CommandError: not above 0, or a shape whose body has no mass of its own.
+        CommandError: the mass is not above 0, or the shape's body does not have its own mass.
     """
     body = _body(sim, handle)
     model = sim.model

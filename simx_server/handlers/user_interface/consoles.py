@@ -1,4 +1,4 @@
-"""Auxiliary consoles. What they do is in `user_interface/consoles.py` of the server."""
+"""Auxiliary consoles. `user_interface/consoles.py` of the server implements them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def open_console(
     text_color: list[float] | None,
     background_color: list[float] | None,
 ) -> int:
-    """Open a text console; every console has a different handle.
+    """Return a different handle for every console.
 
     Differs: the original without a window gave every console the handle 1.
     """
@@ -33,16 +33,16 @@ def open_console(
 
 @handler("simxAuxiliaryConsoleClose")
 def close_console(world: World, handle: int) -> None:
-    """An unknown handle succeeds, as in V-REP."""
+    """Ignore an unknown handle, as V-REP does."""
     world.user_interface.consoles.close(handle)
 
 
 @handler("simxAuxiliaryConsolePrint")
 def print_to_console(world: World, handle: int, text: str | None) -> None:
-    """To a console that was closed: nothing, and no error.
+    """Ignore a console that is closed.
 
     Raises:
-        CommandError: there never was a console with this handle.
+        CommandError: this handle never belonged to a console.
     """
     world.user_interface.consoles.print(handle, text)
 

@@ -1,4 +1,4 @@
-"""Custom UIs. What they are is in `user_interface/custom_uis.py`, their files in `custom_ui_files.py`."""
+"""Custom UIs. `user_interface/custom_uis.py` implements them, `custom_ui_files.py` reads their files."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ def get_ui_slider(world: World, ui: int, button: int) -> int:
 
 @handler("simxSetUISlider")
 def set_ui_slider(world: World, ui: int, button: int, position: int) -> None:
-    """Brought into 0..1000; no event comes of it, events are what people do."""
+    """Clip the position to 0..1000; the call causes no event, since events are actions of people."""
     world.user_interface.custom_uis.set_slider(ui, button, position)
 
 
 @handler("simxGetUIEventButton")
 def get_ui_event_button(world: World, ui: int) -> tuple[int, list[int]]:
-    """The button and [its property, a slider's position or 1 down, 0 up]; -1 when nothing was operated.
+    """Return the button and [its property, a slider's position or 1 down, 0 up], and remove the event.
 
-    Always a success, also for an unknown UI. Reading takes the event away.
+    The call succeeds for an unknown UI too.
 
     Differs: events wait in a queue, so the second of two quick clicks is not lost; the original kept the last one.
     """
@@ -61,7 +61,7 @@ def set_ui_button_label(world: World, ui: int, button: int, up: str, down: str) 
 
 @handler("simxLoadUI", with_client=True)
 def load_ui(world: World, client: ClientSession, path: str, options: int) -> Steps[list[int]]:
-    """The handles of the UIs in the file, one of the server's side or, with options bit 0, of the client's.
+    """Return the handles of the UIs in the file of the server's side or, with options bit 0, the client's.
 
     Differs: a UI is described in TOML or JSON; for a `.ttb` file the same name with such an ending is taken.
     """

@@ -1,4 +1,4 @@
-"""Dialogs. How they are answered is in `user_interface/dialogs.py` of the server."""
+"""Dialogs. `user_interface/dialogs.py` of the server explains how they are answered."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def display_dialog(
     title_colors: list[float] | None,
     dialog_colors: list[float] | None,
 ) -> tuple[int, int]:
-    """The dialog's handle and that of the custom UI it is made of.
+    """Return the handle of the dialog and the handle of its custom UI.
 
-    Differs: it needs no window; any program that looks at the simulation may answer it.
+    Differs: no window is needed; any program that shows the simulation may answer the dialog.
     """
     dialog = world.user_interface.dialogs.display(
         title, text, dialog_type, initial_text, title_colors, dialog_colors
@@ -37,11 +37,11 @@ def end_dialog(world: World, handle: int) -> None:
 
 @handler("simxGetDialogResult")
 def get_dialog_result(world: World, handle: int) -> int:
-    """sim_dlgret_still_open until it is answered; then the answer, until the dialog or the run ends."""
+    """Return sim_dlgret_still_open until the dialog is answered; then the answer, until the dialog or the run ends."""
     return world.user_interface.dialogs.get(handle).result
 
 
 @handler("simxGetDialogInput")
 def get_dialog_input(world: World, handle: int) -> str:
-    """Return the text in the edit box; '' for a dialog without one."""
+    """Return '' for a dialog without an edit box."""
     return world.user_interface.dialogs.get(handle).input

@@ -1,6 +1,7 @@
-"""All that a program shows to people: status bar, consoles, dialogs, custom UIs.
+"""The user interface of programs: status bar, consoles, dialogs, custom UIs.
 
-There is no window here. The state is kept, logged, and handed out by `UserInterface.describe` to whoever shows it.
+The server does not have a window. The state is kept and logged, and `UserInterface.describe` returns it to programs
+that show it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ logger = logging.getLogger(__name__)
 
 
 class UserInterface(Part):
-    """Everything that is shown, of one simulation. Physics thread only; the status bar is a part of its own."""
+    """All shown elements of one simulation. Use on the physics thread only; the status bar is a separate part."""
 
     def __init__(self, sim: Simulation, status_bar: StatusBar, trials: Trials) -> None:
         self._sim = sim
@@ -43,7 +44,7 @@ class UserInterface(Part):
         self.custom_uis = CustomUIs(sim)
         self.dialogs = Dialogs(sim, self.custom_uis)
         self.mouse = (0, 0, 0)
-        """x and y in pixels and the pressed buttons as bits, as a page last said; parameters 22, 23 and 31."""
+        """x and y in pixels and the pressed buttons as bits, last reported by a web viewer; parameters 22, 23, 31."""
 
     def scene_changed(self) -> None:
         self.consoles.scene_changed()
@@ -57,15 +58,15 @@ class UserInterface(Part):
         self._load_annotated()
 
     def load(self, file: str) -> Steps[list[int]]:
-        """Load the custom UIs of a file; their handles in its order.
+        """Load the custom UIs of a file and return their handles in the file's order.
 
         Raises:
-            CommandError: no such file, something wrong in it, or too many UIs.
+            CommandError: no such file, an error in it, or too many UIs.
         """
         return self.custom_uis.add(*(yield from self._read(find_ui_file(self._sim, file))))
 
     def _read(self, path: Path, *, is_short: bool = False) -> Steps[list[CustomUI]]:
-        """The UIs of a file; a client's is tried first. Raises CommandError."""
+        """Return the UIs of a file; a client's file goes through a trial first. Raises CommandError."""
         sources = self._sim.files.sources
         if not self._trials.concern(path, sources):
             return read_ui_file(path)
@@ -73,7 +74,7 @@ class UserInterface(Part):
         return read_ui_file(path, None if tried.contents is None else tried.contents.read(path))
 
     def describe(self) -> dict[str, Any]:
-        """All of it as plain data, ready for JSON."""
+        """Return the whole state as plain data, ready for JSON."""
         return {
             "status_bar": self._status_bar.messages,
             "consoles": self.consoles.describe(),
@@ -82,7 +83,7 @@ class UserInterface(Part):
         }
 
     def _load_annotated(self) -> None:
-        """The UIs that the scene asks for with ``simx:ui:NAME``; one that is no good costs only itself."""
+        """Load the UIs that the scene requests with ``simx:ui:NAME``; an invalid one is skipped."""
         for name, note in self._sim.scene.annotations.registered.get("ui", {}).items():
             try:
                 file = find_ui_file(self._sim, str(note.get("file", "")))
@@ -90,11 +91,11 @@ class UserInterface(Part):
             except CommandError as problem:
                 logger.warning("the scene's UI '%s' is not there: %s", name, problem)
                 if isinstance(problem, LimitReached):
-                    break  # the others would take as long, and nobody is served meanwhile
+                    break  # the others would take as long, while clients wait
 
 
 def _choose(name: str, uis: list[CustomUI]) -> CustomUI:
-    """The only UI of a file, which then gets the name; of several the one that has it."""
+    """Return the UI with this name; a file's only UI gets the name."""
     if len(uis) == 1:
         uis[0].name = name
         return uis[0]

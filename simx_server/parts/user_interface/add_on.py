@@ -1,13 +1,13 @@
-"""The other side of the user interface, for clients: see everything that is shown, and operate it.
+"""The user's side of the user interface, for clients: read everything that is shown, and operate it.
 
-The legacy API lets a program show things and read what was done to them, and has no function to do it: that was the
-mouse. So a client that stands in for a person (a test, a remote control, a page) calls this add-on:
+The legacy API lets a program show elements and read how they were operated, but has no function to operate them: that
+was the mouse. A client that acts for a person (a test, a remote control, a web viewer) therefore calls this add-on:
 
     simxCallScriptFunction(clientID, "simxUserInterface", 2, "answerDialog", [dialog, sim_dlgret_ok], [], ["text"], b"",
                            simx_opmode_blocking)
 
 ============  ============================  =======  ====================================================
-function      integers                      strings  what it does
+function      integers                      strings  effect
 ============  ============================  =======  ====================================================
 describe                                             one string: all that is shown, as JSON
 answerDialog  dialog, sim_dlgret_           [text]   press a button of a dialog, after typing into its box
@@ -34,7 +34,7 @@ NAME = "simxUserInterface"
 
 
 class UserInterfaceAddOn:
-    """Calls by name, with the four arguments of simxCallScriptFunction."""
+    """Call functions by name, with the four arguments of simxCallScriptFunction."""
 
     def __init__(self, interface: UserInterface) -> None:
         self._interface = interface
@@ -53,7 +53,11 @@ class UserInterfaceAddOn:
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
-        """Raises CommandError: no such function, another count of numbers, or what the function says."""
+        """Call a function.
+
+        Raises:
+            CommandError: no such function, another count of numbers, or an error of the function.
+        """
         answer = self._functions.find(function, ints, floats)(ints, strings)
         return [], [], [] if answer is None else [answer], b""
 

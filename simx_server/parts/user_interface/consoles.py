@@ -1,7 +1,7 @@
 """Auxiliary consoles: windows of text that a program prints to.
 
-A handle is never given twice. A console may be closed at any time, by whoever looks at it or by the end of a run, so
-printing to one that is gone is no error (as in V-REP); a handle that no console ever had is.
+Each handle is unique for all time. A person or the end of a run may close a console at any time, so printing to a
+closed console succeeds (as in V-REP); a handle that never belonged to a console is an error.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MAX_LINES = 10_000
-"""Lines one console keeps, whatever it was opened with."""
+"""Most lines that a console keeps, regardless of its limit."""
 
 MAX_CHARACTERS = 1 << 18
-"""Characters one console keeps."""
+"""Most characters that a console keeps."""
 
 MAX_TITLE = 1000
 
@@ -35,12 +35,12 @@ class ConsoleMode(IntFlag):
     """The mode bits of simxAuxiliaryConsoleOpen."""
 
     CLOSE_AT_END = 1
-    """Closes when the simulation ends."""
+    """The console closes when the simulation ends."""
     WRAP_LINES = 2
     USER_MAY_CLOSE = 4
     HIDE_IN_PAUSE = 8
     STAY_WITH_OTHER_SCENE = 16
-    """Is not hidden when another scene is loaded."""
+    """The console stays visible when another scene is loaded."""
 
 
 _ALL_MODES = 0b11111
@@ -55,18 +55,18 @@ class Console:
     mode: ConsoleMode
     max_lines: int
     position: list[int] | None = None
-    """[x, y] in pixels; None: wherever it fits."""
+    """[x, y] in pixels; None: any position."""
     size: list[int] | None = None
     """[width, height] in pixels."""
     text_color: list[float] | None = None
     """RGB 0..1."""
     background_color: list[float] | None = None
     is_shown: bool = True
-    """What was asked for last; a pause may hide it all the same."""
+    """Visibility that was last requested; a pause may still hide the console."""
     _text: str = field(default="", repr=False)
 
     def print(self, text: str) -> None:
-        """Append text; a line ends where it has a line break."""
+        """Append text; a line ends at a line break."""
         newest = (self._text + text)[-MAX_CHARACTERS:]
         ended = newest.endswith("\n")
         self._text = "\n".join(newest.split("\n")[-self.max_lines - ended :])
@@ -76,7 +76,7 @@ class Console:
 
     @property
     def lines(self) -> list[str]:
-        """The newest lines, the last of which may still grow."""
+        """Return the newest lines, the last of which may still grow."""
         return self._text.removesuffix("\n").split("\n") if self._text else []
 
 
@@ -110,7 +110,7 @@ class Consoles(Part):
         text_color: list[float] | None = None,
         background_color: list[float] | None = None,
     ) -> Console:
-        """Open a console; mode bits that have no meaning are ignored.
+        """Open a console; mode bits without a meaning are ignored.
 
         Raises:
             CommandError: too many are open, or it would have no line.
@@ -136,10 +136,10 @@ class Consoles(Part):
         return console
 
     def get(self, handle: int) -> Console | None:
-        """The console, or None when it is closed already.
+        """Return the console, or None when it is closed already.
 
         Raises:
-            CommandError: there never was a console with this handle.
+            CommandError: this handle never belonged to a console.
         """
         console = self._consoles.get(handle)
         if console is None and not 0 < handle < self._next_handle:
@@ -165,11 +165,11 @@ class Consoles(Part):
             console.is_shown = shown
 
     def close(self, handle: int) -> None:
-        """Close a console; nothing when there is none."""
+        """Close a console; no effect for an unknown handle."""
         self._consoles.pop(handle, None)
 
     def close_by_user(self, handle: int) -> None:
-        """What a person does who looks at it.
+        """Close a console as a person does.
 
         Raises:
             CommandError: no such console, or it was opened without mode bit 2.
@@ -182,12 +182,12 @@ class Consoles(Part):
         self.close(handle)
 
     def is_visible(self, console: Console) -> bool:
-        """Whether it is to be seen now: shown, and not hidden by a pause."""
+        """Return whether the console is visible now: shown, and not hidden by a pause."""
         is_paused = self._sim.state is SimulationState.PAUSED
         return console.is_shown and not (is_paused and ConsoleMode.HIDE_IN_PAUSE in console.mode)
 
     def describe(self) -> list[dict[str, Any]]:
-        """Every console as plain data, in the order they were opened."""
+        """Return every console as plain data, in the order in which they were opened."""
         return [
             {
                 "handle": console.handle,
@@ -210,7 +210,7 @@ class Consoles(Part):
                 self.close(console.handle)
 
     def _change_scene(self) -> None:
-        """The scene it was opened in is gone: hidden, until somebody shows it."""
+        """Hide the consoles of the previous scene until a program shows them."""
         for console in self:
             if ConsoleMode.STAY_WITH_OTHER_SCENE not in console.mode:
                 console.is_shown = False

@@ -1,7 +1,7 @@
 """Files that describe custom UIs, in TOML or JSON, in place of V-REP's binary ``.ttb``.
 
     [[ui]]
-    name = "speed"                     # what simxGetUIHandle asks for
+    name = "speed"                     # the name for simxGetUIHandle
     title = "Speed of the belt"        # the name, if left out
 
     [[ui.element]]
@@ -41,24 +41,24 @@ logger = logging.getLogger(__name__)
 
 
 MAX_FILE = 1 << 20
-"""Largest file that is read, bytes."""
+"""Size in bytes of the largest file that is read."""
 
 MAX_ELEMENTS = 1000
-"""Elements of one UI."""
+"""Most elements of one UI."""
 
 _UI_KEYS = ("name", "title", "element")
 _ELEMENT_KEYS = ("id", "kind", "label", "down_label", "position", "enabled", "flags", "place")
 
 
 class UIFileError(CommandError):
-    """A UI file that cannot be used; the text names the place in it and what is valid."""
+    """A UI file that cannot be used; the text names the place in the file and the valid values."""
 
 
 def find_ui_file(sim: Simulation, text: str) -> Path:
-    """The file meant: in the workspace, beside the scene, or among the shipped scenes; for .ttb the same stem.
+    """Return the file: in the workspace, beside the scene, or among the shipped scenes; for .ttb the same stem.
 
     Raises:
-        UIFileError: there is none, or it lies elsewhere.
+        UIFileError: it does not exist, or it lies elsewhere.
     """
     folders = [sim.files.workspace.resolve(), shipped_scenes().resolve()]
     if sim.scene.path is not None:
@@ -66,12 +66,12 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
     is_vrep = text.lower().endswith(VREP_SUFFIX)
     stem = text[: -len(VREP_SUFFIX)] if is_vrep else text
     names = [stem + suffix for suffix in SUFFIXES] if is_vrep else [text]
-    # A path of the machine that the program was written on counts by its last part alone.
+    # Of a path on the machine that the program was written on, only the last part counts.
     names += [last for name in names if (last := PureWindowsPath(name).name) and last != name]
     for folder in folders:
         for name in names:
             path = folder / name
-            if not os.path.isfile(path):  # False also for a NUL, a name too long and a circle of links
+            if not os.path.isfile(path):  # also False for a NUL, a name too long and a circle of links
                 continue
             path = path.resolve()
             if not any(path.is_relative_to(each) for each in folders):
@@ -86,13 +86,13 @@ def find_ui_file(sim: Simulation, text: str) -> Path:
 
 
 def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
-    """The UIs of a file, in its order.
+    """Return the UIs of a file, in its order.
 
     Args:
-        data: what it holds, if it was read.
+        data: the file's contents, if they were read already.
 
     Raises:
-        UIFileError: it cannot be read, or something in it is not what it must be.
+        UIFileError: it cannot be read, or a value in it is invalid.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UIFileError(f"{path.name} is no UI file; valid endings: {', '.join(SUFFIXES)}")

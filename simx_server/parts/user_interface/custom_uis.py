@@ -1,7 +1,7 @@
 """Custom user interfaces: windows with buttons, sliders, labels and edit boxes, in place of V-REP's OpenGL UIs.
 
-A program loads them and reads what was done to them; whoever looks at the simulation operates them: `click`,
-`move_slider` and `type_text`. They belong to their scene, and start and stop leave them as they are.
+A program loads them and reads how they were operated; people, or clients that act for them, operate them: `click`,
+`move_slider` and `type_text`. They belong to their scene; start and stop do not change them.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MAX_EVENTS = 64
-"""Events of one UI that wait to be read; the oldest go first."""
+"""Most unread events of one UI; the oldest are dropped first."""
 
 MAX_SLIDER = 1000
 
 MAX_LABEL = 10_000
-"""Characters of a label or of what was typed; what is longer is cut."""
+"""Most characters of a label or of typed text; longer texts are cut."""
 
 KINDS = {
     "button": c.sim_buttonproperty_button,
@@ -35,7 +35,7 @@ KINDS = {
     "slider": c.sim_buttonproperty_slider,
     "editbox": c.sim_buttonproperty_editbox,
 }
-"""The kind of an element is the lowest bits of its property."""
+"""Kinds of elements by the lowest bits of an element's property."""
 
 FLAGS = {
     "staydown": c.sim_buttonproperty_staydown,
@@ -58,7 +58,7 @@ _KIND_NAMES = {number: name for name, number in KINDS.items()}
 
 
 class Event(NamedTuple):
-    """Something was operated: the element, its property then, and a slider's position or 1 down, 0 up."""
+    """One operation: the element, its property at that time, and a slider's position or 1 down, 0 up."""
 
     element: int
     prop: int
@@ -67,17 +67,17 @@ class Event(NamedTuple):
 
 @dataclass
 class Element:
-    """A button, label, slider or edit box; ``prop`` is made of the sim_buttonproperty bits."""
+    """A button, label, slider or edit box; ``prop`` consists of the sim_buttonproperty bits."""
 
     id: int
     prop: int
     label: str = ""
-    """Of a button that is up; an edit box keeps its text here."""
+    """Label of a button that is up; an edit box keeps its text here."""
     down_label: str = ""
     position: int = 0
-    """Of a slider, 0..1000."""
+    """Position of a slider, 0..1000."""
     place: list[int] | None = None
-    """[column, row, columns, rows] in the grid of the UI; None: after the one before."""
+    """[column, row, columns, rows] in the grid of the UI; None: after the previous element."""
 
     @property
     def kind(self) -> str:
@@ -89,7 +89,7 @@ class Element:
 
 @dataclass
 class CustomUI:
-    """One window. ``handle`` is given by `CustomUIs.add`."""
+    """One window. `CustomUIs.add` sets ``handle``."""
 
     name: str
     title: str
@@ -100,10 +100,10 @@ class CustomUI:
     is_rolled_up: bool = False
     events: deque[Event] = field(default_factory=lambda: deque(maxlen=MAX_EVENTS))
     on_click: Callable[[int], None] | None = None
-    """Called with the id of a button that was clicked."""
+    """Function called with the id of a button that was clicked."""
 
     def element(self, element_id: int, *kinds: str) -> Element:
-        """An element, of one of these kinds if any are given. Raises CommandError."""
+        """Return an element, of one of these kinds if any are given. Raises CommandError."""
         element = self.elements.get(element_id)
         if element is None:
             listed = ", ".join(f"{each.id} ({each.kind})" for each in self.elements.values()) or "none"
@@ -133,7 +133,7 @@ class CustomUIs(Part):
     # --- the program's side ----------------------------------------------------------------------
 
     def add(self, *uis: CustomUI) -> list[int]:
-        """Take UIs in, all or none; a name that is taken gets a suffix #0, #1, ... Returns their handles.
+        """Add UIs, all or none, and return their handles; a name that is taken gets a suffix #0, #1, ...
 
         Raises:
             CommandError: there would be too many.
@@ -147,33 +147,33 @@ class CustomUIs(Part):
         return [ui.handle for ui in uis]
 
     def remove(self, handle: int) -> None:
-        """Raises CommandError: no such UI."""
+        """Remove a UI. Raises CommandError: no such UI."""
         del self._uis[self.get(handle).handle]
 
     def get(self, handle: int) -> CustomUI:
-        """Raises CommandError that lists the UIs there are."""
+        """Return a UI. Raises CommandError that lists the existing UIs."""
         ui = self._uis.get(handle)
         if ui is None:
             raise CommandError(f"no custom UI with handle {handle}; there are: {self._list()}")
         return ui
 
     def find(self, name: str) -> int:
-        """The handle of the UI with this name. Raises CommandError that lists the UIs there are."""
+        """Return the handle of the UI with this name. Raises CommandError that lists the existing UIs."""
         for ui in self._uis.values():
             if ui.name == name:
                 return ui.handle
         raise CommandError(f"no custom UI named '{name}'; there are: {self._list()}")
 
     def slider(self, handle: int, element_id: int) -> int:
-        """0..1000. Raises CommandError."""
+        """Return a slider's position, 0..1000. Raises CommandError."""
         return self.get(handle).element(element_id, "slider").position
 
     def set_slider(self, handle: int, element_id: int, position: int) -> None:
-        """Brought into 0..1000; no event comes of it. Raises CommandError."""
+        """Set a slider's position, clipped to 0..1000, without an event. Raises CommandError."""
         self.get(handle).element(element_id, "slider").position = min(max(position, 0), MAX_SLIDER)
 
     def set_property(self, handle: int, element_id: int, prop: int) -> None:
-        """All bits at once, the kind among them. Raises CommandError."""
+        """Set all property bits at once, including the kind. Raises CommandError."""
         element = self.get(handle).element(element_id)
         if prop & _KIND_MASK not in _KIND_NAMES or prop & ~(_KIND_MASK | _ALL_FLAGS):
             raise CommandError(
@@ -183,16 +183,16 @@ class CustomUIs(Part):
         element.prop = prop
 
     def set_label(self, handle: int, element_id: int, up: str, down: str) -> None:
-        """Raises CommandError."""
+        """Set the labels of an element. Raises CommandError."""
         element = self.get(handle).element(element_id)
         element.label, element.down_label = up[:MAX_LABEL], down[:MAX_LABEL]
 
     def take_event(self, handle: int) -> Event | None:
-        """The oldest event that nobody has read yet; None when there is none, or no such UI (as V-REP)."""
+        """Return the oldest unread event and remove it; None without events or for an unknown UI (as V-REP)."""
         ui = self._uis.get(handle)
         return ui.events.popleft() if ui is not None and ui.events else None
 
-    # --- the side of whoever looks at it ---------------------------------------------------------
+    # --- the user's side -------------------------------------------------------------------------
 
     def click(self, handle: int, element_id: int) -> None:
         """Press and release a button; one with the staydown property goes down, or up again.
@@ -216,7 +216,7 @@ class CustomUIs(Part):
             ui.on_click(button.id)
 
     def move_slider(self, handle: int, element_id: int, position: int) -> None:
-        """Raises CommandError: no such slider, or it cannot be used now."""
+        """Move a slider. Raises CommandError: no such slider, or it cannot be used now."""
         ui, slider = self._operated(handle, element_id, "slider")
         slider.position = min(max(position, 0), MAX_SLIDER)
         ui.events.append(Event(slider.id, slider.prop, slider.position))
@@ -228,7 +228,7 @@ class CustomUIs(Part):
         ui.events.append(Event(box.id, box.prop, 0))
 
     def describe(self) -> list[dict[str, Any]]:
-        """Every UI as plain data, in the order of their handles."""
+        """Return every UI as plain data, in the order of their handles."""
         return [
             {
                 "handle": ui.handle,

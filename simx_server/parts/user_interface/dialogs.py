@@ -1,8 +1,8 @@
-"""Dialogs: questions to whoever looks at a running simulation.
+"""Dialogs: questions to people who watch a running simulation.
 
 A dialog is a custom UI with a text, perhaps an edit box, and the buttons of its style. A click on one of them, or
 `Dialogs.answer`, closes the window; the result stays until `end` or the end of the run. The legacy API has no
-function to answer one: a page of the server's does it, or a client through the add-on (see `add_on.py`).
+function to answer a dialog: the web viewer does it, or a client through the add-on (see `add_on.py`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 TEXT_ID = 1
 INPUT_ID = 2
 FIRST_BUTTON_ID = 3
-"""Ids of the elements of a dialog's UI; the buttons follow each other."""
+"""Ids of the elements of a dialog's UI; the buttons' ids are consecutive."""
 
 _RESULTS = {
     "OK": c.sim_dlgret_ok,
@@ -44,7 +44,7 @@ _STYLES: dict[int, tuple[str, tuple[str, ...]]] = {
     c.sim_dlgstyle_ok_cancel: ("ok_cancel", ("OK", "Cancel")),
     c.sim_dlgstyle_yes_no: ("yes_no", ("Yes", "No")),
 }
-"""Style to its name and its buttons; a plain message has none and stays until it is ended."""
+"""Name and buttons of each style; a plain message has no buttons and stays until it is ended."""
 
 
 @dataclass
@@ -57,7 +57,7 @@ class Dialog:
     style: int
     is_centred: bool
     title_colors: list[float] | None
-    """RGB of the background, then of the text, 0..1; None: as the page likes."""
+    """RGB of the background, then of the text, 0..1; None: the default of the web viewer."""
     dialog_colors: list[float] | None
     ui: CustomUI
     result: int = c.sim_dlgret_still_open
@@ -72,7 +72,7 @@ class Dialog:
 
     @property
     def input(self) -> str:
-        """What stands in the edit box; '' for a style without one."""
+        """Return the text in the edit box; '' for a style without one."""
         box = self.ui.elements.get(INPUT_ID)
         return "" if box is None else box.label
 
@@ -104,7 +104,7 @@ class Dialogs(Part):
         """Show a dialog.
 
         Raises:
-            CommandError: the simulation is stopped, there is no such type, or too many were not ended.
+            CommandError: the simulation is stopped, the type is unknown, or too many dialogs were not ended.
         """
         if not self._sim.is_running:
             raise CommandError("a dialog can be shown only during a simulation; start it first")
@@ -136,7 +136,7 @@ class Dialogs(Part):
         return dialog
 
     def get(self, handle: int) -> Dialog:
-        """Raises CommandError that lists the dialogs there are."""
+        """Return a dialog. Raises CommandError that lists the existing dialogs."""
         dialog = self._dialogs.get(handle)
         if dialog is None:
             listed = ", ".join(f"{each.handle} ('{each.title}')" for each in self) or "none"
@@ -149,7 +149,7 @@ class Dialogs(Part):
         """Answer an open dialog with one of its buttons, given as sim_dlgret_, and a text for the edit box.
 
         Raises:
-            CommandError: no such dialog, it was answered already, or it has no such button or no edit box.
+            CommandError: no such dialog, it was answered already, or it lacks this button or an edit box.
         """
         dialog = self.get(handle)
         if not dialog.is_open:
@@ -172,7 +172,7 @@ class Dialogs(Part):
         self._close_window(dialog)
 
     def describe(self) -> list[dict[str, Any]]:
-        """Every dialog as plain data; its window is the custom UI with the handle `ui`."""
+        """Return every dialog as plain data; its window is the custom UI with the handle `ui`."""
         return [
             {
                 "handle": dialog.handle,
@@ -191,13 +191,13 @@ class Dialogs(Part):
 
     def _clicked(self, dialog: Dialog, button: int) -> None:
         index = button - FIRST_BUTTON_ID
-        if 0 <= index < len(dialog.buttons):  # a program may have made a button of the text
+        if 0 <= index < len(dialog.buttons):  # a program may have turned the text into a button
             dialog.result = _RESULTS[dialog.buttons[index]]
             logger.info("dialog %d is answered with %s", dialog.handle, dialog.buttons[index])
             self._close_window(dialog)
 
     def _close_window(self, dialog: Dialog) -> None:
-        if any(ui is dialog.ui for ui in self._uis):  # simxRemoveUI may have been quicker
+        if any(ui is dialog.ui for ui in self._uis):  # simxRemoveUI may have removed it already
             self._uis.remove(dialog.ui.handle)
 
     def _end_run(self) -> None:

@@ -1,1 +1,1 @@
-"""Changing a scene that is loaded: MjSpec is edited and compiled, and the state is carried over."""
+"""Change a loaded scene: edit and compile its MjSpec, and carry the state over."""

@@ -1,10 +1,10 @@
-"""Copying objects as V-REP's copy and paste does: models whole, other objects by themselves.
+"""Copy objects as V-REP's copy and paste does: whole models, other objects alone.
 
-What is to be copied is taken out of the scene's spec with what acts on it, brought into shape, and added to the scene.
-So joints, motors, sensors, tendons and equalities between copied things work in the copy,
-and those that reach outside are left out. Collections, collision and distance objects are copied with what they
-concern. A copy lies where its original is now and has its state; what was carried by something that is not copied
-stands at the top of the tree.
+The chosen objects are extracted from the scene's spec together with the elements that act on them, prepared, and added
+to the scene. Joints, motors, sensors, tendons and equalities between copied objects therefore work in the copy;
+elements that reach outside are left out. Collections, collision and distance objects are copied with their objects.
+A copy has the present pose and state of its original; if the parent of an object is not copied, the copy goes to the
+top of the tree.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 _CARRIER_MASS = 1e-3
-"""Kilograms of the body that stands for a copied joint's missing child, and its inertia in kg m^2."""
+"""Mass in kg of the body that replaces a copied joint's missing child, and its inertia in kg m^2."""
 
 
 def copy_objects(world: World, handles: list[int]) -> list[int]:
-    """Copy objects, stopped or running; the handle of each copy, of a model only its base's.
+    """Copy objects, stopped or running; return the handle of each copy, of a model only its base's.
 
-    Unknown handles are skipped. Raises CommandError when MuJoCo cannot have the result.
+    Unknown handles are skipped. Raises CommandError when MuJoCo cannot represent the result.
     """
     sim = world.simulation
     scene = sim.scene
@@ -74,7 +74,7 @@ def copy_objects(world: World, handles: list[int]) -> list[int]:
 
 
 class _Pruned:
-    """A spec with nothing but the chosen objects, those without a carrier at the top."""
+    """A spec that contains only the chosen objects, those without a carrier at the top."""
 
     def __init__(self, world: World, chosen: set[int]) -> None:
         self.world = world
@@ -91,7 +91,7 @@ class _Pruned:
                 self._make_carrier(sim.model.body(body).name)
 
     def graft(self) -> Graft:
-        """What is left, ready to be added."""
+        """Return the remaining spec, ready to be added."""
         scene = self.sim.scene
         bodies = {body.name for body in self.spec.bodies}
         placed = {name for array, name in self.moved if array == "body_"}
@@ -108,11 +108,11 @@ class _Pruned:
         )
 
     def _kept_bodies(self) -> dict[int, bool]:
-        """Body id to whether its object is copied; False: the body is only there for its joint or force sensor."""
+        """Return kept body id to whether its object is copied; False: it only carries a joint or force sensor."""
         model, scene = self.sim.model, self.sim.scene
         whole = {item.id for item in self.items if item.element == "body"}
         kept = dict.fromkeys(whole, True)
-        # Bodies that are no objects belong to the copied one they hang on.
+        # Bodies without an object belong to the copied body that carries them.
         parts: list[int] = []
         waiting = sorted(whole)
         while waiting:
@@ -142,7 +142,7 @@ class _Pruned:
         )
 
     def _left_out(self) -> set[Element]:
-        """What stands in the copied bodies, but is not to be copied."""
+        """Return the elements in the copied bodies that must not be copied."""
         model, scene = self.sim.model, self.sim.scene
         left_out: set[Element] = set()
         for body, whole in self.kept.items():
@@ -161,7 +161,7 @@ class _Pruned:
         return left_out
 
     def _lost_joints(self, body: int) -> list[str]:
-        """The joints of a body that are not copied."""
+        """Return the joints of a body that are not copied."""
         return [joint for joint in _joints(self.sim, body) if ("joint", joint) not in self.chosen]
 
     def _move_to_the_top(self) -> None:
@@ -177,7 +177,7 @@ class _Pruned:
             if stays:
                 pose = compose(inverse(body_pose(sim, above)), pose)
             was_dynamic = welded or (bool(lost) and len(lost) == len(_joints(sim, body)))
-            # V-REP's shape without its joint or sensor is a dynamic one that nothing holds.
+            # In V-REP a shape without its joint or sensor is a free dynamic shape.
             free = True if was_dynamic and whole and not stays else None
             move_body(self.spec, name, model.body(above).name if stays else "world", pose, free=free)
             if free:
@@ -191,7 +191,7 @@ class _Pruned:
                 self.moved.add((_PREFIX[item.element], item.element_name))
 
     def _make_carrier(self, name: str) -> None:
-        """A light body: what a copied joint moves when its child is not copied."""
+        """Add a light body that a copied joint moves when its child is not copied."""
         body = self.spec.body(name)
         body.explicitinertial = True
         body.mass = _CARRIER_MASS
@@ -203,7 +203,7 @@ class _Pruned:
 
 
 def _let_fall(body: Any) -> None:
-    """Take the gravity compensation from a body and what is fixed to it: only its motors had made it weightless."""
+    """Remove the gravity compensation from a body and all fixed to it: only its motors had made it weightless."""
     body.gravcomp = 0.0
     for child in body.bodies:
         if not list(child.joints):
@@ -211,7 +211,7 @@ def _let_fall(body: Any) -> None:
 
 
 def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, Annotation]]:
-    """What is registered of objects with these names and alive, as `concerned`."""
+    """Return the registered entries that concern objects with these names and are alive, as `concerned`."""
     sim = world.simulation
     alive = {
         "collection": world.collections.names(),
@@ -226,7 +226,7 @@ def _concerning(world: World, objects: Collection[str]) -> dict[str, dict[str, A
 
 
 def _joints(sim: LiveScene, body: int) -> list[str]:
-    """Names of a body's hinges, slides and balls."""
+    """Return the names of a body's hinges, slides and balls."""
     if free_joint(sim.model, body) >= 0:
         return []
     first = int(sim.model.body_jntadr[body])

@@ -1,7 +1,7 @@
-"""New objects out of nothing, in a scene that is stopped or running: shapes from sizes, points and heights.
+"""Create new objects, in a stopped or running scene: shapes from sizes, points and heights.
 
-What a run creates is gone after its stop, as V-REP's is when it resets the scene. Objects are static unless said
-otherwise: they stay where they are put. Like V-REP's they begin in the middle of what they are made of.
+The stop removes objects created during a run, as V-REP does when it resets the scene. Objects are static by default:
+they stay where they are put. Like V-REP's, they have their frame in the middle of their shape.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 GREY = (0.9, 0.9, 0.9, 1.0)
-"""V-REP's new shapes."""
+"""Colour of V-REP's new shapes."""
 
 THICKNESS = 1e-3
-"""Metres; planes and discs have no other."""
+"""Thickness of planes and discs in metres."""
 
 _AROUND = 32
-"""Corners around a cone."""
+"""Number of corners around a cone."""
 
 _LARGEST = 1e4
-"""Metres, and kilograms."""
+"""Largest size in metres and largest mass in kilograms."""
 
 _MOST_POINTS = 1_000_000
 
@@ -42,12 +42,12 @@ _GEOM = mujoco.mjtGeom
 
 @dataclass(frozen=True)
 class Body:
-    """How a new shape takes part in physics."""
+    """The physical properties of a new shape."""
 
     static: bool = True
     respondable: bool = False
     mass: float = 1.0
-    """Kilograms."""
+    """Mass in kilograms."""
 
 
 def add(
@@ -58,10 +58,16 @@ def add(
     notes: Mapping[str, Annotation] | None = None,
     hidden: Sequence[str] = (),
 ) -> int:
-    """Add the object that `build` makes in an empty spec under a given name; its handle.
+    """Add the object that `build` makes in an empty spec under a given name; return its handle.
 
-    `stem`: what it is called, with a number if that is taken. `element`: what carries it. `notes`: its annotations by
-    kind. `hidden`: names of bodies that are no objects. Raises CommandError.
+    Args:
+        stem: the name, which gets a number if it is taken.
+        element: the kind of element that carries the object.
+        build: makes the element in a spec, given its name.
+        notes: annotations by kind.
+        hidden: names of bodies without an object.
+
+    Raises CommandError.
     """
     sim = world.simulation
     taken = sim.scene.by_names()
@@ -79,9 +85,9 @@ def add(
 
 
 def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body) -> int:
-    """A plane, disc, cuboid, spheroid, cylinder, cone or capsule of these sizes along x, y, z (metres).
+    """Create a plane, disc, cuboid, spheroid, cylinder, cone or capsule of these sizes along x, y, z (metres).
 
-    Raises CommandError: sizes that no shape has.
+    Raises CommandError: sizes that a shape cannot have.
     """
     if len(sizes) < 3 or not all(0 <= size <= _LARGEST for size in sizes[:3]):
         raise CommandError(f"a shape has three sizes from 0 to {_LARGEST:g} m, not {list(sizes)}")
@@ -111,7 +117,7 @@ def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body
 
 
 def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
-    """A shape with a surface of triangles: points (n, 3) in the world, metres, and faces (m, 3) of their indices.
+    """Create a shape of triangles: points (n, 3) in the world, metres, and faces (m, 3) of their indices.
 
     Raises CommandError: no surface.
     """
@@ -131,7 +137,7 @@ def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, 
 
 
 def create_height_field(world: World, heights: np.ndarray, width: float) -> int:
-    """A static surface that things collide with: heights (rows along y, columns along x) in metres, `width` along x.
+    """Create a static surface: heights (rows along y, columns along x) in metres, `width` along x in metres.
 
     Raises CommandError: less than 2 x 2 heights, or no width.
     """
@@ -185,7 +191,7 @@ def _use_mesh(spec: mujoco.MjSpec, geom: Any, points: np.ndarray, faces: np.ndar
 
 
 def _cone(x: float, y: float, z: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points and faces; half sizes."""
+    """Return points and faces of a cone with these half sizes."""
     angles = [2 * math.pi * step / _AROUND for step in range(_AROUND)]
     points = [(x * math.cos(a), y * math.sin(a), -z) for a in angles] + [(0.0, 0.0, z), (0.0, 0.0, -z)]
     faces = [

@@ -1,4 +1,4 @@
-"""New joints and sensors out of nothing: what V-REP made with them, in MuJoCo's elements and annotations."""
+"""Create new joints and sensors: V-REP's kinds, represented by MuJoCo's elements and annotations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _CARRIER = INTERNAL + "carrier"
 _CARRIER_MASS = 1e-3
-"""Kilograms of the body that a new joint moves, and its inertia in kg m^2: MuJoCo needs some."""
+"""Mass in kg of the body that a new joint moves, and its inertia in kg m^2: MuJoCo needs some."""
 
 _JOINTS = {
     10: ("Revolute_joint", mujoco.mjtJoint.mjJNT_HINGE),
@@ -27,16 +27,16 @@ _JOINTS = {
     12: ("Spherical_joint", mujoco.mjtJoint.mjJNT_BALL),
 }
 _SLIDE_RANGE = (-0.5, 0.5)
-"""Metres, V-REP's."""
+"""V-REP's default range in metres."""
 
 _VOLUMES = {30: "pyramid", 31: "cylinder", 32: "disc", 33: "cone", 34: "ray"}
 """`sim_proximitysensor_*_subtype`."""
 
 
 def create_joint(world: World, kind: int, mode: int, *, hybrid: bool) -> int:
-    """A joint at the world's origin, along z; `kind` and `mode` are legacy numbers. Its motor is off.
+    """Create a joint at the world's origin, along z; `kind` and `mode` are legacy numbers. Its motor is off.
 
-    A free body that gets it as parent becomes its link, static ones move with it. Raises CommandError.
+    A free body that gets it as parent becomes its link; static bodies move with it. Raises CommandError.
     """
     if kind not in _JOINTS:
         raise CommandError(f"{kind} is no type of joint; those are 10 revolute, 11 prismatic, 12 spherical")
@@ -62,9 +62,15 @@ def create_joint(world: World, kind: int, mode: int, *, hybrid: bool) -> int:
 
 
 def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequence[float]) -> int:
-    """`sizes`: V-REP's 15: offset, range, x, y, x far, y far, inside gap, radius, radius far, angle, greatest angle of
-    normals, least distance, ... (m, rad). `options` bits: 1 explicit, 8 no front faces, 16 no back faces, 64 angle of
-    normals limited, 256 least distance counts. Raises CommandError.
+    """Create a proximity sensor and return its handle.
+
+    Args:
+        sizes: V-REP's 15 numbers: offset, range, x, y, x far, y far, inside gap, radius, radius far, angle, greatest
+            angle of normals, least distance, ... (m, rad).
+        options: bits: 1 explicit, 8 no front faces, 16 no back faces, 64 angle of normals limited, 256 least distance
+            counts.
+
+    Raises CommandError.
     """
     if kind not in _VOLUMES:
         raise CommandError(
@@ -105,8 +111,13 @@ def create_proximity_sensor(world: World, kind: int, options: int, sizes: Sequen
 
 
 def create_vision_sensor(world: World, options: int, resolution: Sequence[int], view: Sequence[float]) -> int:
-    """`view`: near, far (m), perspective angle (rad) or orthographic size (m). `options` bits: 1 explicit,
-    2 perspective, 16 external input. Raises CommandError for what no camera has.
+    """Create a vision sensor and return its handle.
+
+    Args:
+        options: bits: 1 explicit, 2 perspective, 16 external input.
+        view: near, far (m), perspective angle (rad) or orthographic size (m).
+
+    Raises CommandError for values that a camera cannot have.
     """
     if len(resolution) < 2 or len(view) < 3:
         raise CommandError("a vision sensor is made from 4 whole numbers and 11 others")
@@ -139,8 +150,14 @@ def create_vision_sensor(world: World, options: int, resolution: Sequence[int], 
 
 
 def create_force_sensor(world: World, options: int, counts: Sequence[int], limits: Sequence[float]) -> int:
-    """`counts`: filter (0 mean, 1 median), samples, violations; `limits`: size, force (N), torque (N m).
-    `options` bits: 1 force, 2 torque breaks it. Raises CommandError.
+    """Create a force sensor and return its handle.
+
+    Args:
+        options: bits: 1 force, 2 torque breaks it.
+        counts: filter (0 mean, 1 median), samples, violations.
+        limits: size, force (N), torque (N m).
+
+    Raises CommandError.
     """
     if len(counts) < 3 or len(limits) < 3:
         raise CommandError("a force sensor is made from 5 whole numbers and 5 others")
@@ -156,7 +173,7 @@ def create_force_sensor(world: World, options: int, counts: Sequence[int], limit
             note[key] = limit
 
     def build(spec: mujoco.MjSpec, name: str) -> None:
-        # In a body of its own: in the world itself there is nothing that could hold it.
+        # The sensor needs a separate body: in the world itself nothing could hold it.
         spec.worldbody.add_body(name=_CARRIER).add_site(name=name, size=[0.01] * 3, group=4)
         for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)

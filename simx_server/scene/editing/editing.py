@@ -1,15 +1,15 @@
-"""Changing the tree of a scene, stopped or running: removing objects, giving them another parent, adding dummies.
+"""Change the tree of a scene, stopped or running: remove objects, set their parents, add dummies.
 
 An edit compiles a new model and carries the whole state over by name; handles stay. During a run the original is kept
 and comes back at stop.
 
-What a new parent means physically:
-* a body without joints of its own (static or welded) is welded to the new parent's body; one that was fixed to the
-  world weighs nothing there, as V-REP's static shapes do;
+Physical meaning of a new parent:
+* a body without joints (static or welded) is welded to the new parent's body; a body that was fixed to the world
+  weighs nothing there, as V-REP's static shapes do;
 * a free body (it falls, it is pushed) stays free: only the tree changes, as in V-REP, where a dynamic shape under
-  another shape is no part of it. Under a **force sensor** it is welded (V-REP's rigid link: what a gripper script means
-  by attaching to `..._attachPoint`), and let go again, with the velocity it has, when it gets another parent; the same
-  under a joint that moves nothing yet, as one that a script has made;
+  another shape moves independently of it. Under a **force sensor** it is welded (V-REP's rigid link: gripper scripts
+  attach objects to `..._attachPoint`), and released, with its present velocity, when it gets another parent; the same
+  holds under a joint that does not move a body yet, such as one that a script has made;
 * a link (body with hinges or slides) or a joint moves in the tree with all below it, joints first;
 * a site, camera or light moves to the new parent's body; a joint on a tendon only moves in the tree.
 """
@@ -56,13 +56,13 @@ __all__ = [
 ]
 
 DUMMY_COLOR = (255, 255, 255, 0, 0, 0, 64, 64, 64, 0, 0, 0)
-"""Of a dummy that is created without a colour: white, with a faint highlight."""
+"""Colour of a dummy that is created without one: white, with a faint highlight."""
 
 _COLOR_STARTS = (0, 0, 6, 9)
-"""Where the RGB of a component begins in a colour's 12 numbers."""
+"""Start of the RGB of each component in a colour's 12 numbers."""
 
 _SENSOR_CARRIER = INTERNAL + "sensor_carrier"
-"""Stem of the names of empty bodies in which force sensors hang that nothing hangs on."""
+"""Stem of the names of empty bodies that carry force sensors without children."""
 
 _PREFIX = {"site": "site_", "camera": "cam_", "light": "light_"}
 
@@ -111,7 +111,7 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
 def remove_object(sim: LiveScene, handle: int) -> None:
     """Remove one object; its children move up to its parent and stay where they are. Raises UnknownHandle.
 
-    A link that others hang on stays in the model as a carrier of its mass, without shapes; a removed joint is rigid.
+    A link with children stays in the model as a carrier of its mass, without shapes; a removed joint is rigid.
     """
     item = sim.scene.get(handle)
     children = sim.scene.children(handle)
@@ -133,7 +133,7 @@ def remove_object(sim: LiveScene, handle: int) -> None:
 
 
 def remove_model(sim: LiveScene, handle: int) -> None:
-    """Remove a whole tree. Raises UnknownHandle, CommandError when the object is no model base."""
+    """Remove a whole tree. Raises UnknownHandle, CommandError when the object is not a model base."""
     item = sim.scene.get(handle)
     if not sim.scene.is_model_base(handle):
         raise CommandError(
@@ -165,7 +165,7 @@ def remove_all(sim: LiveScene) -> None:
 
 
 def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None) -> int:
-    """Add a dummy of this diameter (m) at the world's origin; returns its handle.
+    """Add a dummy of this diameter (m) at the world's origin; return its handle.
 
     `color`: 12 numbers 0 to 255: ambient and diffuse RGB, 3 reserved, specular RGB, emissive RGB.
     """
@@ -191,13 +191,13 @@ def create_dummy(sim: LiveScene, size: float, color: Sequence[int] | None = None
 
 
 def dummy_size(sim: LiveScene, handle: int) -> float:
-    """Diameter of a dummy's mark, m. Raises UnknownHandle, WrongKind."""
+    """Return the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     return 2 * float(sim.model.site_size[_mark(item)][0])
 
 
 def set_dummy_size(sim: LiveScene, handle: int, size: float) -> None:
-    """Raises UnknownHandle, WrongKind, CommandError for no size."""
+    """Set the diameter of a dummy's mark in metres. Raises UnknownHandle, WrongKind, CommandError: invalid size."""
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     if not 0 < size < 1e3:
         raise CommandError(f"a dummy's size is a number above 0, below 1000 m, not {size}")
@@ -207,7 +207,10 @@ def set_dummy_size(sim: LiveScene, handle: int, size: float) -> None:
 
 
 def dummy_color(sim: LiveScene, handle: int, component: int) -> list[float]:
-    """RGB 0..1 of a dummy: 0 and 1 ambient and diffuse, 2 specular, 3 emission. Raises UnknownHandle, WrongKind."""
+    """Return the RGB 0..1 of a dummy: 0 and 1 ambient and diffuse, 2 specular, 3 emission.
+
+    Raises UnknownHandle, WrongKind.
+    """
     item = sim.scene.get_kind(handle, ObjectKind.DUMMY)
     if not 0 <= component <= 3:
         raise CommandError(f"a colour's component is 0, 1, 2 or 3, not {component}")
@@ -219,14 +222,14 @@ def dummy_color(sim: LiveScene, handle: int, component: int) -> list[float]:
 
 
 def _mark(item: SceneObject) -> int:
-    """The site that shows a dummy."""
+    """Return the id of the site that shows a dummy."""
     if item.element != "site":
         raise CommandError(f"'{item.name}' is a body without shapes, which has no mark with size and colour")
     return item.id
 
 
 def _joints_of(sim: LiveScene, item: SceneObject) -> list[SceneObject]:
-    """The joints by which a body hangs in the model, wherever they stand in the tree."""
+    """Return the joints between a body and its parent body, anywhere in the tree."""
     objects = sim.scene.objects.values()
     is_body = item.element == "body"
     return [other for other in objects if is_body and other.element == "joint" and other.body == item.body]
@@ -242,7 +245,7 @@ def _move_leaf(sim: LiveScene, item: SceneObject, parent: int) -> None:
         size = sim.model.site_size[item.id] if item.element == "site" else None
         name, place = body_name(sim, target), local
         if item.kind == ObjectKind.FORCE_SENSOR:
-            # In the body itself it would measure what holds that body, and stand above it in the tree.
+            # In the body itself it would measure the force that holds that body, and be above it in the tree.
             carrier = find_body(spec, name).add_body(
                 name=_free_name(spec, _SENSOR_CARRIER), pos=local[0], quat=local[1]
             )
@@ -255,7 +258,7 @@ def _move_leaf(sim: LiveScene, item: SceneObject, parent: int) -> None:
 
 
 def _take_along(sim: LiveScene, sensor: int) -> None:
-    """Fix to a sensor that was moved to another body what it holds."""
+    """Fix the objects that a sensor holds to the sensor, after it was moved to another body."""
     for child in sim.scene.children(sensor):
         held = sim.scene.get(child)
         if held.element == "body" and free_joint(sim.model, held.id) < 0 and not is_link(sim, held.id):
@@ -267,7 +270,7 @@ def _free_name(spec: mujoco.MjSpec, stem: str) -> str:
 
 
 def _hollow_out(sim: LiveScene, spec: mujoco.MjSpec, item: SceneObject) -> None:
-    """A link something hangs on stays as a nameless carrier of its mass, without shapes."""
+    """Turn a link with children into a nameless carrier of its mass, without shapes."""
     model, body = sim.model, spec.body(item.element_name)
     for geom in list(body.geoms):
         delete(spec, "geom", geom.name)
@@ -280,7 +283,7 @@ def _hollow_out(sim: LiveScene, spec: mujoco.MjSpec, item: SceneObject) -> None:
 
 
 def _pose_in_parent(sim: LiveScene, body: int) -> Pose:
-    """Where a body is now, in its parent's frame."""
+    """Return the present pose of a body in its parent's frame."""
     sim.refresh()
     return compose(inverse(body_pose(sim, int(sim.model.body_parentid[body]))), body_pose(sim, body))
 

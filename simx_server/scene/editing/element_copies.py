@@ -1,7 +1,7 @@
-"""Copying elements of MjSpecs attribute by attribute: what MjSpec can do for whole bodies of another spec only.
+"""Copy elements of MjSpecs attribute by attribute: MjSpec itself copies only whole bodies of another spec.
 
-`MjSpec.attach` will not do here: a spec keeps hidden copies of what was attached to it, and all its default classes and
-frames are attached too. So each copy of a scene's part would double what the copy before it had left.
+`MjSpec.attach` is not suitable: a spec keeps hidden copies of everything attached to it, including all its default
+classes and frames. Each copy of a scene's part would therefore double the remains of the copy before it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from simx_server.errors import CommandError
 
 LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}
-"""What a body has, and the lists it is in."""
+"""Kinds of elements in a body, and the lists that contain them."""
 
 _NOT_COPIED = frozenset(
     {
@@ -50,15 +50,15 @@ _LISTS = {"equality": "equalities"}
 
 
 class Copier:
-    """Makes twins of elements, whose names are made from the originals' by `rename`."""
+    """Make twins of elements, whose names are made from the originals' by `rename`."""
 
     def __init__(self, rename: Callable[[str], str], *, references: bool = False) -> None:
-        """`references`: the names in what refers to other elements are renamed as well."""
+        """Store the renaming; `references`: the names in references to other elements are renamed as well."""
         self._rename = rename
         self._references = references
 
     def everything(self, source: mujoco.MjSpec, target: mujoco.MjSpec) -> None:
-        """All that stands in a spec's world, and what acts on it, into another spec, which has all it uses of assets.
+        """Copy all elements of a spec's world, and those that act on them, into another spec, which has the assets.
 
         Raises CommandError for plugins.
         """
@@ -72,7 +72,7 @@ class Copier:
                 self.element(element, getattr(target, f"add_{kind}")())
 
     def body(self, old: Any, new: Any) -> None:
-        """Everything of a body and below into an empty one. Raises CommandError for plugins."""
+        """Copy everything of a body and below into an empty one. Raises CommandError for plugins."""
         self.element(old, new)
         self._children(old, new)
 
@@ -83,7 +83,7 @@ class Copier:
         kinds: Iterable[str] = LEAVES,
         without: AbstractSet[tuple[str, str]] = frozenset(),
     ) -> dict[Any, Any]:
-        """What a body itself has, with the frames it stands in: original to twin. `without`: kinds and names."""
+        """Copy a body's own elements, with their frames; return original to twin. `without`: kinds and names."""
         frames: dict[Any, Any] = {}
         for kind in kinds:
             for leaf in getattr(old, LEAVES[kind]):
@@ -95,13 +95,13 @@ class Copier:
         return frames
 
     def element(self, old: Any, new: Any) -> None:
-        """The attributes of one element. Raises CommandError for plugins."""
+        """Copy the attributes of one element. Raises CommandError for plugins."""
         if getattr(getattr(old, "plugin", None), "active", False):
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
         for name in _attributes(type(old)):
             value = getattr(old, name)
             if name == "userdata" and not len(value) and not len(getattr(new, name)):
-                continue  # mostly; writing it takes as long as all others together
+                continue  # the usual case; writing it takes as long as all others together
             if name in ("alt", "ialt"):
                 _copy_orientation(value, getattr(new, name))
             elif name == "name" or (self._references and name in _REFERENCES):
@@ -119,7 +119,7 @@ class Copier:
             self.frame(child, twin, new, frames)
 
     def frame(self, old: Any, new: Any, body: Any, frames: dict[Any, Any]) -> None:
-        """Let a twin stand in a twin of the frame its original stands in; `frames`: those the body has."""
+        """Put a twin into a twin of its original's frame; `frames`: those the body has."""
         if old.frame is not None:
             new.set_frame(self._frame_twin(old.frame, body, frames))
 
@@ -133,7 +133,7 @@ class Copier:
         return frames[old]
 
     def path(self, old: Any, new: Any) -> None:
-        """The path of a tendon."""
+        """Copy the path of a tendon."""
         for wrap in old.path:
             name = self._rename(wrap.target.name) if wrap.target is not None else ""
             if wrap.type == mujoco.mjtWrap.mjWRAP_PULLEY:
@@ -148,7 +148,7 @@ class Copier:
 
 @cache
 def _attributes(kind: type) -> tuple[str, ...]:
-    """Names of what makes an element of this class what it is."""
+    """Return the names of the attributes that define an element of this class."""
     names = (name for name in dir(kind) if not name.startswith("_") and name not in _NOT_COPIED)
     return tuple(name for name in names if not callable(getattr(kind, name)))
 
@@ -160,7 +160,7 @@ def _copy_orientation(old: Any, new: Any) -> None:
 
 
 def agree(spec: mujoco.MjSpec, with_spec: mujoco.MjSpec) -> None:
-    """Give it the other's settings of physics, pictures and memory: the scene's count, and MuJoCo warns of others."""
+    """Copy the other spec's settings of physics, images and memory: MuJoCo warns of different ones."""
     pairs = [(spec.option, with_spec.option), (spec.stat, with_spec.stat)]
     for part in ("global_", "headlight", "map", "quality", "rgba", "scale"):
         pairs.append((getattr(spec.visual, part), getattr(with_spec.visual, part)))

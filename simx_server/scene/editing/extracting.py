@@ -1,6 +1,7 @@
-"""Taking a part of a scene out of its spec, without copying the whole: some bodies and leaves, and what acts on them.
+"""Extract a part of a scene from its spec: some bodies and leaves, and the elements that act on them.
 
-A spec of thousands of bodies is not copied, and emptied again, for one of them: the part is made element by element.
+Copying and emptying a spec of thousands of bodies for one of them would take too long: the part is built element by
+element.
 """
 
 from __future__ import annotations
@@ -39,16 +40,17 @@ def extract(
     leaves: Iterable[tuple[str, str]],
     without: AbstractSet[tuple[str, str]] = frozenset(),
 ) -> mujoco.MjSpec:
-    """A new spec with some of a spec's bodies and leaves, by the names they have, and without assets.
+    """Return a new spec with some of a spec's bodies and leaves, under the same names and without assets.
 
-    What acts on them (tendons, actuators, sensors, equalities, pairs, exclusions) comes along if all it names does.
+    Elements that act on them (tendons, actuators, sensors, equalities, pairs, exclusions) are included if all elements
+    that they name are.
 
     Args:
-        bodies: name to the name of the parent body, parents first; a body whose parent is not among them stands in the
-            world, where it has no frame unless it stood there before.
-        leaves: kind and name of what does not stand in one of these bodies; it stands in the world, likewise.
+        bodies: name to the name of the parent body, parents first; a body whose parent is not among them is placed in
+            the world, where it has no frame unless it was there before.
+        leaves: kind and name of leaves outside these bodies; they are placed in the world in the same way.
         without: kind and name of leaves of these bodies, and of tendons, that are left out. Deleting them later would
-            cost a look at the whole spec each.
+            cost one search of the whole spec each.
 
     Raises CommandError for plugins.
     """
@@ -74,7 +76,7 @@ def extract(
 
 
 class _Acting:
-    """Takes along what names only elements of the part."""
+    """Copy the elements that name only elements of the part."""
 
     def __init__(
         self, spec: mujoco.MjSpec, part: mujoco.MjSpec, without: AbstractSet[tuple[str, str]]

@@ -1,6 +1,6 @@
-"""Adding a whole spec to a scene: what loading a model and copying objects have in common.
+"""Add a whole spec to a scene: the common part of loading a model and copying objects.
 
-The elements get a prefix that no other has; their objects get V-REP's names, with copy numbers where names are taken.
+The elements get a unique prefix; their objects get V-REP's names, with copy numbers where names are taken.
 """
 
 from __future__ import annotations
@@ -28,36 +28,36 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 Element = tuple[str, str]
-"""What carries an object: the MuJoCo kind and the element's name."""
+"""Element that carries an object: the MuJoCo kind and the element's name."""
 
 
 @dataclass(frozen=True)
 class Graft:
-    """What is to be added."""
+    """The spec to be added, with its names and annotations."""
 
     spec: mujoco.MjSpec
-    """Consumed."""
+    """The spec; adding it consumes it."""
     names: Mapping[Element, str]
-    """The name of each object it carries, as it was."""
+    """The original name of each object that it carries."""
     annotations: Mapping[str, dict[str, Annotation]]
-    """By these names."""
+    """Annotations by these names."""
     registered: Mapping[str, Mapping[str, Annotation]] = field(default_factory=dict)
-    """Collections, collision and distance objects and IK groups it brings: per kind, by name."""
+    """Collections, collision and distance objects and IK groups in the spec: per kind, by name."""
     copies: bool = False
-    """Whether each element is named as one of the scene, whose state it takes over."""
+    """Whether each element has the name of one in the scene, whose state it takes over."""
     moved: Collection[Element] = ()
     """(array prefix, element name) of copies that have a new place in the model."""
     hidden: Collection[str] = ()
-    """Names of bodies in it that are no objects."""
+    """Names of its bodies without an object."""
     welded: Collection[str] = ()
     weightless: Collection[str] = ()
     """Names of its bodies that belong to the scene's sets of this name."""
 
 
 def graft(world: World, addition: Graft) -> dict[Element, int]:
-    """Add it to the scene, stopped or running, at the top of the tree; the handle of each object by its element.
+    """Add the spec at the top of the tree, stopped or running; return the handle of each object by element.
 
-    An object whose element is gone (a tendon without its sites) is left out. Raises CommandError.
+    An object without its element (a tendon without its sites) is left out. Raises CommandError.
     """
     sim = world.simulation
     scene = sim.scene
@@ -76,7 +76,7 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
         with physics_warnings.collected() as told:
             spec.attach(addition.spec, prefix=prefix, frame=spec.worldbody.add_frame())
         for warning in told:
-            # This one is of a scene that holds its files' bytes and a model that does not: nothing is missing then.
+            # This warning concerns a scene with its files' bytes and a model without: no file is missing then.
             if not str(warning).startswith("Attaching a child without asset dict"):
                 logger.warning("mujoco: %s", warning)
         if brings_assets:
@@ -113,7 +113,7 @@ def graft(world: World, addition: Graft) -> dict[Element, int]:
 
 
 def _names(world: World, addition: Graft) -> dict[str, str]:
-    """What everything it brings is called in the scene: all copy numbers rise alike, as in V-REP."""
+    """Return the new name of each added object: all copy numbers rise alike, as in V-REP."""
     sim = world.simulation
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
     taken: Collection[str] = sim.scene.by_names().keys()
@@ -124,7 +124,7 @@ def _names(world: World, addition: Graft) -> dict[str, str]:
 
 
 def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names: Mapping[str, str]) -> None:
-    """Add to what is registered. The old mapping is left alone: the stop may bring it back."""
+    """Add entries to the registered ones. The old mapping is not changed: the stop may restore it."""
     registered = {kind: dict(notes) for kind, notes in scene.annotations.registered.items()}
     for kind, notes in added.items():
         for name, note in notes.items():
@@ -133,7 +133,7 @@ def _register(scene: Scene, added: Mapping[str, Mapping[str, Annotation]], names
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
-    """Remove what belongs to a whole scene and to no object: keyframes, annotations, sensors of nothing."""
+    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
     for many in (spec.keys, spec.tuples, spec.numerics):
         for element in list(many):
             spec.delete(element)

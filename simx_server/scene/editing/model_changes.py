@@ -1,4 +1,4 @@
-"""Changes of a model's arrays that are undone when MuJoCo cannot make a model of them."""
+"""Changes of a model's arrays that are undone when MuJoCo cannot compute with them."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @contextmanager
 def undone_on_failure(sim: LiveScene) -> Iterator[None]:
-    """Within the block the model's arrays and the state are changed, or an edit replaces the model.
+    """Undo the block's changes of the model's arrays, the state, or the model itself when it fails.
 
-    On failure all is as before. What MuJoCo says of it becomes a CommandError.
+    MuJoCo's error message becomes a CommandError.
     """
     scene, model, data = sim.scene, sim.model, sim.data
     arrays = {name: value.copy() for name, value in editable_arrays(model)}

@@ -1,4 +1,4 @@
-"""State, options and editable arrays of a compiled model: what copies and edits carry over."""
+"""State, options and editable arrays of a compiled model, as copies and edits carry them over."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 _EDITABLE = (
     "body_", "jnt_", "dof_", "geom_", "site_", "cam_", "light_", "actuator_", "tendon_", "eq_", "mat_", "pair_", "qpos",
 )  # fmt: skip
-"""Beginnings of the names of model arrays a command may write; meshes, textures and the like are never written."""
+"""Prefixes of the names of model arrays a command may write; meshes, textures and the like are never written."""
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""All that the next step depends on: physics, controls, applied forces, mocap, user data, warm start."""
+"""All values that the next physics step depends on: physics, controls, applied forces, mocap, user data, warm start."""
 
 
 def editable_arrays(model: mujoco.MjModel) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and live view of every model array a command may write."""
+    """Yield name and live view of every model array a command may write."""
     for name in dir(model):
         if name.startswith(_EDITABLE):
             value = getattr(model, name)
@@ -28,21 +28,21 @@ def editable_arrays(model: mujoco.MjModel) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def option_values(model: mujoco.MjModel) -> dict[str, Any]:
-    """A copy of all physics options."""
+    """Return a copy of all physics options."""
     values = ((name, getattr(model.opt, name)) for name in option_names())
     return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values}
 
 
 @cache
 def option_names() -> tuple[str, ...]:
-    """The physics options: numbers and arrays."""
+    """Return the names of the physics options: numbers and arrays."""
     option = mujoco.MjOption()
     names = (name for name in dir(option) if not name.startswith("_"))
     return tuple(name for name in names if isinstance(getattr(option, name), np.ndarray | int | float))
 
 
 def write_options(model: mujoco.MjModel, values: dict[str, Any]) -> None:
-    """The reverse of `option_values`."""
+    """Set the options that `option_values` returned."""
     for name, value in values.items():
         if isinstance(value, np.ndarray):
             getattr(model.opt, name)[:] = value
@@ -51,7 +51,7 @@ def write_options(model: mujoco.MjModel, values: dict[str, Any]) -> None:
 
 
 def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """The full integration state as one vector."""
+    """Return the full integration state as one vector."""
     state = np.empty(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
     return state

@@ -1,4 +1,4 @@
-"""The one way a scene's model is replaced: operate on a copy of the spec, compile, carry the state over, go on."""
+"""The only function that replaces a scene's model: operate on a copy of the spec, compile, carry the state over."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def edit(
     weightless: set[str] | None = None,
     added: Addition | None = None,
 ) -> None:
-    """Operate on a copy of the spec, compile it, carry the state over. On failure nothing has changed.
+    """Operate on a copy of the spec, compile it, carry the state over. A failure leaves all as it was.
 
     Args:
-        moved: (array prefix, element name) of what has a new place, see `carry_over`.
-        removed: handles of objects that are no more.
+        moved: (array prefix, element name) of elements with a new pose, see `carry_over`.
+        removed: handles of removed objects.
         parents: handle to new parent, of objects whose place in the tree is not that of their element.
         welded, weightless: the scene's sets of these names from now on.
-        hidden: name of one more body that is no object.
-        added: what the surgery adds.
+        hidden: name of one more body without an object.
+        added: the spec that the surgery adds.
     """
     sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
     sim.refresh()
@@ -53,22 +53,22 @@ def edit(
     spec = old.spec.copy()
     try:
         surgery(spec)
-        model = compile_spec(spec, logging.DEBUG)  # it was told when the scene was loaded
+        model = compile_spec(spec, logging.DEBUG)  # the warnings were logged when the scene was loaded
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise _refusal(error) from error
     data = mujoco.MjData(model)
     twins = Twins(old.names or Names(sim.model), model)
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
-    # A body that only stands for a copy's missing link weighs what it was given.
+    # A body that only replaces a copy's missing link keeps its given weight.
     reweighed = (old.weightless_bodies ^ weights) | (added.hidden if added is not None else set())
     differs = carry_over(sim.model, sim.data, model, data, twins, moved, reweighed, copies)
     differs |= _take_weight(model, weights)
     if differs:
-        # What the solver derives from masses and places: those that were carried over are not what was compiled.
+        # Compute the solver's values from masses and places: the carried ones differ from the compiled ones.
         try:
             mujoco.mj_setConst(model, mujoco.MjData(model))
-        except mujoco.FatalError as error:  # weights that a client has set may be none
+        except mujoco.FatalError as error:  # a client may have set weights to 0
             raise _refusal(error) from error
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set())
     annotations, names = old.annotations, None
@@ -88,7 +88,7 @@ def edit(
         scene.objects.pop(handle, None)
     parents = {handle: parent for handle, parent in (parents or {}).items() if handle in scene.objects}
     for handle in parents:
-        scene.objects[handle] = replace(scene.objects[handle])  # the old scene stays, should this one not do
+        scene.objects[handle] = replace(scene.objects[handle])  # the old scene stays if this one fails
     scene.override_parents(parents)
     scene.reindex()
     _check_tree(scene, touched | parents.keys())
@@ -100,10 +100,10 @@ def _refusal(error: Exception) -> CommandError:
 
 
 def _check_tree(scene: Scene, touched: set[int]) -> None:
-    """Raises CommandError where an object would be its own ancestor. `touched`: those that may hang elsewhere.
+    """Raise CommandError where an object would be its own ancestor. `touched`: handles whose parent may have changed.
 
-    What hangs on what in the model and what the tree was told may contradict each other: a moved body takes along
-    joints and sensors that the tree has elsewhere.
+    The model's tree and the given parents may contradict each other: a moved body takes along joints and sensors that
+    are elsewhere in the tree.
     """
     sound: set[int] = {-1}
     for handle in touched:
@@ -120,7 +120,7 @@ def _check_tree(scene: Scene, touched: set[int]) -> None:
 
 
 def _take_weight(model: mujoco.MjModel, names: set[str]) -> bool:
-    """Make bodies weigh nothing, in the model only: the spec keeps their mass for when they are let go.
+    """Make bodies weigh nothing, in the model only: the spec keeps their mass for their release.
 
     Returns whether there are any.
     """

@@ -1,4 +1,4 @@
-"""Giving an object of a scene another name, alias or annotation while it is there. A stop takes it back."""
+"""Change the name, alias or annotation of an object in a loaded scene. The stop undoes it."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _ALIAS = re.compile(r"[^/@#*?\[\]{}]+")
 
 
 def rename(sim: LiveScene, handle: int, name: str) -> None:
-    """Give an object another name, and the alias that goes with it; what refers to it by name goes on doing so.
+    """Change an object's name, and the alias that goes with it; references by name stay valid.
 
-    Collections, collision and distance objects keep it, but a copy of it does not bring them along any more.
-    Raises UnknownHandle, CommandError: no possible name, or another object has it.
+    Collections, collision and distance objects keep the object, but a copy of it does not include them any more.
+    Raises UnknownHandle, CommandError: invalid name, or another object has it.
     """
     scene = sim.scene
     item = scene.get(handle)
@@ -45,12 +45,12 @@ def rename(sim: LiveScene, handle: int, name: str) -> None:
     for each in scene.objects.values():
         each.annotations = scene.annotations.objects.get(each.name, {})
     scene.reindex()
-    sim.model_edited()  # what keeps a copy keeps names
+    sim.model_edited()  # parts with a copy of the model keep names
     sim.changed()
 
 
 def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
-    """Several objects may have the same one. Raises UnknownHandle, CommandError: no possible alias."""
+    """Set an object's alias, which other objects may share. Raises UnknownHandle, CommandError: invalid alias."""
     item = sim.scene.get(handle)
     if not _ALIAS.fullmatch(alias):
         raise CommandError(f"{alias!r} is no alias for an object; it has none of / @ # * ? [ ] {{ }}")
@@ -59,7 +59,7 @@ def set_alias(sim: LiveScene, handle: int, alias: str) -> None:
 
 
 def annotate(sim: LiveScene, handle: int, kind: str, values: dict[str, Value]) -> None:
-    """As if the scene's file said this of the object. Raises UnknownHandle."""
+    """Add an annotation to the object as if it were in the scene's file. Raises UnknownHandle."""
     scene = sim.scene
     item = scene.get(handle)
     note = {**item.annotations.get(kind, {}), **values}

@@ -1,8 +1,8 @@
-"""The scene after an edit: the objects of the scene before it, but for those that the edit concerns.
+"""The scene after an edit: the objects of the scene before it, except for those that the edit concerns.
 
-A whole scene is not walked through for one new object. The bodies whose objects may stand elsewhere in the tree now are
-found from the arrays of both models; only their objects are made again, as `tree.py` makes them. All others stay, with
-new ids where elements before them were added or removed.
+One new object must not cost a search of the whole scene. The bodies whose objects may have another place in the tree
+are found from the arrays of both models; only their objects are made again, as `tree.py` makes them. All others stay,
+with new ids where elements before them were added or removed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from simx_server.scene.objects import Scene, SceneObject
 from simx_server.scene.tree import Builder
 
 _KINDS = {"geom": "geom", "site": "site", "camera": "cam", "light": "light", "joint": "jnt"}
-"""Kind of element that stands in a body, as objects say it, to how arrays of the model do."""
+"""Kinds of elements in a body: object's term to the prefix of the model's arrays."""
 
 _SENSED = (mujoco.mjtSensor.mjSENS_RANGEFINDER, mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
@@ -36,10 +36,11 @@ def succeed(
     hidden: frozenset[str],
     given_names: Mapping[tuple[str, str], str] | None = None,
 ) -> tuple[Scene, set[int]]:
-    """The scene of the edited model, which keeps handles, names and parents; and the handles that may hang elsewhere.
+    """Return the scene of the edited model, with handles, names and parents kept; and the handles with a new place.
 
-    `hidden`: names of bodies that are objects no more. `given_names`: object names by (element, element name); other
-    new objects are named as their element.
+    Args:
+        hidden: names of bodies that are not objects any more.
+        given_names: object names by (element, element name); other new objects have their element's name.
     """
     successor = _Successor(old_scene, old_model, model, twins, annotations, hidden, given_names)
     successor.build()
@@ -70,7 +71,7 @@ class _Successor(Builder):
         self.twins = twins
         self.next_handle = old_scene.next_handle
         self.all = dict(old_scene.objects)
-        """Of the new scene, by handle; `objects` are those among them that were made again."""
+        """All objects of the new scene, by handle; `objects` are those among them that were made again."""
         before = twins.before("body")
         self.owners = np.where(before >= 0, old_scene.owners[before], -1)
         self._gone: list[int] = []
@@ -130,7 +131,7 @@ class _Successor(Builder):
         return handle if handle is not None and handle in self.all else otherwise
 
     def overrides(self) -> dict[int, int]:
-        """The parents that are not what the bodies say, without those of and in objects that are gone."""
+        """Return the parents that differ from the bodies' tree, without those of and in removed objects."""
         if not self._gone:
             return dict(self.old.parent_overrides)
         return {
@@ -139,10 +140,10 @@ class _Successor(Builder):
             if handle in self.all and (parent == -1 or parent in self.all)
         }
 
-    # --- what stays ------------------------------------------------------------------------------
+    # --- objects that stay -----------------------------------------------------------------------
 
     def _renumber(self) -> None:
-        """Give what has stayed its new ids, and note what is gone."""
+        """Give the remaining objects their new ids, and note the removed ones."""
         bodies, handles = self.twins.after("body"), self.old.by_elements()
         for element in ("body", *_KINDS):
             body = self._bodies_of(self.old_model, element)
@@ -150,7 +151,7 @@ class _Successor(Builder):
                 continue
             after = bodies if element == "body" else self.twins.after(_KINDS[element])
             changed = (after != np.arange(len(after))) | (bodies[body] != body)
-            if element == "geom":  # those of other bodies are no objects
+            if element == "geom":  # geoms of other bodies are not objects
                 changed &= body == 0
             if not changed.any():
                 continue
@@ -164,7 +165,7 @@ class _Successor(Builder):
                     self.all[handle] = self.all[handle].renumbered(new_id, new_body)
 
     def _drop(self) -> None:
-        """Tendons are all made again, as are sites with sensors, whose numbers change with any other sensor."""
+        """Drop all tendons, and sites with sensors, whose numbers change with any other sensor: they are made again."""
         for handle, item in self._tendons():
             if self.twins.after("tendon")[item.id] < 0:
                 self._gone.append(handle)
@@ -182,10 +183,10 @@ class _Successor(Builder):
             if handle is not None:
                 yield handle, self.old.objects[handle]
 
-    # --- what is made again ----------------------------------------------------------------------
+    # --- objects that are made again -------------------------------------------------------------
 
     def _changed_bodies(self) -> set[int]:
-        """Ids of bodies that are new, hang elsewhere, or have other elements than before."""
+        """Return the ids of bodies that are new, have another parent, or have other elements than before."""
         before, after = self.twins.before("body"), self.twins.after("body")
         parent = np.where(before >= 0, after[self.old_model.body_parentid[before]], -1)
         found = set(np.flatnonzero(parent != self.model.body_parentid).tolist())
@@ -200,7 +201,7 @@ class _Successor(Builder):
         return found
 
     def _with_other(self, element: str) -> set[int]:
-        """Bodies that have got or lost elements of a kind, or have sites with sensors."""
+        """Return the bodies that have got or lost elements of a kind, or have sites with sensors."""
         kind = _KINDS[element]
         bodies, were = self._bodies_of(self.model, element), self._bodies_of(self.old_model, element)
         if not len(bodies) and not len(were):
@@ -222,7 +223,7 @@ class _Successor(Builder):
         return found - {-1} if element != "geom" else found & {0}
 
     def _orphans(self) -> set[int]:
-        """Bodies of objects whose parent is gone."""
+        """Return the bodies of objects whose parent was removed."""
         children = {child for handle in self._gone for child in self.old.children(handle)}
         orphans = [self.all[child] for child in children & self.all.keys()]
         for item in orphans:
@@ -232,7 +233,7 @@ class _Successor(Builder):
 
     @staticmethod
     def _bodies_of(model: mujoco.MjModel, element: str) -> np.ndarray:
-        """Id of an element to that of its body."""
+        """Return the body id of each element, by element id."""
         if element == "body":
             return np.arange(model.nbody)
         found: np.ndarray = getattr(model, f"{_KINDS[element]}_bodyid")

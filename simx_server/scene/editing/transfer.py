@@ -1,4 +1,4 @@
-"""Carrying a simulation's state from one compiled model to its edited successor, by the names of the elements."""
+"""Carry a simulation's state from one compiled model to its edited successor, by the names of the elements."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ _ARRAYS = (
     *("jnt_pos", "jnt_axis"),
     *("jnt_stiffness", "tendon_range", "tendon_limited"),
 )
-"""Model arrays of settings a command may have written. What belongs to actuators is written again by the joints."""
+"""Model arrays of settings a command may have written. The joints write the actuators' arrays themselves."""
 
 _ARRAYS_OF = {
     prefix: [array for array in _ARRAYS if array.startswith(prefix)]
     for prefix in dict.fromkeys(array[: array.index("_") + 1] for array in _ARRAYS)
 }
-"""By the prefix that says whose they are."""
+"""The arrays by the prefix of their kind of element."""
 
 _INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
 
 _POSITIONS = np.array((7, 4, 1, 1))
 _DOFS = np.array((6, 3, 1, 1))
-"""By type of joint."""
+"""Number of degrees of freedom by type of joint."""
 
 
 def carry_over(
@@ -57,11 +57,13 @@ def carry_over(
 ) -> bool:
     """Give the new model the edited settings and the new data the state of the old ones.
 
-    `moved`: (array prefix, element name) of what was placed anew, whose local pose is the new model's own.
-    `reweighed`: names of bodies whose inertia is the new model's own.
-    `copies`: prefix of new elements that start as copies of those named as they are without it.
+    Args:
+        moved: (array prefix, element name) of elements with a new place, which keep the new model's local pose.
+        reweighed: names of bodies that keep the new model's inertia.
+        copies: prefix of new elements that start as copies of those with the same name without it.
 
-    Returns whether any setting in the new model is another than it was compiled with.
+    Returns:
+        Whether any setting in the new model differs from the compiled one.
     """
     differs = False
     placed = {prefix: {name for kind, name in moved if kind == prefix} for prefix, _ in moved}
@@ -101,9 +103,9 @@ def carry_over(
 
 
 def _unmark_simple(model: mujoco.MjModel) -> None:
-    """MuJoCo refuses a body that was compiled as simple and whose inertia was then carried to another place.
+    """Remove the simple mark of fixed bodies whose inertia was carried to another place, which MuJoCo refuses.
 
-    A fixed body loses the mark. A body with joints keeps it, because the layout of its matrices depends on it.
+    A body with joints keeps the mark, because the layout of its matrices depends on it.
     """
     is_fixed = (model.body_simple > 0) & (model.body_dofnum == 0)
     is_apart = (model.body_ipos != 0).any(1) | (model.body_iquat[:, 1:] != 0).any(1)
@@ -111,14 +113,14 @@ def _unmark_simple(model: mujoco.MjModel) -> None:
 
 
 def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
-    """Which of these ids have one of the names; None for no name."""
+    """Return which of these ids have one of the names; None without names."""
     if not wanted:
         return None
     return np.isin(ids, [index for index, name in enumerate(names) if name in wanted])
 
 
 def _span(ids: np.ndarray) -> Any:
-    """The same elements as a slice, where they follow one another: no copy is made of those."""
+    """Return consecutive ids as a slice, which avoids a copy of the elements."""
     first, last = int(ids[0]), int(ids[-1])
     return slice(first, last + 1) if (np.diff(ids) == 1).all() else ids
 
@@ -179,7 +181,7 @@ def _carry_actuators(
 
 
 def _runs(starts: np.ndarray, new_starts: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The indices of runs of so many numbers, and those of where they go."""
+    """Return the indices of runs of these lengths, and the indices of their destinations."""
     total = int(counts.sum())
     within = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.repeat(starts, counts) + within, np.repeat(new_starts, counts) + within

@@ -1,7 +1,7 @@
-"""Surgery on an MjSpec: moving a body with all below it, moving a leaf element, deleting with all that refers to it.
+"""Surgery on an MjSpec: move a body with all below it, move a leaf element, delete with all references.
 
 MjSpec can delete a body, but not move one. A body is moved by copying it element by element under its new parent: the
-originals are renamed first, so that whatever names them (actuators, sensors, tendons, equalities, exclusions) means the
+originals are renamed first, so that references by name (actuators, sensors, tendons, equalities, exclusions) mean the
 copies from then on, and are deleted afterwards.
 """
 
@@ -31,7 +31,7 @@ OBJECT_TYPES = {
     "tendon": (mujoco.mjtObj.mjOBJ_TENDON,),
     "actuator": (mujoco.mjtObj.mjOBJ_ACTUATOR,),
 }
-"""What sensors call the kinds of elements."""
+"""Object types of sensors by kind of element."""
 
 TRANSMISSIONS = {
     "joint": (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT),
@@ -39,7 +39,7 @@ TRANSMISSIONS = {
     "site": (mujoco.mjtTrn.mjTRN_SITE, mujoco.mjtTrn.mjTRN_SLIDERCRANK),
     "body": (mujoco.mjtTrn.mjTRN_BODY,),
 }
-"""What an actuator of a kind of transmission acts on."""
+"""Kind of element that an actuator acts on, by its transmission."""
 
 
 def move_body(
@@ -98,7 +98,7 @@ def delete(spec: mujoco.MjSpec, element: str, name: str) -> None:
 
 
 def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None:
-    """As `delete` for many (element, name) at once, which is much faster. What is not there is passed over."""
+    """Delete many (element, name) at once, which is much faster than `delete` for each. Missing ones are skipped."""
     doomed: dict[str, set[str]] = {kind: set() for kind in (*OBJECT_TYPES, "pair")}
     wanted = list(elements)
     for element, name in wanted:
@@ -110,7 +110,7 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
     for reference in _references(spec, doomed):
         spec.delete(reference)
     for element, name in wanted:
-        found = getattr(spec, element)(name)  # None: it went with the body it was in
+        found = getattr(spec, element)(name)  # None: it was deleted with its body
         if found is not None:
             spec.delete(found)
 
@@ -126,7 +126,7 @@ def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:
 
 
 def find_body(spec: mujoco.MjSpec, name: str) -> Any:
-    """A body of the spec; `world` for the world."""
+    """Return a body of the spec; `world` for the world."""
     return spec.worldbody if name == "world" else spec.body(name)
 
 
@@ -139,7 +139,7 @@ def _doom_below(body: Any, doomed: dict[str, set[str]]) -> None:
 
 
 def _references(spec: mujoco.MjSpec, doomed: dict[str, set[str]]) -> list[Any]:
-    """What refers to doomed elements; tendons and actuators among it are doomed too, and what refers to them."""
+    """Return the references to doomed elements; doom tendons and actuators among them too, and their references."""
     paths = doomed["site"] | doomed["joint"] | doomed["geom"]
     tendons = (
         [t for t in spec.tendons if t.name not in doomed["tendon"] and _wraps(t, paths)] if paths else []
@@ -168,7 +168,7 @@ def _acts_on(actuator: Any, doomed: dict[str, set[str]]) -> bool:
 
 
 def equality_kind(equality: Any) -> str:
-    """What an equality holds together: joints, tendons, sites or bodies."""
+    """Return the kind of elements that an equality connects: joints, tendons, sites or bodies."""
     kind = equality.type
     if kind == mujoco.mjtEq.mjEQ_JOINT:
         return "joint"

@@ -1,4 +1,4 @@
-"""Which elements of an edited model are those of the model before it: found by name, for all elements at once."""
+"""Find the elements of an edited model in the model before it: by name, for all elements at once."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Names:
 
     @cached_property
     def _all(self) -> tuple[np.ndarray, list[str]]:
-        """Where in the model's bytes each name starts, and the names in this order."""
+        """Return where in the model's bytes each name starts, and the names in this order."""
         text: bytes = self._model.names
         ends = np.flatnonzero(np.frombuffer(text, np.uint8) == 0)
         return np.concatenate(([0], ends + 1)), text.decode().split("\0")
 
     def of(self, kind: str) -> list[str]:
-        """The names of a kind ("body", "jnt", "geom", ...), by id; empty for an element without one."""
+        """Return the names of a kind ("body", "jnt", "geom", ...), by id; empty for an element without one."""
         if kind not in self._lists:
             addresses = getattr(self._model, f"name_{kind}adr")
             if not len(addresses):
@@ -40,7 +40,7 @@ class Names:
         return self._lists[kind]
 
     def ids(self, kind: str) -> dict[str, int]:
-        """The id of each name of a kind."""
+        """Return the id of each name of a kind."""
         if kind not in self._ids:
             names = self.of(kind)
             ids = dict(zip(reversed(names), range(len(names) - 1, -1, -1), strict=True))
@@ -50,7 +50,7 @@ class Names:
 
 
 class Twins:
-    """The elements that an edit has left there. Arrays of ids; -1 stands for none."""
+    """The elements that exist before and after an edit. Arrays of ids; -1 means none."""
 
     def __init__(self, old: Names, new: mujoco.MjModel) -> None:
         self.old, self.new = old, Names(new)
@@ -58,7 +58,7 @@ class Twins:
         self._after: dict[str, np.ndarray] = {}
 
     def before(self, kind: str) -> np.ndarray:
-        """Id in the new model to the id that the element of this name had before."""
+        """Return the old id of each element, by new id."""
         if kind not in self._before:
             names, ids = self.new.of(kind), self.old.ids(kind) if self.new.of(kind) else {}
             found = map(ids.get, names, repeat(-1))
@@ -66,7 +66,7 @@ class Twins:
         return self._before[kind]
 
     def after(self, kind: str) -> np.ndarray:
-        """Id in the old model to the id that the element has in the new one."""
+        """Return the new id of each element, by old id."""
         if kind not in self._after:
             before = self.before(kind)
             stayed = np.flatnonzero(before >= 0)
@@ -76,9 +76,9 @@ class Twins:
         return self._after[kind]
 
     def pairs(self, kind: str, copies: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Ids before and after of all that are there in both.
+        """Return the ids before and after of all elements in both models.
 
-        `copies`: a new element whose name begins so is paired with the one that is named as it is without.
+        `copies`: a new element whose name starts with this prefix is paired with the one whose name is the rest.
         """
         before = self.before(kind)
         if copies is not None:

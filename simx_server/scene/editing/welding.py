@@ -1,4 +1,4 @@
-"""Which bodies are fixed to which: welding a body to another, letting it go, static on and off."""
+"""Fixed connections of bodies: weld a body to another, release it, switch static on and off."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
-    """The physical side of a new parent, for a body or what stands for one."""
+    """Move a body, or the element that represents one, to a new parent physically."""
     body = item.body
     name = sim.model.body(body).name
     target, parents = body_under(sim, parent), {item.handle: parent}
@@ -40,7 +40,7 @@ def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
 
 
 def _links(sim: LiveScene, item: SceneObject) -> bool:
-    """Whether a free body that gets this parent is held by it: force sensors, and joints that have no link yet."""
+    """Return whether this parent holds a free body: force sensors do, and joints without a link."""
     if item.kind == ObjectKind.FORCE_SENSOR:
         return True
     return item.element == "joint" and sim.model.body(item.body).name in sim.scene.hidden_bodies
@@ -49,7 +49,7 @@ def _links(sim: LiveScene, item: SceneObject) -> bool:
 def set_static(sim: LiveScene, handle: int, static: bool) -> None:
     """Make a free body static (it stays with its parent, or where it is) or a jointless body free.
 
-    What V-REP's `shapeintparam_static` does. Raises CommandError for links of a mechanism.
+    This is V-REP's `shapeintparam_static`. Raises CommandError for links of a mechanism.
     """
     item = sim.scene.get_kind(handle, ObjectKind.SHAPE, ObjectKind.DUMMY)
     if item.element != "body" or is_link(sim, item.id):
@@ -68,7 +68,7 @@ def set_static(sim: LiveScene, handle: int, static: bool) -> None:
 
 
 def body_under(sim: LiveScene, parent: int) -> int:
-    """The body that children of an object are physically attached to."""
+    """Return the body that children of an object are physically attached to."""
     return 0 if parent == -1 else sim.scene.get(parent).body
 
 
@@ -89,7 +89,7 @@ def _weld(
     weightless: bool,
     parents: dict[int, int] | None = None,
 ) -> None:
-    """Fix a body to another where it is now. `weightless`: it adds no mass (else it has its own)."""
+    """Fix a body to another in its present pose. `weightless`: it adds no mass (else it has its own)."""
     model = sim.model
     sim.refresh()
     name, target_name = model.body(body).name, body_name(sim, target)
@@ -108,7 +108,7 @@ def _weld(
 
 
 def release(sim: LiveScene, body: int, parents: dict[int, int] | None = None) -> None:
-    """Give a body a free joint, the velocity it has, and its weight."""
+    """Give a body a free joint, its present velocity, and its weight."""
     name = sim.model.body(body).name
     sim.refresh()
     pose, motion = body_pose(sim, body), velocity(sim, body)
@@ -124,7 +124,7 @@ def release(sim: LiveScene, body: int, parents: dict[int, int] | None = None) ->
 
 
 def set_free(sim: LiveScene, name: str, pose: Pose, motion: list[float]) -> None:
-    """Place and velocity (as `velocity` gives it) of a body that has got a free joint."""
+    """Set pose and velocity (as `velocity` returns it) of a body that has got a free joint."""
     joint = int(sim.model.body_jntadr[sim.model.body(name).id])
     position, dof = int(sim.model.jnt_qposadr[joint]), int(sim.model.jnt_dofadr[joint])
     sim.data.qpos[position : position + 7] = (*pose[0], *pose[1])
@@ -133,9 +133,9 @@ def set_free(sim: LiveScene, name: str, pose: Pose, motion: list[float]) -> None
 
 
 def rigid_bodies(sim: LiveScene, body: int) -> set[str]:
-    """Names of a body and of those below that are fixed to it."""
+    """Return the names of a body and of those below that are fixed to it."""
     model = sim.model
-    # The bodies below one follow it in the model, up to the first that hangs on what was before it.
+    # The bodies below one follow it in the model, up to the first whose parent is before it.
     behind = np.flatnonzero(model.body_parentid[body + 1 :] < body)
     end = body + 1 + int(behind[0]) if len(behind) else model.nbody
     fixed = np.flatnonzero(model.body_weldid[body:end] == model.body_weldid[body]) + body
@@ -143,7 +143,7 @@ def rigid_bodies(sim: LiveScene, body: int) -> set[str]:
 
 
 def start_pose(sim: LiveScene, body: int) -> Pose:
-    """World pose of a body's frame before its own hinges and slides moved it: what MJCF calls its place."""
+    """Return the world pose of a body's frame before its hinges and slides moved it: the pose in the MJCF file."""
     if not is_link(sim, body):
         return body_pose(sim, body)
     model = sim.model
@@ -152,7 +152,7 @@ def start_pose(sim: LiveScene, body: int) -> Pose:
 
 
 def velocity(sim: LiveScene, body: int) -> list[float]:
-    """A body's velocity as a free joint's: linear in the world frame, angular in the body's."""
+    """Return a body's velocity as a free joint's: linear in the world frame, angular in the body's."""
     mujoco.mj_comVel(sim.model, sim.data)
     motion = np.empty(6)
     mujoco.mj_objectVelocity(sim.model, sim.data, mujoco.mjtObj.mjOBJ_XBODY, body, motion, 0)

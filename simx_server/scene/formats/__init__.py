@@ -1,1 +1,1 @@
-"""From a file to a scene, and back: MJCF, URDF, and the annotations that complete them."""
+"""Convert a file to a scene and back: MJCF, URDF, and the annotations that complete them."""

@@ -1,8 +1,8 @@
-"""What `<custom>` says of a scene under the `simx` prefix: all that MJCF has no word for.
+"""Annotations of a scene: `<custom>` elements with the prefix `simx` for all settings that MJCF lacks.
 
 `<text name="simx:KIND:OBJECT" data="key=value key=value"/>`; `<numeric name="simx:time_step" data="0.05"/>`.
-Scripts have forms of their own, see `script_texts.py`.
-GRAMMAR is the whole list of kinds and keys; anything else is an error that names the element and what is valid.
+Scripts have other forms, see `script_texts.py`.
+GRAMMAR is the whole list of kinds and keys; all others are errors that name the element and the valid values.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Annotation = dict[str, Value]
 
 
 class SceneError(CommandError):
-    """A scene file that cannot be loaded; the text names the element and what is valid."""
+    """A scene file that cannot be loaded; the text names the element and the valid values."""
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Annotations:
 
     objects: dict[str, dict[str, Annotation]] = field(default_factory=dict)
     registered: dict[str, dict[str, Annotation]] = field(default_factory=dict)
-    """Per kind of REGISTERED what is registered under which name; these are no objects' names."""
+    """Registered entries by kind of REGISTERED and name; these names are not names of objects."""
     main_script: Annotation | None = None
     time_step: float | None = None
 
@@ -197,14 +197,14 @@ GRAMMAR: dict[str, dict[str, Callable[[str], Value]]] = {
 }
 
 FREE = ("parameters",)
-"""Kinds that take any key, for scripts to read; values stay texts."""
+"""Kinds that accept any key, for scripts to read; values stay texts."""
 
 
 REGISTERED = ("collection", "collision", "distance", "ik", "ui")
-"""Kinds whose NAME is not that of an object but a name of its own."""
+"""Kinds whose NAME is a separate name, not that of an object."""
 
 MEASURED = ("collection", "collision", "distance", "ik")
-"""Those of them that a model brings along."""
+"""Registered kinds that a model brings along."""
 
 _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "ray": ((), ()),
@@ -213,7 +213,7 @@ _VOLUMES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "pyramid": (("size_x", "size_y"), ("size_x_far", "size_y_far")),
     "disc": (("angle_deg", "height"), ("radius", "inside_gap")),
 }
-"""Keys that each type of proximity sensor needs, and those it may have."""
+"""Keys that each type of proximity sensor needs, and its optional keys."""
 _ANY_VOLUME = {key for needed, possible in _VOLUMES.values() for key in (*needed, *possible)}
 
 
@@ -247,7 +247,7 @@ def read_annotations(spec: mujoco.MjSpec) -> Annotations:
 
 
 def parse(kind: str, data: str, element: str) -> Annotation:
-    """The checked values of one annotation; `element` is named in errors. Raises SceneError."""
+    """Return the checked values of one annotation; `element` is named in errors. Raises SceneError."""
     keys = GRAMMAR[kind]
     values: Annotation = {}
     for word in data.split():
@@ -282,7 +282,7 @@ def _check_volume(values: Annotation, element: str) -> None:
 
 
 def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
-    """Every annotated object must exist and be of the kind its annotation is for. `kinds_of`: name to kind text."""
+    """Check that annotated objects exist and have the kind of their annotation. `kinds_of`: name to kind text."""
     needed = {
         "joint": "joint",
         "vision": "vision sensor",
@@ -310,7 +310,7 @@ def check_objects(annotations: Annotations, kinds_of: dict[str, str]) -> None:
 
 
 def _check_names(annotations: Annotations, objects: Collection[str]) -> None:
-    """What collections, collision and distance objects and sensors name must exist."""
+    """Check that the objects named by collections, collision and distance objects and sensors exist."""
     collections = annotations.registered.get("collection", {})
     for name, note in collections.items():
         for key in ("objects", "tree", "below", "chain", "without"):

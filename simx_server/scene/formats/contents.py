@@ -1,6 +1,7 @@
-"""What the files that a scene is made of hold, read once: MuJoCo gets these bytes and opens no file.
+"""Contents of the files of a scene, read once: MuJoCo gets these bytes and opens no file.
 
-So what was tried (`trial`) is what is loaded, and what each later edit compiles again, whatever happens to the files.
+The bytes of the trial (`trial`) are therefore the ones that are loaded, and compiled again by each later edit, even
+if the files change.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from simx_server.files.regular_files import read_regular
 
 @dataclass(frozen=True)
 class Contents:
-    """Absolute paths to bytes; a file that is reached through a link is there under both paths."""
+    """Bytes of files by absolute path; a file that is reached through a link is stored under both paths."""
 
     texts: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
-    """XML: the scene and what it includes."""
+    """XML: the scene and its includes."""
 
     assets: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
     """Meshes, textures and the like."""
@@ -45,12 +46,12 @@ class Contents:
             files.close()
 
     def find(self, file: Path) -> bytes | None:
-        """Return the bytes of a file; None if it is not among these."""
+        """Return the bytes of a file; None for other files."""
         data = self.texts.get(str(file))
         return self.assets.get(str(file)) if data is None else data
 
     def read(self, file: Path) -> bytes:
-        """As `find`. Raises FileNotFoundError."""
+        """Return the bytes of a file. Raises FileNotFoundError."""
         data = self.find(file)
         if data is None:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(file))
@@ -73,7 +74,7 @@ def contents_of(digests: Mapping[str, str]) -> Contents:
     """Read these files again.
 
     Raises:
-        CommandError: one is not what it was.
+        CommandError: a file has changed.
     """
     texts: dict[str, bytes] = {}
     assets: dict[str, bytes] = {}

@@ -1,8 +1,8 @@
-"""Shipped parts and models in a scene that lies anywhere: `<include file="models/pioneer_p3dx.xml"/>`.
+"""Include shipped parts and models in a scene in any folder: `<include file="models/pioneer_p3dx.xml"/>`.
 
-MuJoCo looks for an included file beside the scene and beside the file that includes it. What is in neither place is
-taken from the shipped scenes. It goes to MuJoCo as one text, with all that it includes in turn, and with the full paths
-of its meshes and textures.
+MuJoCo searches an included file beside the scene and beside the file that includes it. A file that is in neither place
+is taken from the shipped scenes. MuJoCo gets it as one text, with all its nested includes, and with the full paths of
+its meshes and textures.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.sources import Sources
 
 _DEEPEST = 16
-"""Includes within includes."""
+"""Deepest level of includes within includes."""
 
 _FOLDERS = {"mesh": "meshdir", "hfield": "meshdir", "skin": "meshdir", "texture": "texturedir"}
-"""Elements that name files of assets, and the compiler's attribute with their folder."""
+"""Elements that name asset files, and the compiler's attribute with their folder."""
 
 
 def shipped_includes(file: Path, sources: Sources) -> dict[str, bytes]:
@@ -56,11 +56,11 @@ def included_files(file: Path, sources: Sources) -> list[Path]:
 
 
 def _includes(file: Path, folder: Path, sources: Sources, seen: set[Path]) -> Iterator[tuple[str, Path]]:
-    """What a file includes, and what its own parts include: the name as written, and the file (resolved)."""
+    """Yield the includes of a file and of its nested parts: the name as written, and the file (resolved)."""
     for name in _names(_parse(file, sources)):
         path = sources.first((folder / name, file.parent / name, sources.shipped / name))
         if path is None or Path(name).is_absolute():
-            continue  # MuJoCo says that it is not there
+            continue  # MuJoCo reports the missing file
         yield name, path
         if path not in seen and not path.is_relative_to(sources.shipped):
             seen.add(path)
@@ -76,7 +76,7 @@ def _nested(file: Path, sources: Sources, depth: int) -> Iterator[Path]:
 
 
 def _flat(file: Path, sources: Sources, above: tuple[Path, ...]) -> ElementTree.Element:
-    """The root of a shipped file with its includes replaced by their content."""
+    """Return the root of a shipped file with its includes replaced by their content."""
     if file in above or len(above) == _DEEPEST:
         raise SceneError(f"'{file}' includes itself, or is included more than {_DEEPEST} files deep")
     root = _parse(file, sources)
@@ -121,7 +121,7 @@ def _names(root: ElementTree.Element | None) -> list[str]:
 
 
 def _parse(file: Path, sources: Sources) -> ElementTree.Element | None:
-    """The root element; None for what is no XML, as an archive: who loads it says what is wrong."""
+    """Return the root element; None for other formats, such as an archive: the loader reports errors in them."""
     try:
         return ElementTree.fromstring(sources.read(file))
     except (ElementTree.ParseError, OSError, ValueError, LookupError):

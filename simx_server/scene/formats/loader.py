@@ -1,12 +1,12 @@
-"""From a file to a scene: MJCF or URDF, prepared through MjSpec so that V-REP's names and joint modes have a home.
+"""Load a scene from a file: MJCF or URDF, prepared through MjSpec to represent V-REP's names and joint modes.
 
 Preparation adds, it does not remove:
-* names for what has none, so that an edit finds every element again;
+* names for elements without one, so that an edit finds every element again;
 * for every hinge and slide joint without a plain actuator a velocity actuator with gain 0, which exerts nothing until
   the joint's motor is switched on: no later mode needs another compile;
 * the integrator `implicitfast` in place of the explicit ones, Euler and RK4: V-REP's motors are stiff in velocity, and
   those are unstable with them;
-* all angles in radians: parts of files that count in degrees and of those that do not can then be put together.
+* all angles in radians: parts of files in degrees and of files in radians can then be combined.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ _TEXTS = (".xml", ".mjcf", ".urdf", ".xacro")
 
 ITERATIONS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations")
 MOST_ITERATIONS = 10_000
-"""Of each solver in a physics step, which nothing interrupts; MuJoCo's defaults are 100 at most."""
+"""Most iterations of each solver in a physics step, which cannot be interrupted; MuJoCo's defaults are 100 at most."""
 
 LONGEST_STEP = 10.0
-"""Seconds of a physics step, as of a pass."""
+"""Longest physics step in seconds, and longest simulation step."""
 
 
 def load_scene(
@@ -56,8 +56,11 @@ def load_scene(
     """Read, prepare and compile a file.
 
     Args:
-        sources: where what it names is searched, beyond its own folder.
-        name: what to call the file, if not by its own name.
+        sources: search folders for the files that it names, beyond its own folder.
+        name: name of the file in messages, by default its own name.
+
+    Returns:
+        The scene and its compiled model.
 
     Raises:
         SceneError: the file cannot be a scene.
@@ -67,7 +70,7 @@ def load_scene(
 
 
 def read_scene(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
-    """As `read_spec`; a robot of a URDF stands in V-REP's default scene. Raises SceneError."""
+    """Return the spec of a file, as `read_spec`; a robot of a URDF gets V-REP's default scene. Raises SceneError."""
     sources = sources or Sources.of()
     spec = read_spec(file, sources, name)
     if is_urdf_file(file, sources):
@@ -76,7 +79,7 @@ def read_scene(file: Path, sources: Sources | None = None, name: str | None = No
 
 
 def read_spec(file: Path, sources: Sources | None = None, name: str | None = None) -> mujoco.MjSpec:
-    """An MJCF or URDF file, or either in a zip, as it stands. Raises SceneError."""
+    """Return the unchanged spec of an MJCF or URDF file, or of either in a zip. Raises SceneError."""
     sources, name = sources or Sources.of(), name or file.name
     try:
         if file.suffix == ".zip":
@@ -103,7 +106,7 @@ def is_urdf_file(file: Path, sources: Sources) -> bool:
 
 
 def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
-    """As `load_scene` for MJCF or URDF given as text. Raises SceneError."""
+    """Load MJCF or URDF given as text, as `load_scene`. Raises SceneError."""
     try:
         data = xml.encode()
         if is_urdf(data):
@@ -116,7 +119,7 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
 
 
 def empty_scene() -> tuple[Scene, mujoco.MjModel]:
-    """The scene that is left after closing: gravity, no objects."""
+    """Return the scene that remains after closing: gravity, no objects."""
     return build(mujoco.MjSpec(), None)
 
 
@@ -154,7 +157,7 @@ def _build(spec: mujoco.MjSpec, path: Path | None) -> tuple[Scene, mujoco.MjMode
 
 
 def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.MjModel:
-    """Compile; what MuJoCo warns of, as of deprecated attributes, goes to the log. Raises as `spec.compile`."""
+    """Compile a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`."""
     with physics_warnings.collected() as told:
         model = spec.compile()
     for warning in told:
@@ -163,15 +166,13 @@ def compile_spec(spec: mujoco.MjSpec, level: int = logging.WARNING) -> mujoco.Mj
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
-    """Name what has no name, give joints an actuator, use radians, choose the integrator (see the module's text)."""
+    """Name unnamed elements, give joints an actuator, use radians, choose the integrator (see the module's text)."""
     # Fusing would drop the names of URDF links that are fixed to another.
     spec.compiler.fusestatic = False
     _name_elements(spec)
     _use_radians(spec)
     for body in spec.bodies:
-        if (
-            body.sleep in _MAY_SLEEP
-        ):  # what has a motor must not: nothing wakes it when that gets a new target
+        if body.sleep in _MAY_SLEEP:  # bodies with motors must not sleep: a new target would not wake them
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_AUTO
     driven = {a.target for a in spec.actuators if a.trntype in _JOINT_DRIVES and is_plain(a)}
     for joint in spec.joints:
@@ -193,7 +194,7 @@ _JOINT_DRIVES = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
 def is_plain(actuator: Any) -> bool:
-    """True when gain and bias of an actuator may be rewritten to make it a velocity servo: no dynamics, one gear."""
+    """Return whether an actuator may be rewritten as a velocity servo (gain and bias): no dynamics, one gear."""
     return (
         actuator.dyntype == mujoco.mjtDyn.mjDYN_NONE
         and actuator.gaintype == mujoco.mjtGain.mjGAIN_FIXED
@@ -231,7 +232,7 @@ def _name_elements(spec: mujoco.MjSpec) -> None:
 
 
 def _use_radians(spec: mujoco.MjSpec) -> None:
-    """Write angles as MuJoCo's compiler would: limits and references of joints, orientations as quaternions."""
+    """Convert angles as MuJoCo's compiler would: limits and references of joints, orientations as quaternions."""
     turned = (*spec.bodies, *spec.geoms, *spec.sites, *spec.cameras, *spec.frames)
     for joint in spec.joints:
         if joint.compiler.degree:

@@ -2,7 +2,7 @@
 
 MuJoCo finds few points of contact between a mesh and a plane, all near the deepest corner, and other ones in each
 physics step. With its default contacts a block rocks on them, creeps and never sleeps. Firm contacts keep blocks within
-0.1 mm of their geometry; a small rolling friction ends the rocking, as a face does that touches all over.
+0.1 mm of their geometry; a small rolling friction ends the rocking, like a face in full contact.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _TIME_CONSTANT = 0.005
-"""Seconds, as loose things of the shipped scenes have it; MuJoCo's default is 0.02."""
+"""Time constant in seconds, as for loose objects of the shipped scenes; MuJoCo's default is 0.02."""
 
 _ROLLING = 5e-4
-"""Rolling friction in metres: the lever by which the force of a contact may be off its point."""
+"""Rolling friction in metres: largest distance between a contact's force and its point."""
 
 _ALL_DIRECTIONS = 6
 """Dimensions of a contact: normal, sliding, torsion and rolling."""
@@ -32,7 +32,7 @@ def _defaults() -> Mapping[str, NDArray[np.float64]]:
 
 
 _DEFAULTS = _defaults()
-"""MuJoCo's."""
+"""MuJoCo's defaults for contacts."""
 
 
 def settle(geom: Any) -> None:

@@ -1,12 +1,12 @@
-"""A robot several times in a scene: `simx:copies:NAME` adds copies of a body when a file is read.
+"""Several copies of a robot in a scene: `simx:copies:NAME` adds copies of a body when a file is read.
 
 ::
 
     <include file="models/pioneer_p3dx.xml"/>
     <text name="simx:copies:Pioneer_p3dx" data="count=2 y=1"/>
 
-NAME, a body at the top with all below it, is copied with its motors, sensors, scripts and what is registered of it.
-Names are V-REP's: `Pioneer_p3dx#0` is the first copy, `Pioneer_p3dx#1` the second; the names of all parts end likewise.
+NAME, a body at the top with all below it, is copied with its motors, sensors, scripts and registered entries.
+Names are V-REP's: `Pioneer_p3dx#0` is the first copy, `Pioneer_p3dx#1` the second; all parts get the same suffix.
 Each copy stands `x=`, `y=`, `z=` metres from the one before, turned by `turn_deg=` about the vertical. Copies with the
 same number belong together, also those of several lines: an IK group whose target is another body has it in the copies.
 """
@@ -29,24 +29,24 @@ from simx_server.scene.registered import concerned, renamed, renamed_registered
 KIND = "copies"
 
 _MOST_ELEMENTS = 5_000
-"""Of all copies together."""
+"""Most elements of all copies together."""
 
 _NAMED = (*LEAVES, "tendon")
 """Kinds of elements that carry objects, beside bodies."""
 
 
 def copy_models(spec: mujoco.MjSpec, annotations: Annotations, welded: set[str]) -> set[str]:
-    """Do what the annotations of this kind say, and forget them.
+    """Execute the annotations of this kind, and remove them.
 
     Args:
-        spec: all its elements have names.
+        spec: the scene; all its elements have names.
         welded: names of bodies that lost their free joint when they were mounted.
 
     Returns:
-        The names of their copies.
+        The names of the copies of these bodies.
 
     Raises:
-        SceneError: no body at the top, too many, or something that cannot be copied.
+        SceneError: no body at the top, too many elements, or an element that cannot be copied.
     """
     notes = {name: kinds.pop(KIND) for name, kinds in annotations.objects.items() if KIND in kinds}
     if not notes:
@@ -57,11 +57,11 @@ def copy_models(spec: mujoco.MjSpec, annotations: Annotations, welded: set[str])
             raise SceneError(
                 f"text '{PREFIX}{KIND}:{name}' is for a body at the top of the scene; '{name}' is none"
             )
-    for key in list(spec.keys):  # their positions are of the scene without copies
+    for key in list(spec.keys):  # their positions belong to the scene without copies
         spec.delete(key)
     counts = {name: int(note.get("count", 1)) for name, note in notes.items()}
     _check(sum(count * _size(spec.body(name)) for name, count in counts.items()))
-    # With each number fewer bodies are copied: the part shrinks, and what acts on it as well.
+    # With each number fewer bodies are copied: the part shrinks, and with it the elements that act on it.
     part, bodies, elements, total = spec.copy(), set[str](), list[tuple[str, str]](), 0
     result = set[str]()
     taken = {name for _, name in _elements(spec)}
@@ -86,7 +86,7 @@ def _check(elements: int) -> None:
 
 
 def _size(top: Any) -> int:
-    """The number of elements in a body and all below it, without what acts on them."""
+    """Return the number of elements in a body and all below it, without those that act on them."""
     size, waiting = 0, [top]
     while waiting:
         body = waiting.pop()
@@ -103,7 +103,7 @@ def _add(
     number: int,
     annotations: Annotations,
 ) -> dict[str, str]:
-    """Add a part to the scene under new names, which are taken then; old name to new.
+    """Add a part to the scene under new names, which are taken then; return old name to new.
 
     `elements`: kind and name, of the part. `number`: from 1.
     """
@@ -127,7 +127,7 @@ def _add(
 
 
 def _delete_others(part: mujoco.MjSpec, chosen: Collection[str]) -> None:
-    """Leave nothing but these bodies, with what acts within and between them."""
+    """Remove all but these bodies and the elements that act within and between them."""
     for many in (part.skins, part.flexes):
         for element in list(many):
             part.delete(element)
@@ -143,7 +143,7 @@ def _delete_others(part: mujoco.MjSpec, chosen: Collection[str]) -> None:
 
 
 def _elements(spec: mujoco.MjSpec) -> list[tuple[str, str]]:
-    """Kind and name of every element that has a name of its own in the model."""
+    """Return kind and name of every element that has a separate name in the model."""
     lists: dict[str, Any] = {kind: getattr(spec, many) for kind, many in LEAVES.items()}
     lists |= {kind: getattr(spec, f"{kind}s") for kind in ("tendon", "actuator", "sensor", "pair", "exclude")}
     lists |= {"body": spec.bodies[1:], "equality": spec.equalities}

@@ -1,8 +1,8 @@
 """Model files: a tree of objects under one base, read from MJCF, URDF or a mesh.
 
 The one top-level object of the file is the base; of several it is the one annotated `simx:model base=yes`, else the
-first body, and the others become its children in the tree. Geoms that stand in the file's world itself become one body,
-named after the file, so that they can be moved.
+first body, and the others become its children in the tree. Geoms in the file's world itself become one body, named
+after the file, so that they can be moved.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Model:
-    """A file that was read, and which of its objects is the base."""
+    """A file that was read, and its object that is the base."""
 
     scene: Scene
     base: int
 
 
 def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
-    """Read and check a file by itself.
+    """Read and check a model file alone.
 
     Args:
-        name: what the file is called, if not by its own name; objects without a name are called by its stem.
-        sources: where what it names is searched.
+        name: name of the file, by default its own name; objects without a name get its stem.
+        sources: search folders for the files that it names.
 
     Raises:
-        SceneError: it is no model.
+        SceneError: it is not a model.
     """
     name = name or path.name
     is_mesh = path.suffix.lower() in MESH_SUFFIXES
@@ -62,9 +62,9 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
 
 
 def _mesh_spec(path: Path, file_name: str, sources: Sources | None) -> mujoco.MjSpec:
-    """A static body with the mesh as its shape, in the file's own coordinates (metres).
+    """Return a static body with the mesh as its shape, in the file's own coordinates (metres).
 
-    The points are taken into the spec: later edits need the file no more.
+    The spec contains the points: later edits do not need the file.
     """
     name = PurePosixPath(file_name).stem
     reader = mujoco.MjSpec()

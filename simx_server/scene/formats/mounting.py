@@ -1,12 +1,12 @@
-"""Grippers on arms: `simx:mount:NAME` puts a body onto a site when a file is read.
+"""Mount grippers on arms: `simx:mount:NAME` puts a body onto a site when a file is read.
 
-A model cannot be included in the middle of another one; so a scene includes both and says which hangs where::
+A model cannot be included in the middle of another one; so a scene includes both and names the site::
 
     <text name="simx:mount:RG2" data="on=UR10_connection"/>
 
-NAME, a body at the top with all below it, comes under the site's body with its frame on the site's, `ahead=` metres
-along the site's z; it loses its free joint. It is what giving it that parent does in a running scene, and can be undone
-in the same way.
+NAME, a body at the top with all below it, moves under the site's body with its frame on the site's, `ahead=` metres
+along the site's z; it loses its free joint. The effect is the same as setting that parent in a running scene, and can
+be undone in the same way.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ KIND = "mount"
 
 
 def mount_bodies(spec: mujoco.MjSpec, annotations: Annotations) -> set[str]:
-    """Do what the annotations of this kind say, and forget them; the names of the mounted bodies. Raises SceneError.
+    """Execute the annotations of this kind, and remove them; return the names of the mounted bodies. Raises SceneError.
 
     All elements of the spec must have names.
     """

@@ -1,4 +1,4 @@
-"""A scene file as one MJCF file: what a URDF becomes here, to be edited further."""
+"""Save a scene file as one MJCF file, for example a converted URDF for further editing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simx_server.scene.formats.sources import Sources
 def save_mjcf(file: Path, target: Path, sources: Sources) -> None:
     """Write a scene as MJCF, with its annotations; meshes and textures stay where they are, named from there.
 
-    Raises SceneError: it cannot be read or written.
+    Raises SceneError: the scene cannot be read or written.
     """
     file = file.resolve()
     spec = read_scene(file, sources)

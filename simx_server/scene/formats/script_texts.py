@@ -1,13 +1,14 @@
-"""What `<custom>` says of scripts.
+"""Annotations of scripts in `<custom>`.
 
 `<text name="simx:script:OBJECT" data="file=arm.lua type=customization"/>` names a file beside the scene; the type is
-child (without saying so), customization or main. `<text name="simx:lua:OBJECT" data="..."/>` and `simx:python:OBJECT`
-hold the script itself; a line break in the XML attribute is a real one or `&#10;`, quotes are `&quot;`, `<` is `&lt;`.
+child (the default), customization or main. `<text name="simx:lua:OBJECT" data="..."/>` and `simx:python:OBJECT`
+contain the script itself; a line break in the XML attribute is a real one or `&#10;`, quotes are `&quot;`, `<` is
+`&lt;`.
 
 An object may have one child script and one customization script: as names of MuJoCo's texts are unique, the second
 needs the type in its name, `simx:script:customization:OBJECT`, `simx:lua:customization:OBJECT`. `threaded` in that
-place (or `threaded=yes` beside `file=`) is a child script that is one thread. A main script belongs to no object:
-`simx:lua:main`, or `type=main`.
+place (or `threaded=yes` beside `file=`) is a child script that runs as a thread. A main script does not belong to an
+object: `simx:lua:main`, or `type=main`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ SCRIPT_TYPES = ("child", "customization", "main")
 SCRIPT_NOTES: Mapping[str, str] = MappingProxyType(
     {"script": "child", "customization script": "customization"}
 )
-"""Under which kind an object's annotations keep a script, and its type."""
+"""Kind of annotation that contains an object's script, and the script's type."""
 
 TEXT_KINDS = ("lua", "python")
 """Kinds whose data are the script itself."""
@@ -29,9 +30,9 @@ _THREADED = "threaded"
 
 
 def place_script(name: str, note: dict[str, float | bool | str]) -> tuple[str, str]:
-    """The object (nothing for a main script) and the kind under which to keep a script that was annotated as `name`.
+    """Return the object ('' for a main script) of a script annotated as `name`, and the kind that stores it.
 
-    Completes `note` by what the name says: ``type`` and ``threaded``.
+    Adds to `note` the ``type`` and ``threaded`` that the name contains.
     """
     word, sign, rest = name.partition(":")
     if name == "main" and "type" not in note:

@@ -1,7 +1,7 @@
-"""Where the files that a scene names are searched, beyond the scene's own folder: shipped parts and ROS packages.
+"""Search folders for the files that a scene names, beyond the scene's own folder: shipped parts and ROS packages.
 
 A package is found by ``--package NAME=DIR``, then in the folders above the file, then by the variables of ROS and
-Gazebo. A folder is a package's when it is called so or when its ``package.xml`` says so.
+Gazebo. A folder belongs to a package when it has the package's name or when its ``package.xml`` contains the name.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from simx_server.scene.formats.contents import Contents
 PACKAGE_FILE = "package.xml"
 
 _MOST_DESCRIBED = 64 << 10
-"""Bytes of a package's file; in a longer one no name is looked for."""
+"""Largest package file in bytes; a longer one is not searched for a name."""
 
 _SHARES = ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH")
 """Variables of ROS 2: install prefixes, whose packages lie in ``share``."""
@@ -39,10 +39,10 @@ _SCHEMES = ("package", "model")
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was found out about packages while one file was read."""
+    """Results of the search for packages while one file is read."""
 
     names: dict[Path, str | None] = field(default_factory=dict[Path, str | None])
-    """Of folders, as their package's files give them."""
+    """Names of folders, as given by their package's files."""
 
     within: dict[Path, list[Path]] = field(default_factory=dict[Path, list[Path]])
     """Folders in a root."""
@@ -50,7 +50,7 @@ class _Seen:
     folders: dict[tuple[str, Path | None], tuple[Path, ...]] = field(
         default_factory=dict[tuple[str, Path | None], tuple[Path, ...]]
     )
-    """Of packages, by name and the folder of the file that names them."""
+    """Folders of packages, by name and the folder of the file that names them."""
 
 
 @dataclass(frozen=True)
@@ -61,22 +61,22 @@ class Sources:
     """The folder of shipped scenes."""
 
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])
-    """Package name to folder, of ``--package``."""
+    """Folders of packages by name, from ``--package``."""
 
     roots: tuple[Path, ...] = ()
-    """Folders that hold packages, of the environment."""
+    """Folders that contain packages, from the environment."""
 
     within: tuple[Path, ...] | None = None
     """The only folders that may be searched (resolved), for files that clients name; None: any."""
 
     contents: Contents | None = field(default=None, compare=False, repr=False)
-    """The only files there are, with their bytes, for what was tried (`trial`); None: those of the disk."""
+    """The only files there are, with their bytes, after a trial (`trial`); None: the files of the disk."""
 
     _seen: _Seen | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(cls, packages: Iterable[str] = (), environment: Mapping[str, str] | None = None) -> Sources:
-        """Sources out of ``NAME=DIR`` texts and environment variables (default: the process's)."""
+        """Return sources from ``NAME=DIR`` texts and environment variables (default: the process's)."""
         variables = os.environ if environment is None else environment
         roots = [Path(part) for name in _ROOTS for part in _parts(variables, name)]
         roots += [Path(part) / "share" for name in _SHARES for part in _parts(variables, name)]
@@ -88,7 +88,7 @@ class Sources:
         )
 
     def described(self) -> dict[str, Any]:
-        """Return what `described_as` makes the same of."""
+        """Return a description from which `described_as` makes the same sources."""
         return {
             "shipped": str(self.shipped),
             "packages": {name: str(folder) for name, folder in self.packages.items()},
@@ -97,7 +97,7 @@ class Sources:
 
     @classmethod
     def described_as(cls, described: Mapping[str, Any], place: Callable[[str], Path]) -> Sources:
-        """Return sources from their description; `place` says where a folder is now. Raises KeyError and the like."""
+        """Return sources from their description; `place` returns a folder's path. Raises KeyError and the like."""
         return cls(
             place(described["shipped"]),
             {str(name): place(folder) for name, folder in described["packages"].items()},
@@ -110,7 +110,7 @@ class Sources:
         return replace(self, within=(*folders, self.shipped, *packages))
 
     def for_one_read(self) -> Sources:
-        """Return the same sources, which look at each package once: files may change until the next read."""
+        """Return the same sources, which search each package once: files may change until the next read."""
         return self if self._seen is not None and self.contents is not None else replace(self, _seen=_Seen())
 
     def holding(self, contents: Contents) -> Sources:
@@ -122,7 +122,7 @@ class Sources:
         return file.read_bytes() if self.contents is None else self.contents.read(file)
 
     def allows(self, path: Path) -> bool:
-        """Return whether a file may be looked at, wherever links lead."""
+        """Return whether a file may be read; links are resolved."""
         if self.within is None:
             return True
         try:
@@ -144,7 +144,7 @@ class Sources:
             return False
 
     def candidates(self, uri: str, file: Path | None) -> Iterator[Path]:
-        """Yield the files that a URI or path in a scene file may mean, the best first; they need not be there.
+        """Yield the files that a URI or path in a scene file may mean, the best first; they need not exist.
 
         Args:
             uri: ``package://NAME/PATH``, ``model://NAME/PATH``, ``file:///PATH`` or a path.
@@ -187,7 +187,7 @@ class Sources:
             yield from self._named_otherwise(root, name)
 
     def package_files(self, uri: str, file: Path) -> Iterator[Path]:
-        """Yield each ``package.xml`` that tells where a URI's package is: a recording keeps them."""
+        """Yield each ``package.xml`` that locates a URI's package: a recording keeps them."""
         scheme, rest = _split(uri)
         if scheme in _SCHEMES:
             for folder in self.package_folders(rest.partition("/")[0], file):
@@ -195,7 +195,7 @@ class Sources:
                     yield path.resolve()
 
     def _named_otherwise(self, root: Path, name: str) -> Iterator[Path]:
-        """Packages below a root whose folder has another name, or lies in a repository's folder."""
+        """Yield packages below a root whose folder has another name, or lies in a repository's folder."""
         for folder in self._folders_within(root):
             if self._package_name(folder) == name:
                 yield folder
@@ -217,7 +217,7 @@ class Sources:
             return []
 
     def _package_name(self, folder: Path) -> str | None:
-        """The name that a folder's ``package.xml`` gives, or None."""
+        """Return the name in a folder's ``package.xml``, or None."""
         if self._seen is None:
             return self._read_package_name(folder)
         if folder not in self._seen.names:
@@ -240,7 +240,7 @@ class Sources:
 
 
 def _split(uri: str) -> tuple[str, str]:
-    """Scheme, or nothing for a path, and the path; also of Windows, whose drive is no scheme."""
+    """Return the scheme ('' for a path) and the path; a drive of Windows is not a scheme."""
     scheme, sign, rest = uri.strip().partition("://")
     if not sign:
         return "", uri.strip().replace("\\", "/")

@@ -1,4 +1,4 @@
-"""V-REP's default scene around what has none: a URDF is a robot without floor, light or camera."""
+"""Add V-REP's default scene to a file without one: a URDF is a robot without floor, light or camera."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from simx_server.scene.editing.element_copies import Copier, agree
 from simx_server.scene.formats.sources import Sources
 
 PARTS = ("parts/settings.xml", "parts/default_scene.xml")
-"""Of the shipped scenes."""
+"""Parts of the shipped scenes."""
 
 
 def surround(spec: mujoco.MjSpec, sources: Sources) -> None:

@@ -1,8 +1,9 @@
-"""A URDF file as an MjSpec: MuJoCo's own reader does most of it; this prepares the text and completes the result.
+"""Convert a URDF file to an MjSpec: MuJoCo reads most of it; this module prepares the text and completes the result.
 
-The text: mesh URIs become full paths, what MuJoCo cannot read (COLLADA) is left out or replaced, and inertias that are
-missing or zero get V-REP's substitutes. The result: joints, collisions and base as V-REP's importer leaves them, see
-`urdf_joints.py` and `standing.py`. Facts about that importer: its source, simExtURDF, files robot.cpp and link.cpp.
+The text: mesh URIs become full paths, meshes that MuJoCo cannot read (COLLADA) are left out or replaced, and inertias
+that are missing or zero get V-REP's substitutes. The result: joints, collisions and base as V-REP's importer leaves
+them, see `urdf_joints.py` and `standing.py`. Facts about that importer: its source, simExtURDF, files robot.cpp and
+link.cpp.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ logger = logging.getLogger(__name__)
 
 _READABLE = (".stl", ".obj", ".msh")
 _REPLACEMENTS = (".stl", ".STL", ".obj", ".OBJ")
-"""Endings of a mesh beside a COLLADA file of the same stem that is taken in its place."""
+"""Endings of a mesh that replaces a COLLADA file with the same stem."""
 
 _LEAST_INERTIA = 0.001
-"""kg m^2 in place of an inertia of zeros, as V-REP's importer has it."""
+"""Inertia in kg m^2 that replaces an inertia of zeros, as in V-REP's importer."""
 
 _MOMENTS = ("ixx", "iyy", "izz")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 _EXPRESSION = re.compile(r"\$\{|\$\(")
 _MOST_NAMED = 5
-"""Files or links that one log line names."""
+"""Most files or links that one log line names."""
 
 
 def is_urdf(data: bytes) -> bool:
@@ -44,12 +45,12 @@ def is_urdf(data: bytes) -> bool:
         for _, element in ElementTree.iterparse(io.BytesIO(data), events=("start",)):
             return element.tag == "robot"
     except (ElementTree.ParseError, ValueError, LookupError):
-        pass  # who reads it says what is wrong
+        pass  # the reader reports the error
     return False
 
 
 def count_links(data: bytes) -> int:
-    """Return how many links a URDF has; 0 for another text, also for one that cannot be read."""
+    """Return the number of links of a URDF; 0 for another text, also for one that cannot be read."""
     try:
         root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
@@ -58,16 +59,17 @@ def count_links(data: bytes) -> int:
 
 
 def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mujoco.MjSpec:
-    """Return the robot of a URDF, complete but for the names that every scene gets.
+    """Return the robot of a URDF, complete except for the names that every scene gets.
 
     Args:
         data: the text.
-        name: what errors call the file.
-        file: where it lies; None for a text without a file, which can name no mesh relative to itself.
-        sources: where packages are.
+        name: the file's name in errors.
+        file: the file; None for a text without a file, in which meshes cannot be relative.
+        sources: search folders for packages.
 
     Raises:
-        SceneError: no URDF, xacro, a mesh that is not there or cannot be read. ValueError: what MuJoCo refuses.
+        SceneError: another format, xacro, a mesh that is missing or cannot be read.
+        ValueError: MuJoCo refuses the robot.
     """
     root = _parse(data, name)
     _resolve_meshes(root, name, file, sources.for_one_read())
@@ -82,7 +84,7 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
         spec.modelname = root.get("name") or Path(name).stem
     for body in spec.bodies:
         if any(_is_visual(geom) for geom in body.geoms):
-            for geom in body.geoms:  # V-REP hides what collides where there is something to be seen
+            for geom in body.geoms:  # V-REP hides colliding geoms of links with visuals
                 geom.group = geom.group if _is_visual(geom) else 3
     give_small_masses(spec)
     complete_joints(spec, joints)
@@ -94,7 +96,7 @@ def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mu
 
 
 def urdf_files(file: Path, sources: Sources) -> list[Path]:
-    """Return the files that a URDF is made of beside itself: meshes, and what tells where packages are."""
+    """Return the other files of a URDF: meshes, and the files that locate packages."""
     try:
         root = ElementTree.fromstring(sources.read(file))
     except (ElementTree.ParseError, OSError, ValueError, LookupError):
@@ -180,7 +182,7 @@ def _find_mesh(uri: str, root: ElementTree.Element, file: Path | None, sources: 
 
 
 def _candidates(uri: str, root: ElementTree.Element, file: Path | None, sources: Sources) -> Iterator[Path]:
-    """The files that a mesh's URI may mean; at the end where MuJoCo's own reader would look."""
+    """Yield the files that a mesh's URI may mean; the last one is that of MuJoCo's own reader."""
     yield from sources.candidates(uri, file)
     if file is not None and "://" not in uri:
         compiler = root.find("mujoco/compiler")
@@ -190,7 +192,7 @@ def _candidates(uri: str, root: ElementTree.Element, file: Path | None, sources:
 
 
 def _not_found(name: str, missing: list[str], tried: list[Path], file: Path | None, sources: Sources) -> str:
-    """What an error says; `tried`: for the first URI."""
+    """Return the error text for missing meshes; `tried`: files searched for the first URI."""
     uri = missing[0]
     packages = [each.split("://", 1)[1].partition("/")[0] for each in missing if "://" in each[:10]]
     packages = [each for each in dict.fromkeys(packages) if each]
@@ -215,7 +217,7 @@ def _not_found(name: str, missing: list[str], tried: list[Path], file: Path | No
 
 
 def _repair_inertias(root: ElementTree.Element) -> None:
-    """As V-REP: a mass that is none counts as not given, an inertia of zeros as a small one."""
+    """Repair inertias as V-REP does: an invalid mass counts as not given, an inertia of zeros as a small one."""
     zeros: list[str] = []
     for link in root.iter("link"):
         inertial = link.find("inertial")
@@ -238,7 +240,7 @@ def _repair_inertias(root: ElementTree.Element) -> None:
 
 
 def _set_compiler(root: ElementTree.Element) -> None:
-    """What MuJoCo's reader would do otherwise: cut paths, drop visuals, melt links together, refuse odd inertias."""
+    """Override defaults of MuJoCo's reader: cut paths, dropped visuals, merged links, refused unusual inertias."""
     extension = root.find("mujoco")
     if extension is None:
         extension = ElementTree.SubElement(root, "mujoco")
@@ -261,7 +263,7 @@ def _number(text: str | None) -> float:
     try:
         return float(text or 0)
     except ValueError:
-        return 1.0  # MuJoCo says what is wrong with it
+        return 1.0  # MuJoCo reports the error
 
 
 def _some(names: list[str]) -> str:

@@ -1,7 +1,7 @@
-"""Whether a robot from a URDF is fixed to the world or free, which the format does not say.
+"""Decide whether a robot from a URDF is fixed to the world or free, which the format does not define.
 
-A robot that stands on moving links, as on wheels or legs, is free and is set down on the floor (z = 0). Any other
-stays where its file has it, as an arm on its base; so does one whose root link is called ``world``.
+A robot that stands on moving links, such as wheels or legs, is free and is set down on the floor (z = 0). Any other
+robot keeps the pose of its file, like an arm on its base; so does one whose root link is named ``world``.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 logger = logging.getLogger(__name__)
 
 _LEVEL = 0.01
-"""Metres above its lowest point within which a robot touches the floor."""
+"""Height in metres above its lowest point within which a robot touches the floor."""
 
 
 @dataclass(frozen=True)
 class _Foot:
     lowest: float
-    """Height of the lowest point of a geom, m."""
+    """Height of the lowest point of a geom in metres."""
     place: np.ndarray
-    """x and y of its centre, m."""
+    """x and y of the foot's centre in metres."""
     width: float
-    """Radius around that, m."""
+    """Radius around the centre in metres."""
     moves: bool
 
 
@@ -54,7 +54,7 @@ def stand(spec: mujoco.MjSpec) -> None:
 
 
 def _carry(feet: list[_Foot], centre: np.ndarray) -> bool:
-    """Whether the centre of mass is above the rectangle around the feet."""
+    """Return whether the centre of mass is above the rectangle around the feet."""
     low = np.min([foot.place - foot.width for foot in feet], axis=0)
     high = np.max([foot.place + foot.width for foot in feet], axis=0)
     return bool(np.all((low <= centre) & (centre <= high)))
@@ -72,7 +72,7 @@ def _foot(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> _Foot:
 
 
 def _reach(model: mujoco.MjModel, geom: int, kind: int, size: np.ndarray, way: np.ndarray) -> float:
-    """How far a geom extends from its centre in a direction of its own frame, m."""
+    """Return the extent of a geom in metres from its centre in a direction of the geom's frame."""
     kinds = mujoco.mjtGeom
     if kind == kinds.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
@@ -84,4 +84,4 @@ def _reach(model: mujoco.MjModel, geom: int, kind: int, size: np.ndarray, way: n
         return float(size[0] + size[1] * abs(way[2]))
     if kind == kinds.mjGEOM_CYLINDER:
         return float(size[0] * np.hypot(way[0], way[1]) + size[1] * abs(way[2]))
-    return float(np.abs(way) @ size)  # a box; URDF has no others
+    return float(np.abs(way) @ size)  # a box; URDF has no other types

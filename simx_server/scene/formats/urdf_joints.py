@@ -1,7 +1,7 @@
 """Joints of a URDF as V-REP's importer makes them: motor on under position control, the file's limits, no collisions
 between the links that a joint connects.
 
-What V-REP keeps of a joint goes into annotations, so that a scene saved as MJCF has it too.
+V-REP's settings of a joint become annotations, so that a scene saved as MJCF contains them too.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 _DEPENDENT = "mode=dependent"
 
 _MOST_PARTED = 20_000
-"""Pairs of links that do not collide since a joint connects them, or what they are fixed to."""
+"""Most pairs of links without collisions because a joint connects them or links fixed to them."""
 
 _SMALL_MASS, _SMALL_INERTIA = 1e-3, 1e-6
-"""kg and kg m^2 of a moving link for which the file gives neither mass nor a shape that collides."""
+"""kg and kg m^2 of a moving link for which the file gives neither mass nor a colliding shape."""
 
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """What MuJoCo's reader does not keep of a joint."""
+    """Values of a joint that MuJoCo's reader does not keep."""
 
     effort: float
     """Largest torque or force, N m or N; 0: not given."""
@@ -61,7 +61,7 @@ def read_joints(root: ElementTree.Element) -> dict[str, UrdfJoint]:
 
 
 def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
-    """Annotate the hinges and slides, bring them into their limits, and part the links that they connect."""
+    """Annotate hinges and slides, move them into their limits, and exclude collisions of the connected links."""
     names = {joint.name for joint in spec.joints if joint.type in _SINGLE}
     equalities = _equalities_by_joint(spec)
     for joint in [each for each in spec.joints if each.type in _SINGLE]:
@@ -70,14 +70,14 @@ def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
             continue
         words = _follows(described, names) or ["motor=on", "control=position", "switches=yes"]
         if words[0] == _DEPENDENT:
-            for equality in equalities.pop(joint.name, ()):  # the words replace it
+            for equality in equalities.pop(joint.name, ()):  # the annotation replaces it
                 spec.delete(equality)
         if described.effort > 0:
             words.append(f"max_force={described.effort:g}")
         if described.velocity > 0:
             words.append(f"upper_velocity={described.velocity:g}")
         words.append(f"cyclic={'yes' if described.is_cyclic else 'no'}")
-        # V-REP's limit is the motor's and can be set; MuJoCo's would stay beneath it.
+        # V-REP's limit is the motor's and can be set; MuJoCo's limit would stay in effect below it.
         joint.actfrcrange[:] = 0
         joint.actfrclimited = int(mujoco.mjtLimited.mjLIMITED_FALSE)
         spec.add_text(name=f"{PREFIX}joint:{joint.name}", data=" ".join(words))
@@ -86,7 +86,7 @@ def complete_joints(spec: mujoco.MjSpec, joints: dict[str, UrdfJoint]) -> None:
 
 
 def give_small_masses(spec: mujoco.MjSpec) -> None:
-    """Give moving links without any mass a small one, as MuJoCo cannot move nothing."""
+    """Give moving links without any mass a small one, as MuJoCo cannot move a body without mass."""
     light: list[str] = []
     heavy = {root for body, root in _rigid_roots(spec).items() if _has_mass(body)}
     for body in spec.bodies:
@@ -106,7 +106,7 @@ def give_small_masses(spec: mujoco.MjSpec) -> None:
 
 
 def _equalities_by_joint(spec: mujoco.MjSpec) -> dict[str, list[Any]]:
-    """MuJoCo's own of joints, by the joint that follows another."""
+    """Return MuJoCo's equalities of joints, by the joint that follows another."""
     found: defaultdict[str, list[Any]] = defaultdict(list)
     for equality in spec.equalities:
         if equality.type == mujoco.mjtEq.mjEQ_JOINT:
@@ -115,7 +115,7 @@ def _equalities_by_joint(spec: mujoco.MjSpec) -> dict[str, list[Any]]:
 
 
 def _follows(described: UrdfJoint, names: set[str]) -> list[str] | None:
-    """The words of a dependent joint; None if it depends on no joint."""
+    """Return the annotation of a dependent joint; None if it does not depend on a joint."""
     if described.mimic is None:
         return None
     master, multiplication, offset = described.mimic
@@ -125,7 +125,7 @@ def _follows(described: UrdfJoint, names: set[str]) -> list[str] | None:
 
 
 def _bring_into_limits(joint: Any) -> None:
-    """A joint that may not be at 0 begins at the nearest end of its interval, as in V-REP."""
+    """Set a joint whose limits exclude 0 to the nearest end of its interval, as V-REP does."""
     lower, upper = (float(end) for end in joint.range)
     length = math.hypot(*joint.axis)
     if not lower < upper or lower <= 0 <= upper or not length:
@@ -145,7 +145,7 @@ def _bring_into_limits(joint: Any) -> None:
 
 
 def _part_neighbours(spec: mujoco.MjSpec) -> None:
-    """Links on both sides of a joint do not collide, with all that is fixed to them."""
+    """Exclude collisions of the links on both sides of a joint, with all that is fixed to them."""
     left, roots = _MOST_PARTED, _rigid_roots(spec)
     colliding: defaultdict[Any, list[str]] = defaultdict(list)
     for body, root in roots.items():
@@ -166,7 +166,7 @@ def _part_neighbours(spec: mujoco.MjSpec) -> None:
 
 
 def _rigid_roots(spec: mujoco.MjSpec) -> dict[Any, Any]:
-    """Of every body the one that it is fixed to, at any depth: one with joints, the world, or itself."""
+    """Return for every body the body that it is fixed to, at any depth: one with joints, the world, or itself."""
     roots: dict[Any, Any] = {}
     waiting = [(spec.worldbody, spec.worldbody)]
     while waiting:
@@ -186,7 +186,7 @@ def _collides(body: Any) -> bool:
 
 
 def _number(element: ElementTree.Element | None, key: str, default: float) -> float:
-    """An attribute that MuJoCo's reader may not look at; what is no finite number counts as not given."""
+    """Return an attribute that MuJoCo's reader may ignore; the default unless it is a finite number."""
     try:
         value = float("" if element is None else element.get(key, ""))
     except ValueError:

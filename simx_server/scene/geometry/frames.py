@@ -1,9 +1,10 @@
-"""Where objects are: positions, Euler angles and quaternions relative to the world, a parent or any other object.
+"""Poses of objects: positions, Euler angles and quaternions relative to the world, a parent or any other object.
 
 Relative to: -1 the world, -11 the parent (the world when there is none), else a handle. A joint as reference means its
 moving frame; with 0x400000 added to the queried handle, its fixed frame (then quaternions are w, x, y, z).
-Euler angles: R = Rx(alpha) Ry(beta) Rz(gamma), radians. Every quaternion given out or taken is x, y, z, w (else noted).
-All functions raise UnknownHandle; the setters raise CommandError for a wrong count of numbers or for infinite ones.
+Euler angles: R = Rx(alpha) Ry(beta) Rz(gamma), radians. Quaternions in arguments and results are x, y, z, w (else
+noted). All functions raise UnknownHandle; the setters raise CommandError for a wrong count of numbers or for infinite
+ones.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ JOINT_BASE_FLAG = 0x400000
 """`sim_handleflag_reljointbaseframe`; on quaternions also `sim_handleflag_wxyzquat`."""
 
 _OFF_ROTATION = 1e-2
-"""How far the products of a matrix's columns may be from 0 and 1; single precision and a user's rounding are finer."""
+"""Tolerance of the products of a matrix's columns against 0 and 1; single precision and a user's rounding are finer."""
 
 _GIMBAL_LOCK = 0.999995
-"""|sin beta| from which alpha is taken as 0 (V-REP's own limit)."""
+"""|sin beta| from which alpha is set to 0 (V-REP's own limit)."""
 
 
 def get_pose(sim: LiveScene, handle: int, relative_to: int = WORLD) -> Pose:
-    """The pose as (position, quaternion w x y z): the form for use inside the server."""
+    """Return the pose as (position, quaternion w x y z): the form for use inside the server."""
     item, base = _split(sim, handle)
     sim.refresh()
     pose = object_pose(sim, item)
@@ -44,23 +45,23 @@ def get_pose(sim: LiveScene, handle: int, relative_to: int = WORLD) -> Pose:
 
 
 def get_position(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
-    """Position [x, y, z] in metres."""
+    """Return the position [x, y, z] in metres."""
     return list(get_pose(sim, handle, relative_to)[0])
 
 
 def get_orientation(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
-    """Euler angles [alpha, beta, gamma] in radians."""
+    """Return the Euler angles [alpha, beta, gamma] in radians."""
     return euler_from_quat(get_pose(sim, handle, relative_to)[1])
 
 
 def get_quaternion(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
-    """Quaternion [x, y, z, w], w >= 0; with the flag [w, x, y, z]."""
+    """Return the quaternion [x, y, z, w], w >= 0; with the flag [w, x, y, z]."""
     quat = xyzw_from_wxyz(get_pose(sim, handle, relative_to)[1])
     return [quat[3], *quat[:3]] if _has_flag(handle) else quat
 
 
 def get_matrix(sim: LiveScene, handle: int, relative_to: int = WORLD) -> list[float]:
-    """The pose as 12 numbers, row-major 3 x 4."""
+    """Return the pose as 12 numbers, row-major 3 x 4."""
     return matrix12(get_pose(sim, handle, relative_to))
 
 
@@ -78,7 +79,7 @@ def set_orientation(sim: LiveScene, handle: int, relative_to: int, euler: Sequen
 
 
 def set_quaternion(sim: LiveScene, handle: int, relative_to: int, quaternion: Sequence[float]) -> None:
-    """As `set_orientation`, from [x, y, z, w] (with the flag [w, x, y, z]) of any length but zero."""
+    """Turn an object as `set_orientation`, by [x, y, z, w] (with the flag [w, x, y, z]) of any length but zero."""
     values = _checked(quaternion, 4, "a quaternion")
     if not _has_flag(handle):
         values = [values[3], *values[:3]]
@@ -98,7 +99,7 @@ def set_pose(sim: LiveScene, handle: int, relative_to: int, pose: Pose) -> None:
 
 
 def euler_from_quat(quat_wxyz: Quaternion) -> list[float]:
-    """[alpha, beta, gamma] with R = Rx(alpha) Ry(beta) Rz(gamma)."""
+    """Return [alpha, beta, gamma] with R = Rx(alpha) Ry(beta) Rz(gamma)."""
     rows = poses.matrix(quat_wxyz)
     sine = max(-1.0, min(1.0, rows[0][2]))
     if abs(sine) >= _GIMBAL_LOCK:
@@ -107,7 +108,7 @@ def euler_from_quat(quat_wxyz: Quaternion) -> list[float]:
 
 
 def quat_from_euler(euler: Sequence[float]) -> Quaternion:
-    """Quaternion w, x, y, z of Rx(alpha) Ry(beta) Rz(gamma)."""
+    """Return the quaternion w, x, y, z of Rx(alpha) Ry(beta) Rz(gamma)."""
     about_x = poses.about((1.0, 0.0, 0.0), euler[0])
     about_y = poses.about((0.0, 1.0, 0.0), euler[1])
     about_z = poses.about((0.0, 0.0, 1.0), euler[2])
@@ -115,19 +116,19 @@ def quat_from_euler(euler: Sequence[float]) -> Quaternion:
 
 
 def xyzw_from_wxyz(quat_wxyz: Sequence[float]) -> list[float]:
-    """Scalar last, with the scalar not negative."""
+    """Return the quaternion with the scalar last and not negative."""
     w, x, y, z = quat_wxyz
     return [-x, -y, -z, -w] if w < 0 else [x, y, z, w]
 
 
 def matrix12(pose: Pose) -> list[float]:
-    """A pose as V-REP's 12 numbers: three rows of rotation and position."""
+    """Return a pose as V-REP's 12 numbers: three rows of rotation and position."""
     rows = poses.matrix(pose[1])
     return [value for row, offset in zip(rows, pose[0], strict=True) for value in (*row, offset)]
 
 
 def pose_from_matrix12(values: Sequence[float]) -> Pose:
-    """The pose that 12 numbers mean; the rotation nearest to the upper 3 x 3 part is taken when it is slightly off.
+    """Return the pose of 12 numbers; an inexact upper 3 x 3 part is replaced by the nearest rotation.
 
     Raises CommandError: not 12 finite numbers, or the columns are far from perpendicular unit vectors.
     """
@@ -144,7 +145,10 @@ def pose_from_matrix12(values: Sequence[float]) -> Pose:
 
 
 def wxyz_from_xyzw(quat_xyzw: Sequence[float]) -> Quaternion:
-    """Scalar first, of length 1. Raises CommandError: not 4 finite numbers, or all of them 0."""
+    """Return the quaternion with the scalar first, of length 1.
+
+    Raises CommandError: not 4 finite numbers, or all of them 0.
+    """
     x, y, z, w = _checked(quat_xyzw, 4, "a quaternion")
     try:
         return normalised((w, x, y, z))
@@ -157,13 +161,13 @@ def _has_flag(handle: int) -> bool:
 
 
 def _split(sim: LiveScene, handle: int) -> tuple[SceneObject, bool]:
-    """The object, and whether a reference joint's fixed frame is meant."""
+    """Return the object, and whether a reference joint's fixed frame is meant."""
     flagged = _has_flag(handle)
     return sim.scene.get(handle & ~JOINT_BASE_FLAG if flagged else handle), flagged
 
 
 def _reference(sim: LiveScene, item: SceneObject, relative_to: int, base: bool) -> Pose | None:
-    """World pose of the reference frame; None for the world."""
+    """Return the world pose of the reference frame; None for the world."""
     if relative_to == PARENT:
         relative_to = item.parent
     if relative_to == WORLD:
@@ -175,7 +179,7 @@ def _reference(sim: LiveScene, item: SceneObject, relative_to: int, base: bool) 
 
 
 def _current(sim: LiveScene, handle: int, relative_to: int) -> tuple[SceneObject, Pose, Pose]:
-    """(object, world pose of the reference, pose in that reference)."""
+    """Return (object, world pose of the reference, pose in that reference)."""
     item, base = _split(sim, handle)
     sim.refresh()
     reference = _reference(sim, item, relative_to, base) or IDENTITY

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of a shape's body: reading them, giving it others, computing them from its geoms."""
+"""Mass, centre of mass and inertia of a shape's body: read them, set them, compute them from its geoms."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _LEAST = 1e-9
-"""Kilograms, and kg m^2; MuJoCo cannot step a moving body with less."""
+"""Least mass in kilograms and inertia in kg m^2; MuJoCo cannot step a moving body with less."""
 
 
 def get_inertia(sim: LiveScene, handle: int) -> tuple[float, Array, Array]:
-    """Mass in kg; (3, 3) inertia about the centre of mass in kg m^2 and (3,) centre of mass in m.
+    """Return mass in kg; (3, 3) inertia about the centre of mass in kg m^2 and (3,) centre of mass in m.
 
-    Both along the axes of the shape's own frame.
+    Both are given along the axes of the shape's own frame.
 
     Raises UnknownHandle, WrongKind, CommandError: a part of the world, which has none.
     """
@@ -39,9 +39,9 @@ def get_inertia(sim: LiveScene, handle: int) -> tuple[float, Array, Array]:
 
 
 def set_inertia(sim: LiveScene, handle: int, mass: float, inertia: Array, centre: Array) -> None:
-    """The reverse of `get_inertia`. A stop takes it back, when it was done in a run.
+    """Set the values that `get_inertia` returns. The stop undoes a change during a run.
 
-    Raises UnknownHandle, WrongKind, CommandError: a part of the world, or no inertia that a body can have.
+    Raises UnknownHandle, WrongKind, CommandError: a part of the world, or an inertia that a body cannot have.
     """
     body = _body(sim, handle)
     name = sim.model.body(body).name
@@ -67,7 +67,7 @@ def set_inertia(sim: LiveScene, handle: int, mass: float, inertia: Array, centre
         target.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
 
     with undone_on_failure(sim):
-        # An edit, because a body whose inertia is simple is treated as such by MuJoCo's compiler.
+        # This is an edit, because MuJoCo's compiler treats a body with a simple inertia differently.
         edit(sim, surgery, set())
         model = sim.model
         body = model.body(name).id
@@ -79,7 +79,7 @@ def set_inertia(sim: LiveScene, handle: int, mass: float, inertia: Array, centre
 
 
 def compute_inertia(sim: LiveScene, handle: int, density: float) -> None:
-    """Give a shape what its geoms have when they are filled with kg/m^3. Raises as `set_inertia`."""
+    """Set mass and inertia of a shape from its geoms, filled with kg/m^3. Raises as `set_inertia`."""
     if not density > 0:
         raise CommandError(f"a density must be above 0 kg/m^3, not {density}")
     name = sim.model.body(_body(sim, handle)).name

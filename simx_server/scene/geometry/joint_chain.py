@@ -1,7 +1,7 @@
-"""Where joints put a body: V-REP's two frames of each joint, and moving what hangs on a joint against it.
+"""Poses of bodies from joint values: V-REP's two frames of each joint, and moving a link relative to its joint.
 
 In MuJoCo a joint is a property of the body it moves, given in that body's frame; in V-REP it is an object between two
-others. So to move a link against its joint means to move the body, and the joint back in the body's frame.
+others. So to move a link relative to its joint means to move the body, and the joint back in the body's frame.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def body_pose(sim: LiveScene, body: int) -> Pose:
-    """World pose of a body (0: the world)."""
+    """Return the world pose of a body (0: the world)."""
     if body == 0:
         return IDENTITY
     data = sim.data
@@ -44,7 +44,7 @@ def body_pose(sim: LiveScene, body: int) -> Pose:
 
 
 def body_local(sim: LiveScene, body: int) -> Pose:
-    """A body's pose in its parent's frame before its own joints moved it; of a mocap body, where it is in the world."""
+    """Return a body's pose in its parent's frame before its own joints moved it; of a mocap body its world pose."""
     mocap = int(sim.model.body_mocapid[body])
     position, quat = (
         (sim.model.body_pos[body], sim.model.body_quat[body])
@@ -55,30 +55,30 @@ def body_local(sim: LiveScene, body: int) -> Pose:
 
 
 def start_pose(sim: LiveScene, body: int) -> Pose:
-    """World pose of a body's frame before its own joints moved it."""
+    """Return the world pose of a body's frame before its own joints moved it."""
     return compose(body_pose(sim, int(sim.model.body_parentid[body])), body_local(sim, body))
 
 
 def joint_frames(sim: LiveScene, joint: int) -> tuple[Pose, Pose]:
-    """World poses of a joint's fixed and moving frame.
+    """Return the world poses of a joint's fixed and moving frame.
 
     Both lie at the anchor; z is the axis, and where the axis is the body's own z the frame is the body's at value 0
-    (else turned by the smallest rotation that takes z to the axis; placing a body against its joint leaves the joint as
-    it is). Moving = fixed, turned about or shifted along z by the joint value. Several joints of one body act one after
-    the other, as in `mj_kinematics`.
+    (else turned by the smallest rotation that takes z to the axis; placing a body relative to its joint does not
+    change the joint). Moving = fixed, turned about or shifted along z by the joint value. Several joints of one body
+    act one after the other, as in `mj_kinematics`.
     """
     body = int(sim.model.jnt_bodyid[joint])
     return _joint_chain(sim, body, joint)[0]
 
 
 def joint_separation(sim: LiveScene, body: int) -> Pose:
-    """Where a body is, in the frame where its joints' values put it: the identity, unless something tore them apart."""
+    """Return a body's pose in the frame given by its joints' values: the identity, unless they were separated."""
     last = int(sim.model.body_jntadr[body] + sim.model.body_jntnum[body]) - 1
     return compose(inverse(_joint_chain(sim, body, last)[1]), body_pose(sim, body))
 
 
 def _joint_chain(sim: LiveScene, body: int, last: int) -> tuple[tuple[Pose, Pose], Pose]:
-    """(fixed and moving frame of the joint `last`, the body's pose after it), from the joint values alone."""
+    """Return (fixed and moving frame of the joint `last`, the body's pose after it), from the joint values alone."""
     model, data = sim.model, sim.data
     position, quat = start_pose(sim, body)
     fixed = moving = IDENTITY
@@ -113,13 +113,13 @@ def _joint_chain(sim: LiveScene, body: int, last: int) -> tuple[tuple[Pose, Pose
 def shift_beyond(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
     """Move a body, and those of its joints that come after the first `staying` ones, by a motion of the world.
 
-    The first joints stay where they are, with their values. Velocities are the caller's.
+    The first joints stay where they are, with their values. The caller sets velocities.
     """
     model, data = sim.model, sim.data
     first = int(model.body_jntadr[body])
     joints = range(first, first + staying)
     start = start_pose(sim, body)
-    # What the staying joints have done to all that comes after them, in the world.
+    # The motion of the staying joints, in the world, which applies to all that comes after them.
     done = compose(_joint_chain(sim, body, first + staying - 1)[1], inverse(start))
     new_start = _unit(compose(compose(inverse(done), compose(delta, done)), start))
     back = _unit(compose(inverse(new_start), start))
@@ -144,8 +144,10 @@ def shift_beyond(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
 
 
 def _compile_anew(sim: LiveScene, name: str) -> None:
-    """MuJoCo keeps no place for the inertia that couples the axes of a body whose joint lay in its centre of mass when
-    it was compiled; from now on it shall."""
+    """Compile a body again so that MuJoCo stores the inertia that couples its axes.
+
+    MuJoCo leaves it out for a body whose joint lay in its centre of mass when it was compiled.
+    """
 
     def surgery(spec: mujoco.MjSpec) -> None:
         spec.body(name).simple = 0
@@ -154,12 +156,12 @@ def _compile_anew(sim: LiveScene, name: str) -> None:
 
 
 def _unit(pose: Pose) -> Pose:
-    """Rounding must not grow from one placing to the next."""
+    """Normalise a pose: rounding must not grow from one placing to the next."""
     return pose[0], normalised(pose[1])
 
 
 def _alignment(sim: LiveScene, joint: int) -> Quaternion:
-    """The turn from a body's axes to those of its joint's frame."""
+    """Return the rotation from a body's axes to those of its joint's frame."""
     known = sim.joints.alignment(joint)
     if known is not None:
         return known

@@ -1,4 +1,4 @@
-"""What a light gives: whether it is on, its colour and that of its highlights."""
+"""Settings of a light: whether it is on, its colour and that of its highlights."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def light(sim: LiveScene, handle: int) -> tuple[bool, list[float], list[float]]:
-    """(on, diffuse RGB, specular RGB), 0..1. Raises UnknownHandle, WrongKind."""
+    """Return (on, diffuse RGB, specular RGB), 0..1. Raises UnknownHandle, WrongKind."""
     index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
     return (
         bool(model.light_active[index]),
@@ -31,7 +31,7 @@ def set_light(
     diffuse: Sequence[float] | None = None,
     specular: Sequence[float] | None = None,
 ) -> None:
-    """None leaves a colour as it is. Raises UnknownHandle, WrongKind, CommandError for no colour."""
+    """Set a light; None keeps a colour. Raises UnknownHandle, WrongKind, CommandError: invalid colour."""
     index, model = sim.scene.get_kind(handle, ObjectKind.LIGHT).id, sim.model
     for color, array in ((diffuse, model.light_diffuse), (specular, model.light_specular)):
         if color is not None:

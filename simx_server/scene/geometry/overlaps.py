@@ -1,4 +1,4 @@
-"""Shapes that lie within each other when a scene is loaded: the physics pushes them apart, often violently."""
+"""Shapes that overlap when a scene is loaded: the physics pushes them apart, often violently."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simx_server.scene.objects import Scene
 logger = logging.getLogger(__name__)
 
 _TOLERANCE = 1e-3
-"""Metres; things that rest on each other are less deep in each other."""
+"""Tolerance in metres; objects that rest on each other overlap less."""
 
 _MOST_NAMED = 5
 
@@ -36,7 +36,7 @@ def overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> dict[t
 
 
 def log_overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Warn of them by name, in one line."""
+    """Log a warning that names them, in one line."""
     found = overlaps(scene, model, data)
     if not found:
         return

@@ -1,7 +1,7 @@
 """World poses of objects, read from and written to the model and the state.
 
 Frames: a body's own; a joint's z is its axis (see `joint_frames`); a camera's is turned by pi about y against MuJoCo's,
-so that it looks along +z with +x to the left; a light shines along +z (MuJoCo knows no roll about it).
+so that it points along +z with +x to the left; a light shines along +z (MuJoCo has no roll about it).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _TURN_BACK_Y: Quaternion = (0.0, 0.0, -1.0, 0.0)
 
 
 def object_pose(sim: LiveScene, item: SceneObject) -> Pose:
-    """World pose of an object; of a joint its fixed frame. The kinematics must be fresh (`sim.refresh()`)."""
+    """Return the world pose of an object; of a joint its fixed frame. Call `sim.refresh()` before."""
     if item.element == "body":
         return body_pose(sim, item.id)
     if item.element == "joint":
@@ -48,7 +48,7 @@ def object_pose(sim: LiveScene, item: SceneObject) -> Pose:
 
 
 def moving_pose(sim: LiveScene, item: SceneObject) -> Pose:
-    """World pose of the frame children are attached to: for a joint its moving frame, else the object's own."""
+    """Return the world pose of the frame for an object's children: a joint's moving frame, else its own."""
     if item.element == "joint":
         return joint_frames(sim, item.id)[1]
     if item.element == "tendon":
@@ -58,7 +58,7 @@ def moving_pose(sim: LiveScene, item: SceneObject) -> Pose:
 
 
 def element_pose(sim: LiveScene, item: SceneObject) -> Pose:
-    """World pose of the MuJoCo element itself: differs for cameras, which look along -z there."""
+    """Return the world pose of the MuJoCo element itself: it differs for cameras, which point along -z there."""
     pose = object_pose(sim, item)
     return (pose[0], multiply(pose[1], _TURN_BACK_Y)) if item.element == "camera" else pose
 
@@ -66,9 +66,9 @@ def element_pose(sim: LiveScene, item: SceneObject) -> Pose:
 def place(sim: LiveScene, item: SceneObject, pose: Pose, *, with_joints: bool = False) -> None:
     """Give an object a world pose, with everything below it; moving bodies below lose their velocity.
 
-    A link leaves its joint where it is, as in V-REP, unless `with_joints`; what a joint carries, its body and later
-    joints, moves along. What is below in the tree but not carried by the body (a free body under a gripper, a body
-    under a dummy) is moved by the same amount. Raises CommandError for a joint on a tendon.
+    A link leaves its joint where it is, as in V-REP, unless `with_joints`; the body and later joints that a joint
+    carries move along. Objects below in the tree that the body does not carry (a free body under a gripper, a body
+    under a dummy) are moved by the same amount. Raises CommandError for a joint on a tendon.
     """
     sim.refresh()
     before = object_pose(sim, item)
@@ -76,7 +76,7 @@ def place(sim: LiveScene, item: SceneObject, pose: Pose, *, with_joints: bool = 
 
 
 def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None]) -> None:
-    """Do what moves an object or its joint's value, and move by the same amount what the model does not carry along."""
+    """Move an object or its joint's value with `move`, and all objects below that the model does not carry."""
     sim.refresh()
     before = moving_pose(sim, item)
     followers = [(sim.scene.get(h), object_pose(sim, sim.scene.get(h))) for h in _followers(sim, item)]
@@ -92,18 +92,18 @@ def carry_followers(sim: LiveScene, item: SceneObject, move: Callable[[], None])
 
 
 def place_without_followers(sim: LiveScene, item: SceneObject, pose: Pose) -> None:
-    """The same for an object that hangs on a placed one: it moves with its joints."""
+    """Give a child of a placed object a world pose: it moves with its joints."""
     _place_element(sim, item, object_pose(sim, item), pose, with_joints=True)
     sim.changed()
 
 
 def carrier_body(sim: LiveScene, item: SceneObject) -> int:
-    """The body that an object's world pose is fixed to: for a joint the parent of its body."""
+    """Return the body that an object's world pose is fixed to: for a joint the parent of its body."""
     return int(sim.model.body_parentid[item.body]) if item.element == "joint" else item.body
 
 
 def is_linking_sensor(sim: LiveScene, item: SceneObject) -> bool:
-    """True for a force sensor that stands between a body and its parent (not a leaf)."""
+    """Return whether the object is a force sensor between a body and its parent (not a leaf)."""
     return item.kind == ObjectKind.FORCE_SENSOR and any(
         sim.scene.objects[child].body == item.body and sim.scene.objects[child].element == "body"
         for child in sim.scene.children(item.handle)
@@ -111,20 +111,20 @@ def is_linking_sensor(sim: LiveScene, item: SceneObject) -> bool:
 
 
 def is_carried(model: mujoco.MjModel, body: int, carrier: int) -> bool:
-    """True when `carrier` is the body itself or an ancestor of it."""
+    """Return whether `carrier` is the body itself or an ancestor of it."""
     while body != carrier and body > 0:
         body = int(model.body_parentid[body])
     return body == carrier
 
 
 def free_joint(model: mujoco.MjModel, body: int) -> int:
-    """The free joint of a body, or -1."""
+    """Return the free joint of a body, or -1."""
     joint = int(model.body_jntadr[body])
     return joint if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else -1
 
 
 def _followers(sim: LiveScene, item: SceneObject) -> list[int]:
-    """The uppermost objects below that the model does not carry along."""
+    """Return the uppermost objects below that the model does not carry along."""
     carries = item.element in ("body", "joint") or is_linking_sensor(sim, item)
     found: list[int] = []
     pending = sim.scene.children(item.handle)
@@ -181,7 +181,7 @@ def _place_link(sim: LiveScene, body: int, staying: int, delta: Pose) -> None:
 
 
 def _stop_motion(sim: LiveScene, body: int) -> None:
-    """Zero velocity for all degrees of freedom of a body and the bodies below it."""
+    """Set the velocity to zero for all degrees of freedom of a body and the bodies below it."""
     model, data = sim.model, sim.data
     for dof in range(model.nv):
         if is_carried(model, int(model.dof_bodyid[dof]), body):
@@ -189,7 +189,7 @@ def _stop_motion(sim: LiveScene, body: int) -> None:
 
 
 def _local_pose(sim: LiveScene, item: SceneObject) -> Pose:
-    """Pose of a site, camera, light or geom in its body's frame."""
+    """Return the pose of a site, camera, light or geom in its body's frame."""
     model, data = sim.model, sim.data
     if item.element in ("site", "geom"):
         positions, quats = (
@@ -229,7 +229,7 @@ def _set_local_pose(sim: LiveScene, item: SceneObject, local: Pose) -> None:
 
 
 def _tendon_pose(sim: LiveScene, tendon: int) -> Pose:
-    """The frame of the tendon's first site; of a tendon over joints, the fixed frame of its first joint."""
+    """Return the frame of the tendon's first site; of a tendon over joints, the fixed frame of its first joint."""
     model = sim.model
     for wrap in range(
         int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon])
@@ -244,7 +244,7 @@ def _tendon_pose(sim: LiveScene, tendon: int) -> Pose:
 
 
 def _from_matrix(position: npt.NDArray[np.float64], flat: npt.NDArray[np.float64]) -> Pose:
-    """A pose from MuJoCo's position and row-major 3 x 3 matrix."""
+    """Return a pose from MuJoCo's position and row-major 3 x 3 matrix."""
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, flat)
     return tuple(position.tolist()), normalised(quat.tolist())  # type: ignore[return-value]

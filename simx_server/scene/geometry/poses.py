@@ -1,4 +1,4 @@
-"""Rigid poses as plain tuples: (position, quaternion w x y z). Small numbers of them are faster than numpy's calls."""
+"""Rigid poses as plain tuples: (position, quaternion w x y z), which are faster than numpy for few numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simx_server.errors import CommandError
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
-"""w, x, y, z: MuJoCo's order, used inside only."""
+"""w, x, y, z: MuJoCo's order, used internally only."""
 Pose = tuple[Vector, Quaternion]
 
 NO_TURN: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -17,7 +17,7 @@ IDENTITY: Pose = ((0.0, 0.0, 0.0), NO_TURN)
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """The rotation b followed by a (both in the outer frame)."""
+    """Return the rotation b followed by a (both in the outer frame)."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -29,7 +29,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 class NoRotation(CommandError, ValueError):
-    """Four zeros: given, or what diverged physics has left."""
+    """Error for four zeros, given by a caller or left by diverged physics."""
 
 
 def conjugate(q: Quaternion) -> Quaternion:
@@ -37,7 +37,7 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 
 def normalised(q: Sequence[float]) -> Quaternion:
-    """Length 1; raises NoRotation for length 0."""
+    """Return the quaternion scaled to length 1; raises NoRotation for length 0."""
     w, x, y, z = (float(v) for v in q)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if length < 1e-12:
@@ -49,7 +49,7 @@ def normalised(q: Sequence[float]) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Sequence[float]) -> Vector:
-    """The vector turned by the rotation: v + 2 w (u x v) + 2 u x (u x v)."""
+    """Return the vector turned by the rotation: v + 2 w (u x v) + 2 u x (u x v)."""
     w, x, y, z = q
     vx, vy, vz = v
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
@@ -69,7 +69,7 @@ def scale(a: Sequence[float], factor: float) -> Vector:
 
 
 def compose(outer: Pose, inner: Pose) -> Pose:
-    """`inner`, given in the frame `outer`, in the frame `outer` is given in."""
+    """Return `inner`, given in the frame `outer`, in the frame `outer` is given in."""
     return add(outer[0], rotate(outer[1], inner[0])), multiply(outer[1], inner[1])
 
 
@@ -79,7 +79,7 @@ def inverse(pose: Pose) -> Pose:
 
 
 def about(axis: Sequence[float], angle: float) -> Quaternion:
-    """Rotation about a unit axis. Raises CommandError for an angle that is infinite, as after physics has diverged."""
+    """Return the rotation about a unit axis. Raises CommandError for an infinite angle from diverged physics."""
     if math.isinf(angle):
         raise CommandError("a joint's value is infinite: physics has diverged; stop the simulation")
     s = math.sin(angle / 2)
@@ -90,19 +90,19 @@ _LARGER = 2.0**40
 
 
 def turn_z_to(axis: Sequence[float]) -> Quaternion:
-    """The smallest rotation that takes +z to a unit axis; for -z a half turn about x."""
+    """Return the smallest rotation that takes +z to a unit axis; for -z a half turn about x."""
     x, y, z = axis
     across = x * x + y * y
     if z < 0 and across < 1e-30:
         return (0.0, 1.0, 0.0, 0.0)
-    # 1 + z, which near -z would be what rounding has left of it.
+    # Near -z, 1 + z would consist of rounding errors only.
     w = across / (1.0 - z) if z < 0 else 1.0 + z
     # Near -z all three are tiny, and `normalised` refuses that. A power of two changes no bit of the result.
     return normalised((_LARGER * w, -_LARGER * y, _LARGER * x, 0.0))
 
 
 def rotation_vector(q: Quaternion) -> Vector:
-    """Axis times angle, the angle in 0..pi."""
+    """Return axis times angle, the angle in 0..pi."""
     if q[0] < 0:
         q = (-q[0], -q[1], -q[2], -q[3])
     s = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
@@ -113,7 +113,7 @@ def rotation_vector(q: Quaternion) -> Vector:
 
 
 def matrix(q: Quaternion) -> tuple[Vector, Vector, Vector]:
-    """Rows of the rotation matrix."""
+    """Return the rows of the rotation matrix."""
     w, x, y, z = q
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
@@ -123,7 +123,7 @@ def matrix(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 
 
 def from_rows(rows: Sequence[Sequence[float]]) -> Quaternion:
-    """The quaternion of a rotation matrix, from its largest component, which is never near 0 (Shepperd's method)."""
+    """Return the quaternion of a rotation matrix, computed from its largest component (Shepperd's method)."""
     (a, b, c), (d, e, f), (g, h, i) = rows
     candidates = (
         (1 + a + e + i, h - f, c - g, d - b),
@@ -135,7 +135,7 @@ def from_rows(rows: Sequence[Sequence[float]]) -> Quaternion:
 
 
 def blend(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
-    """The rotation on the shorter way from a to b: 0 gives a, 1 gives b."""
+    """Return the rotation on the shorter way from a to b: 0 gives a, 1 gives b."""
     vector = rotation_vector(multiply(conjugate(a), b))
     angle = math.sqrt(sum(component * component for component in vector))
     if angle < 1e-15:

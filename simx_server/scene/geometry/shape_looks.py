@@ -1,4 +1,4 @@
-"""What a shape looks like: its triangles, which primitive it is, its colour."""
+"""Appearance of a shape: its triangles, its primitive type, its colour."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 AMBIENT_DIFFUSE, TRANSPARENCY = 0, 4
-"""`sim_colorcomponent_*` that geoms have; a highlight and a glow belong to materials, which shapes share."""
+"""`sim_colorcomponent_*` of geoms; highlight and emission belong to materials, which shapes share."""
 
 _UNSET = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour of a geom without one: then that of its material counts."""
+"""MuJoCo's colour of a geom without one: then the colour of its material is used."""
 
 _GEOM = mujoco.mjtGeom
 _PURE: dict[int, int] = {
@@ -33,20 +33,20 @@ _PURE: dict[int, int] = {
     int(_GEOM.mjGEOM_HFIELD): 7,
     int(_GEOM.mjGEOM_CAPSULE): 8,
 }
-"""Type of geom to `sim_pure_primitive_*`; 0 is none."""
+"""`sim_pure_primitive_*` by type of geom; 0 is none."""
 
 
 def geoms_of(world: World, handle: int) -> list[int]:
-    """Ids of a shape's geoms. Raises UnknownHandle, WrongKind."""
+    """Return the ids of a shape's geoms. Raises UnknownHandle, WrongKind."""
     sim = world.simulation
     sim.scene.get_kind(handle, ObjectKind.SHAPE)
     return world.instants.now().geoms_of([handle]).tolist()
 
 
 def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Points (n, 3) in the shape's frame, metres, and faces (m, 3) of their indices. Curved primitives are faceted.
+    """Return points (n, 3) in the shape's frame, metres, and faces (m, 3) of their indices.
 
-    Raises UnknownHandle, WrongKind, CommandError: an infinite plane.
+    Curved primitives are faceted. Raises UnknownHandle, WrongKind, CommandError: an infinite plane.
     """
     sim = world.simulation
     sim.scene.get_kind(handle, ObjectKind.SHAPE)
@@ -66,7 +66,7 @@ def triangles(world: World, handle: int) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
-    """`sim_pure_primitive_*` of a shape of one primitive, and its sizes (m); 0 and zeros for others.
+    """Return `sim_pure_primitive_*` of a shape of one primitive, and its sizes (m); 0 and zeros for others.
 
     Raises UnknownHandle, WrongKind.
     """
@@ -90,13 +90,13 @@ def pure_type(world: World, handle: int) -> tuple[int, list[float]]:
 
 
 def is_convex(world: World, handle: int) -> bool:
-    """Whether all that a shape is made of is convex. Raises UnknownHandle, WrongKind."""
+    """Return whether all parts of a shape are convex. Raises UnknownHandle, WrongKind."""
     surroundings = world.instants.now().surroundings
     return all(surroundings.triangles.is_solid(geom) for geom in geoms_of(world, handle))
 
 
 def color(world: World, handle: int, component: int) -> list[float]:
-    """RGB 0..1 of a shape's first geom; for TRANSPARENCY three times 0 (opaque) to 1.
+    """Return the RGB 0..1 of a shape's first geom; for TRANSPARENCY three times 0 (opaque) to 1.
 
     Raises UnknownHandle, WrongKind, CommandError: another component.
     """
@@ -110,7 +110,7 @@ def color(world: World, handle: int, component: int) -> list[float]:
 
 
 def set_color(world: World, handle: int, component: int, values: Sequence[float]) -> None:
-    """Of all geoms of a shape; a material keeps its texture, tinted. Raises as `color`."""
+    """Set the colour of all geoms of a shape; a material keeps its texture, tinted. Raises as `color`."""
     sim = world.simulation
     _check(component)
     if len(values) < (1 if component == TRANSPARENCY else 3):

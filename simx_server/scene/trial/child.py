@@ -1,7 +1,7 @@
-"""The trial of one file, in a process of its own with limits: what the server is going to do with it is done here.
+"""The trial of one file, in a separate process with limits: it does the same work as the server later.
 
-The limits hold from before the first byte of the file is parsed. When its files are read the process gives up opening
-any, so what MuJoCo would open beyond them is refused instead of being loaded untried.
+The limits apply before the first byte of the file is parsed. When its files are read the process loses the ability to
+open any, so a file that MuJoCo would open beyond them is refused instead of being loaded untried.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from simx_server.scene.trial.kinds import MESH, MODEL, SCENE, UI
 
 try:
     import resource
-except ImportError:  # Windows, where the server's clock alone limits a trial
+except ImportError:  # Windows, where only the server's clock limits a trial
     resource = None  # type: ignore[assignment]
 
 _SPARE = 32 << 20
-"""Bytes beyond the limit of memory in which the result is put together."""
+"""Bytes beyond the limit of memory for building the result."""
 
 for _name in ("ascii", "latin-1", "utf-8", "utf-16", "utf-32", "idna", "cp1252"):
     codecs.lookup(_name)  # these are files, which the child cannot open any more when it needs them
@@ -52,21 +52,21 @@ _M_ARENA_MAX = -8
 _PR_SET_PDEATHSIG = 1
 
 _EXHAUSTED = ("llocat", "bad_alloc")
-"""What MuJoCo's errors say when memory is not to be had."""
+"""Parts of MuJoCo's error texts when memory is exhausted."""
 
 _ERRORS = {"SceneError": SceneError, "CommandError": CommandError}
 
 
 def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Set the limits of this process and do what a request says; the process is good for nothing else afterwards.
+    """Set the limits of this process and execute a request; the process must not be used afterwards.
 
     Returns:
-        ``files`` (path to what `digests` says) of what came through; ``limit``, the name of one that was passed; or
-        ``error``, the class of an error, and ``text``.
+        ``files`` (path to the value of `digests`) after success; ``limit``, the name of a passed limit; or ``error``,
+        the class of an error, and ``text``.
     """
     logging.disable(logging.CRITICAL)
     gc.disable()
-    if sys.platform == "linux":  # the helper kills it, unless it is killed itself
+    if sys.platform == "linux":  # the helper kills it, unless the helper itself is killed
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     limits = Limits(**request["limits"])
     top = _limit(limits, int(request["held"]))
@@ -78,7 +78,7 @@ def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
         problem = CommandError(f"'{request['name']}' is nested too deeply")
     except (CommandError, ValueError, RuntimeError, mujoco.FatalError) as error:
         problem = error
-    # The limit itself must not get into the way of saying that it was passed.
+    # The limit itself must not prevent the report that it was passed.
     if resource is not None and top is not None:
         resource.setrlimit(resource.RLIMIT_AS, top)
     if problem is None or (top is not None and _is_exhausted(problem)):
@@ -88,7 +88,7 @@ def try_file(request: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _limit(limits: Limits, held: int) -> tuple[int, int] | None:
-    """Set all limits; those of memory to go on with at the end, None where there is none."""
+    """Set all limits; return the memory limits to use at the end, None where there is none."""
     if resource is None:
         return None
     seconds = limits.load_seconds
@@ -98,8 +98,8 @@ def _limit(limits: Limits, held: int) -> tuple[int, int] | None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, limits.load_wait)
     if sys.platform != "linux":
-        return None  # the system takes the limit and does not keep to it
-    # Each thread's own arena of the C library would take address space that nobody uses.
+        return None  # the system accepts the limit and does not enforce it
+    # Separate arenas of the C library for each thread would take unused address space.
     ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
     now = _address_space(resource.getpagesize())
     most = now + max(0, limits.load_memory - held)
@@ -113,7 +113,7 @@ def _address_space(page: int) -> int:
 
 
 def _is_exhausted(problem: Exception) -> bool:
-    """Whether an error tells that memory was not to be had."""
+    """Return whether an error means that memory was exhausted."""
     return any(word in str(problem) for word in _EXHAUSTED)
 
 
@@ -171,9 +171,9 @@ _WORK: Mapping[str, Callable[[Path, str, Sources, Limits], None]] = {
 
 
 def _run(model: mujoco.MjModel, limits: Limits) -> mujoco.MjData:
-    """The first physics step, with all that it allocates; the state before it.
+    """Execute the first physics step, with all its allocations; return the state before it.
 
-    The server does this on the thread that answers its clients, so a second of processor time must do.
+    The server does this on the thread that answers its clients, so a second of processor time must be enough.
     """
     if resource is not None:
         used = math.ceil(time.process_time())

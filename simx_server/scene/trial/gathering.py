@@ -1,6 +1,7 @@
-"""Which files a scene or model is made of, and their bytes. Runs in the child: all of it may be hostile.
+"""Collect the files of a scene or model, and their bytes. Runs in the child: all of it may be hostile.
 
-MuJoCo looks for a name in several folders; every regular file that it may mean is taken, one too many is harmless.
+MuJoCo searches a name in several folders; every regular file that it may mean is taken, since a superfluous one is
+harmless.
 """
 
 from __future__ import annotations
@@ -21,17 +22,17 @@ from simx_server.scene.formats.urdf import is_urdf, urdf_files
 
 _TEXTS = (".xml", ".mjcf", ".urdf")
 _PARTS = ("include", "model")
-"""Elements that bring in the elements of another file."""
+"""Elements that insert the elements of another file."""
 
 _ALONE = (".zip", *MESH_SUFFIXES, *UI_SUFFIXES)
-"""Endings of files that name no others."""
+"""Endings of files that do not name others."""
 
 
 def gather(file: Path, sources: Sources) -> Contents:
     """Read a file and all that it may name, as far as `sources` allows.
 
     Raises:
-        CommandError: a circle of files, one that is no regular file, or one that is too large.
+        CommandError: a circle of files, a file that is not a regular one, or one that is too large.
     """
     gathering = _Gathering(sources)
     data = read_of_client(file)
@@ -76,7 +77,7 @@ def files_named(file: Path, sources: Sources) -> Iterator[Path]:
 
 
 def named(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
-    """Tag and value of each attribute that names a file."""
+    """Yield tag and value of each attribute that names a file."""
     for element in root.iter():
         for key, value in element.attrib.items():
             if key.startswith("file") and value and "\0" not in value:
@@ -84,30 +85,30 @@ def named(root: ElementTree.Element) -> Iterator[tuple[str, str]]:
 
 
 def folders_of(root: ElementTree.Element) -> list[str]:
-    """Values of the attributes that say in which folder named files lie."""
+    """Return the values of the attributes that name the folders of named files."""
     values = (v for element in root.iter() for k, v in element.attrib.items() if k.endswith("dir"))
     return [value.replace("\\", "/") for value in dict.fromkeys(values)]
 
 
 class _Gathering:
-    """One file's reading."""
+    """The state of reading one file."""
 
     def __init__(self, sources: Sources) -> None:
         self._sources = sources
         self.texts: dict[str, bytes] = {}
         self.assets: dict[str, bytes] = {}
         self._folders: dict[str, None] = {}
-        """Of meshes and textures, as any of the texts gives them: an included file's count for all."""
+        """Folders of meshes and textures, from any of the texts: an included file's folders count for all."""
 
     def text(self, path: Path, folder: Path, above: tuple[Path, ...]) -> None:
-        """A file of XML with all that it names. `folder`: that of the scene; `above`: the files that include it."""
+        """Read an XML file and all that it names. `folder`: the scene's; `above`: the files that include it."""
         if str(path) in self.texts:
             return
         data = self._keep(path, self.texts)
         try:
             root = ElementTree.parse(io.BytesIO(data), ElementTree.XMLParser(encoding="utf-8")).getroot()
         except (ElementTree.ParseError, ValueError, LookupError):
-            return  # who reads it says what is wrong
+            return  # the reader reports the error
         self._folders.update(dict.fromkeys(folders_of(root)))
         way = (*above, path.resolve())
         bases = dict.fromkeys((folder, path.parent, self._sources.shipped))
@@ -123,7 +124,7 @@ class _Gathering:
                         raise CommandError(_circle(way, part.resolve()))
                     continue
                 self.text(part, part.parent if tag == "model" else folder, way)
-        # After the parts, which may have said where meshes lie.
+        # After the parts, which may have defined the folders of meshes.
         places = [base / each for base in bases for each in ("", *self._folders)]
         for name in dict.fromkeys(others):
             for found_asset in self._existing(
@@ -135,7 +136,7 @@ class _Gathering:
                     self.asset(found_asset)
 
     def asset(self, path: Path) -> None:
-        """A file that names no others."""
+        """Read a file that does not name others."""
         if str(path) not in self.assets:
             self._keep(path, self.assets)
 
@@ -157,7 +158,7 @@ class _Gathering:
                 elif place.exists() and not place.is_dir():
                     raise CommandError(no_regular_file(place.name))
             except (OSError, ValueError):
-                continue  # a name that is none here
+                continue  # not a valid name here
 
 
 def _circle(way: tuple[Path, ...], again: Path) -> str:

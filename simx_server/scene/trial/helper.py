@@ -1,8 +1,8 @@
-"""The process that forks a child for each trial: it has MuJoCo imported, and no socket or file of the server's.
+"""The process that forks a child for each trial: it has imported MuJoCo, and has no socket or file of the server.
 
-It is forked from the server before that has threads, or is a new interpreter. It ends when the server's end of the pipe
-closes, so with the server, however that ends. Only the server holds that end: no client can reach it. Where a process
-cannot fork, it makes one trial itself and ends; the server starts the next.
+It is forked from the server before the server has threads, or is a new interpreter. It ends when the server's end of
+the pipe closes, so with the server, however that ends. Only the server holds that end: clients cannot reach it. Where a
+process cannot fork, it makes one trial itself and ends; the server starts the next.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from typing import Any, NoReturn
 _LENGTH = struct.Struct("<I")
 _CHUNK = 1 << 16
 _MOST = 64 << 20
-"""Bytes of a result; a scene has far fewer files."""
+"""Most bytes of a result; a scene has far fewer files."""
 
 _WARM_AFTER = 3.0
-"""Seconds after which a forked helper imports what the first trial needs."""
+"""Seconds after which a forked helper imports the modules that the first trial needs."""
 
 _GIVES_WAY_AFTER = 0.3
 """Seconds after which a trial is a long one, and must not take a full core from the server any more."""
 
 _NICER = 10
-"""Steps of priority of a long trial below the server's: beside it on one core it gets a tenth."""
+"""Steps of priority of a long trial below the server's: beside the server on one core it gets a tenth."""
 
 _START = "import sys; sys.path[:] = sys.argv[1:]; from simx_server.scene.trial.helper import main; main()"
 
 
 class Helper:
-    """The server's hold on such a process. One request at a time, on any thread; `kill` from any other."""
+    """The server's handle of such a process. One request at a time, on any thread; `kill` from any other."""
 
     def __init__(
         self, reader: int, writer: int, process_id: int, child: subprocess.Popen[bytes] | None
@@ -51,7 +51,7 @@ class Helper:
         self.is_usable = True
 
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Have a trial made; how the child ended, in its ``exit``, with the result. Raises EOFError: it is gone."""
+        """Request a trial; return the result and the child's ``exit``. Raises EOFError: the helper has ended."""
         with self._asking:
             try:
                 _send(self._writer, json.dumps(request).encode())
@@ -63,7 +63,7 @@ class Helper:
             return reply
 
     def kill(self) -> None:
-        """End it, and the trial that it makes; a second time does nothing."""
+        """End the helper and its trial; a second call has no effect."""
         with self._ending:
             self.is_usable = False
             if self._process_id:
@@ -74,7 +74,7 @@ class Helper:
                         self._child.kill()
 
     def close(self) -> None:
-        """End it and wait for that."""
+        """End the helper and wait for its end."""
         self.kill()
         with self._asking, self._ending:
             if not self._process_id:
@@ -94,7 +94,7 @@ class Helper:
 
 
 def start() -> Helper:
-    """Start a new interpreter; it is ready some half a second later, and takes requests at once."""
+    """Start a new interpreter; it is ready some half a second later, and accepts requests at once."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     environment |= {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}
     child = subprocess.Popen(
@@ -112,7 +112,7 @@ def start() -> Helper:
 
 
 def fork() -> Helper | None:
-    """Fork one from this process; None where that cannot be, or where other threads might hold a lock now."""
+    """Fork a helper from this process; None where forking is impossible, or other threads might hold a lock now."""
     if sys.platform != "linux" or len(os.listdir("/proc/self/task")) > 1:
         return None
     requests, writer = os.pipe()
@@ -126,14 +126,14 @@ def fork() -> Helper | None:
 
 
 def _become_helper(requests: int, replies: int) -> NoReturn:
-    """The life of a forked one: it must never return into what its parent was doing."""
+    """Run a forked helper: it must never return into the code of its parent."""
     try:
         os.setsid()  # Ctrl-C is for the server
         signal.set_wakeup_fd(-1)  # the server's, whose watchdog would take a signal here for one there
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
-        # Nothing of the server's may stay open here: who reads it waits for its end.
+        # The server's descriptors must not stay open here: their readers wait for the end of file.
         for standard in (0, 1, 2):
             os.dup2(nothing, standard)
         os.dup2(requests, nothing)
@@ -141,7 +141,7 @@ def _become_helper(requests: int, replies: int) -> NoReturn:
         os.closerange(3, keep[0])
         os.closerange(keep[0] + 1, keep[1])
         os.closerange(keep[1] + 1, os.sysconf("SC_OPEN_MAX"))
-        # Most servers get no file of a client's in their first seconds; who has other work then is not held up.
+        # Most servers get no client's file in their first seconds; the import must not delay their other work.
         if not select.select([nothing], [], [], _WARM_AFTER)[0]:
             importlib.import_module("simx_server.scene.trial.child")
         serve(nothing, replies)
@@ -166,7 +166,7 @@ def serve(requests: int, replies: int) -> None:
             request = json.loads(_receive(requests))
         except (EOFError, OSError):
             return
-        from simx_server.scene.trial.child import try_file  # takes long, and the server may never ask
+        from simx_server.scene.trial.child import try_file  # slow, and often not needed
 
         if not hasattr(os, "fork"):
             reply = {"exit": 0, "result": try_file(request), "seconds": time.process_time(), "goes_on": False}
@@ -181,7 +181,7 @@ def serve(requests: int, replies: int) -> None:
 def _make_trial(
     request: dict[str, Any], requests: int, try_file: Callable[[dict[str, Any]], dict[str, Any]]
 ) -> dict[str, Any] | None:
-    """What a child says, and how it ended; None when nobody waits for it any more."""
+    """Return the child's result, and how it ended; None when the server does not wait for it any more."""
     reader, writer = os.pipe()
     process_id = os.fork()
     if process_id == 0:
@@ -196,7 +196,7 @@ def _make_trial(
                 os.setpriority(os.PRIO_PROCESS, process_id, os.getpriority(os.PRIO_PROCESS, 0) + _NICER)
                 wait = None
                 continue
-            if requests in ready:  # one at a time is asked, so this is the end
+            if requests in ready:  # requests arrive one at a time, so this is the end
                 os.kill(process_id, signal.SIGKILL)
                 return None
             part = os.read(reader, _CHUNK)
@@ -219,7 +219,7 @@ def _make_trial(
 def _become_child(
     request: dict[str, Any], writer: int, try_file: Callable[[dict[str, Any]], dict[str, Any]]
 ) -> NoReturn:
-    """The life of a child: it keeps the one pipe for its result."""
+    """Run a child: it keeps only the pipe for its result."""
     try:
         os.dup2(writer, 0)
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))
@@ -237,7 +237,7 @@ def _send(descriptor: int, data: bytes) -> None:
 
 
 def _receive(descriptor: int) -> bytes:
-    """Raises EOFError."""
+    """Return one message. Raises EOFError."""
     (length,) = _LENGTH.unpack(_receive_exactly(descriptor, _LENGTH.size))
     return _receive_exactly(descriptor, length)
 

@@ -1,4 +1,4 @@
-"""What the server is going to do with a file, which its trial does first."""
+"""Kinds of trials: the later use of a file in the server, which its trial does first."""
 
 SCENE = "scene"
 """Load it in place of the present scene."""

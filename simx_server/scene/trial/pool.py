@@ -1,4 +1,4 @@
-"""The helpers that make trials: as many as there are trials at a time, within a bound."""
+"""The helpers that make trials: one for each simultaneous trial, up to a limit."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from simx_server.scene.trial import helper
 from simx_server.scene.trial.helper import Helper
 
 MOST = 3
-"""Trials at a time. Others wait for one of them to end; a trial has an end."""
+"""Most simultaneous trials. Others wait until one of them ends; every trial ends."""
 
 
 class Pool:
-    """Hands out helpers. Any thread; nobody's helper is another's at the same time."""
+    """Distribute helpers, on any thread; a helper has one user at a time."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -23,12 +23,12 @@ class Pool:
         self._is_closed = False
 
     def add(self, started: Helper) -> None:
-        """Have this one used first."""
+        """Add a helper that is used first."""
         with self._changed:
             self._idle.append(started)
 
     def take(self, seconds: float) -> Helper:
-        """A helper that nobody else uses; give it back. Raises TimeoutError: all are in use for so long."""
+        """Return an unused helper; give it back later. Raises TimeoutError: all are in use for this time."""
         limit = time.monotonic() + seconds
         with self._changed:
             while not self._is_closed and not self._idle and len(self._used) + self._starting >= MOST:
@@ -52,7 +52,7 @@ class Pool:
         return started
 
     def give_back(self, used: Helper) -> None:
-        """It is not in use any more. One is kept for the next trial."""
+        """Return a helper to the pool, which keeps one for the next trial."""
         with self._changed:
             self._used.discard(used)
             is_kept = used.is_usable and not self._idle and not self._is_closed
@@ -63,7 +63,7 @@ class Pool:
             used.close()
 
     def close(self) -> None:
-        """End all of them; whoever waits for a trial gets EOFError."""
+        """End all helpers; callers that wait for a trial get EOFError."""
         with self._changed:
             self._is_closed = True
             idle, used = self._idle.copy(), list(self._used)

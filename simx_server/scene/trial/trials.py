@@ -1,4 +1,4 @@
-"""The server's side of trials: which files are tried, what became of a trial, and the files that came through."""
+"""The server's side of trials: the files to be tried, the result of a trial, and the files after a success."""
 
 from __future__ import annotations
 
@@ -42,26 +42,26 @@ _PASSED = {
 
 
 class Trials:
-    """The trials of one simulation. Physics thread only; what is done `beside` it touches nothing of the simulation."""
+    """The trials of one simulation. Physics thread only; work done `beside` it does not touch the simulation."""
 
     def __init__(self, sim: LiveScene, *, tries_all: bool = False) -> None:
-        """Make none yet; a helper is started with the first.
+        """Start without a helper; the first trial starts one.
 
         Args:
-            tries_all: the operator's own files too.
+            tries_all: whether the operator's own files are tried too.
         """
         self._sim = sim
         self.tries_all = tries_all
         self._pool = Pool()
         self.close: Callable[[], object] = weakref.finalize(self, self._pool.close)
-        """End the helpers, and the trials that are under way."""
+        """End the helpers, and the running trials."""
 
     def use(self, started: Helper) -> None:
-        """Have the first trials made by this one, which is closed when this object goes."""
+        """Use this helper for the first trials; it is closed with this object."""
         self._pool.add(started)
 
     def finish(self, steps: Steps[_Result]) -> _Result:
-        """Take all steps of a call before returning, as scripts need it; others are served meanwhile."""
+        """Execute all steps of a call before returning, as scripts need it; other clients are served meanwhile."""
         return all_steps(steps, self._sim.interruptions.serve_others, self._check)
 
     def _check(self) -> None:
@@ -69,7 +69,7 @@ class Trials:
             raise CommandError("the server ends")
 
     def concern(self, file: Path, sources: Sources) -> bool:
-        """Return whether a file is to be tried: a client sent it or one that it is made of."""
+        """Return whether a file must be tried: a client sent it or a file that it includes."""
         return self.tries_all or self._sim.files.client_files.are_named_by(file, sources)
 
     def tried(
@@ -78,16 +78,16 @@ class Trials:
         """Try a file and all that it names.
 
         Args:
-            kind: what will be done with it, see `child`.
-            name: what errors call the file.
-            sources: where what it names is searched.
-            is_short: nobody can be served meanwhile, so a second must do.
+            kind: the later use of the file, see `child`.
+            name: the file's name in errors.
+            sources: search folders for the files that it names.
+            is_short: clients cannot be served meanwhile, so a second must be enough.
 
         Returns:
-            Sources that hold what was tried, and nothing else.
+            Sources that contain only the tried files.
 
         Raises:
-            CommandError, SceneError: what is wrong with it, or the limit that it passes.
+            CommandError, SceneError: an error in the file, or the limit that it passes.
         """
         limits = self._sim.limits
         if is_short:
@@ -113,14 +113,14 @@ class Trials:
         return sources.holding(contents_of(result["files"])).for_one_read()
 
     def load(self, read: Callable[[], _Result]) -> Steps[_Result]:
-        """Do what was tried, in the server. Raises what `read` raises."""
+        """Execute the tried work in the server. Raises the errors of `read`."""
         result = yield from beside(read)
-        # What others did meanwhile lies before what comes now, also in a recording.
+        # Calls of others during the trial precede the ones from now on, also in a recording.
         self._sim.interruptions.script_point()
         return result
 
     def _asked(self, request: dict[str, Any], limits: Limits, name: str) -> Steps[dict[str, Any]]:
-        """The reply to a request."""
+        """Return the reply to a request."""
         trial = _Trial(self._pool, request, limits.load_wait)
         try:
             reply = yield from beside(trial.make, trial.give_up)
@@ -135,7 +135,7 @@ class Trials:
         return reply
 
     def _ended(self, exit_code: int, seconds: float, name: str, limits: Limits) -> CommandError:
-        """Why a child made no result; `seconds`: of processor time that it took."""
+        """Return the reason why a child has no result; `seconds`: processor time that it took."""
         if exit_code in _PASSED:
             return _refusal(limits, _PASSED[exit_code], name)
         if exit_code == -signal.SIGKILL if sys.platform != "win32" else False:
@@ -155,13 +155,13 @@ class _Trial:
     """One request to a helper."""
 
     def __init__(self, pool: Pool, request: dict[str, Any], seconds: float) -> None:
-        """`seconds`: by the clock, for which a helper is waited for; the child has limits of its own."""
+        """Store the request; `seconds`: wall time to wait for a helper; the child has separate limits."""
         self._pool, self._request, self._seconds = pool, request, seconds
         self._helper: Helper | None = None
         self._is_late = self._is_given_up = False
 
     def make(self) -> dict[str, Any]:
-        """Have it made. Raises TimeoutError, or EOFError: the helper is gone."""
+        """Make the trial and return its result. Raises TimeoutError, or EOFError: the helper has ended."""
         used = self._helper = self._pool.take(self._seconds)
         clock = threading.Timer(self._seconds + _GRACE, self._end_late)
         clock.daemon = True
@@ -181,7 +181,7 @@ class _Trial:
             self._pool.give_back(used)
 
     def give_up(self) -> None:
-        """Nobody wants the result any more."""
+        """Discard the trial: its result is not needed any more."""
         self._is_given_up = True
         if (used := self._helper) is not None:
             used.kill()
@@ -196,5 +196,5 @@ def _refusal(limits: Limits, limit: str, name: str) -> CommandError:
 
 
 def _held(sim: LiveScene) -> int:
-    """Bytes of the scene that a model is added to."""
+    """Return the bytes of the scene that a model is added to."""
     return int(sim.model.nbuffer) + int(sim.data.nbuffer) + int(sim.data.narena)
