@@ -29,7 +29,7 @@ class Dispatch:
         """Find the command with this name and the function that checks arguments and runs the handler.
 
         Returns:
-            None for both if the table has no such command. If the client may not call it, the function raises the reason.
+            None for both if the table has no such command. If the client may not call it, the function raises.
         """
         command = ANSWERED.get(name)
         if command is None:
@@ -41,7 +41,7 @@ class Dispatch:
         return command, lambda *arguments: run(*check(command, arguments))
 
     def bind(self, client: ClientSession, command: Command, checked: list[Any]) -> Work:
-        """Return the function that executes a command with arguments from `check`, for a stream. Raises CommandError."""
+        """Return the function that executes a stream's command with arguments from `check`. Raises CommandError."""
         return partial(self.handler(client, command).bound(self.world, client), *checked)
 
     def handler(self, client: ClientSession, command: Command) -> Handler:

@@ -557,7 +557,7 @@ class Inbox:
         return max(item.virtual, box.finish - CREDIT, self._virtual - CREDIT)
 
     def _is_parked(self, box: Box) -> bool:
-        """Return whether nothing may be taken out now. The queue stays known, and is announced again when that changes."""
+        """Return whether nothing may be taken out now. The queue stays known; a change announces it again."""
         if box.is_waiting:
             box.is_parked = True
             if box.is_waiting:

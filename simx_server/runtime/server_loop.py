@@ -187,7 +187,7 @@ class Engine(Part):
         return others
 
     def busy_with(self) -> str:
-        """Describe the work that keeps the physics thread from answering, if it takes long; else return an empty text."""
+        """Describe the work that keeps the physics thread from answering, if it takes long; empty otherwise."""
         return self._busy.describe()
 
     # --- the loop --------------------------------------------------------------------------------

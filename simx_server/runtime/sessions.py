@@ -65,7 +65,7 @@ class Departed:
 
 @dataclass(eq=False)
 class Interrupted:
-    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and those behind it."""
+    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
 
     replies: list[Reply]
     """Replies to the calls before."""
