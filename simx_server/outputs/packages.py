@@ -29,7 +29,7 @@ class NewFile:
     """A file that only grows. Each write goes to the system at once, so a kill of the process loses none of it."""
 
     def __init__(self, path: Path, flag: str, *, begin: bytes = b"", is_private: bool = False) -> None:
-        """Open the file and write its first bytes. Raises OutputError: it cannot be written there, or it exists already."""
+        """Open the file and write its first bytes. Raises OutputError: it cannot be written, or it exists already."""
         self.path = path
         try:
             if path.is_file() and path.stat().st_size:
