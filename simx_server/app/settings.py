@@ -1,8 +1,9 @@
 """Every setting of the server, declared once: default, flag, variable, rule and help in one place.
 
 A value comes from the flag, else from the environment variable, else from the default; its origin is kept for
-``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``. This module reads no
-files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
+``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``.
+
+This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
 """
 
 from __future__ import annotations

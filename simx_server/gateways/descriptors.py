@@ -30,8 +30,9 @@ def raise_limit() -> None:
 
 
 class DescriptorWatch:
-    """Logs an error when no descriptors are left, and a warning when there are some again. Zenoh recovers
-    automatically.
+    """Logs when no descriptors are left, and when there are some again.
+
+    Zenoh recovers automatically.
     """
 
     def __init__(self) -> None:

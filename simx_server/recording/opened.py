@@ -32,7 +32,7 @@ _LAST_CLOCK = 1 << 62
 """Nanoseconds since 1970; that is in 2116."""
 
 _MANY_PICTURES = "pictures=10000000"
-"""Clients request no images in a replay, and the limit must not stop a film from showing what scripts render."""
+"""Clients request no images in a replay, and the images of a film must not make it refuse one that a script reads."""
 
 _EVENTS = (Kind.JOINED, Kind.LEFT, Kind.BATCH)
 """Events that may also have come while a script ran."""

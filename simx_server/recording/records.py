@@ -6,14 +6,17 @@ from enum import IntEnum
 from typing import Any, cast
 
 BEHAVIOUR = 2
-"""Counts up when the same calls may lead to other states than before. 2: imported meshes rest, a URDF's joints and
-contacts are as V-REP's importer made them, the joint force has V-REP's sign, long loops of scripts serve other clients.
+"""Counts up when the same calls may lead to other states than before.
+
+2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
+sign, long loops of scripts serve other clients.
 """
 
 
 class Kind(IntEnum):
-    """The kind of a record; each member lists its fields. `point` is -1, or the position in a script's run
-    (`recorder`).
+    """The kind of a record; each member lists its fields.
+
+    `point` is -1, or the position in a script's run (`recorder`).
     """
 
     HEADER = 0

@@ -53,9 +53,7 @@ class Work:
 
 
 class Doing(NamedTuple):
-    """The client whose call the physics thread executes, and its command; both empty for a simulation step and the
-    like.
-    """
+    """The client whose call the physics thread executes, and its command; both empty for a step and the like."""
 
     client: str
     command: str
@@ -107,9 +105,7 @@ class BusyDesk:
         self._work = outer
 
     def describe(self) -> str:
-        """Describe the work that keeps the server busy for longer than a call waits, with the client's name; empty for
-        none.
-        """
+        """Describe the work that keeps the server busy for longer than a call waits, and its client; empty for none."""
         work, doing = self._work, self._doing()
         if work is None or (busy := time.monotonic() - work.since) < PATIENCE:
             return ""

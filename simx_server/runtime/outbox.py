@@ -74,9 +74,7 @@ class Outbox:
             self.send()
 
     def send(self) -> None:
-        """Send the replies that are kept. Never raises: replies too large for a message concern one client, not the
-        server.
-        """
+        """Send the replies that are kept. Never raises: oversized replies concern one client, not the server."""
         session, self._session = self._session, None
         if session is None:
             return

@@ -193,8 +193,9 @@ class Engine(Part):
     # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
-        """Serve until ``end``, a time on the monotonic clock, or a condition, which each post and each second checks
-        again.
+        """Serve until ``end``, a time on the monotonic clock, or a condition.
+
+        Each post, and each second, checks the condition again.
         """
         with self._busy.open():
             while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
@@ -326,8 +327,9 @@ class Engine(Part):
 
     @property
     def may_cut_batches(self) -> bool:
-        """Return whether others may be served inside a batch, or between streams. A recording contains whole batches
-        only.
+        """Return whether others may be served inside a batch, or between streams.
+
+        A recording contains whole batches only.
         """
         return self.recorder is None and not self._is_serving
 
@@ -365,9 +367,7 @@ class Engine(Part):
         return math.inf
 
     def _seconds_held(self, is_free: bool) -> float:
-        """Return the seconds to wait if the step is held; `is_free`: it does not follow the wall clock, which cannot be
-        held.
-        """
+        """Return the seconds to wait if the step is held; `is_free`: the step does not follow the wall clock."""
         return HELD if is_free and self.simulation.is_held else 0.0
 
     def _idle_is_wanted(self) -> bool:
@@ -402,9 +402,7 @@ class Engine(Part):
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def script_stopped(self, problem: str) -> None:
-        """Report an error of a script, or of a simulation step, to every client, because no client's call has caused
-        it.
-        """
+        """Report an error of a script, or of a simulation step, to every client: no single call has caused it."""
         if self.world.parameters.error_report_mode & sim_api_errormessage_report:
             for session in self.sessions.values():
                 session.errors.append(problem)

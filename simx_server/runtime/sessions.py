@@ -119,9 +119,7 @@ class ClientSession:
         return self.client.startswith(VIEWER)
 
     def is_news(self, failure: str) -> bool:
-        """Return whether to log a failure: each only once, because scripts poll and stream values that are missing for
-        a while.
-        """
+        """Return whether to log a failure: each only once, because scripts poll values that are missing for a while."""
         if failure in self._logged or len(self._logged) >= MAX_LOGGED:
             return False
         self._logged.add(failure)

@@ -25,7 +25,7 @@ class Pictures:
     """The images of one camera. Physics thread only."""
 
     def __init__(self, shot: Shot, fps: float, writer: McapWriter) -> None:
-        """`fps`: images per simulated second."""
+        """Make an empty list of images; `fps`: images per simulated second."""
         self._shot = shot
         self._fps = fps
         self._writer = writer

@@ -2,8 +2,10 @@
 
 Times in the log are the wall clock's at its start plus the simulated time since, of all runs one after the other. So a
 viewer plays it in simulated time, and pauses between runs take no time. The times of a replay start as those of the
-recording did. Where the log cannot keep up, simulation steps are left out in real time and counted; at ``--speed max``
-and in stepped mode the next step comes when there is space, as with films.
+recording did.
+
+Where the log cannot keep up, simulation steps are left out in real time and counted; at ``--speed max`` and in stepped
+mode the next step comes when there is space, as with films.
 """
 
 from __future__ import annotations

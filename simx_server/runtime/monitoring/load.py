@@ -54,9 +54,7 @@ class LoadMeter:
             self._samples.append(self._sample())
 
     def load(self) -> Load:
-        """Return the load over the last one or two seconds of a running simulation; of a stopped one, since the last
-        call.
-        """
+        """Return the load over the last one or two seconds; for a stopped simulation, since the last call."""
         present = self._sample()
         old_enough = [sample for sample in self._samples if present.wall - sample.wall >= LEAST]
         since = old_enough[-1] if old_enough else self._samples[0]

@@ -283,8 +283,10 @@ class Metrics:
 
 
 class Tally:
-    """Counts executions that follow each other. Those of one command are counted together, each with the mean of their
-    durations: counting each one separately costs as much as reading a value.
+    """Counts executions that follow each other.
+
+    Those of one command are counted together, each with the mean of their durations: counting each one separately costs
+    as much as reading a value.
     """
 
     __slots__ = ("_began", "_called", "_metrics", "command", "count")
