@@ -1,8 +1,7 @@
-"""The command line ``simx-server``: flags, the small listings, logging, exit codes.
+"""The command line ``simx-server``: flags, listings, logging, exit codes.
 
-Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted (docs/operations.md). What was asked for goes to
-stdout, the log to stderr.
-The flags are built from ``settings``; everything heavy is imported only when the server is really started.
+Exit codes: 0 done, 1 failure, 2 wrong usage, 130 interrupted (docs/operations.md). Requested output goes to stdout, the
+log to stderr. The flags are built from ``settings``; heavy modules are imported only when the server starts.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ PROGRAM = "simx-server"
 
 LISTS = ("commands", "script_functions")
 PAGES = ("tree", "doctor", *LISTS)
-"""What is printed in place of serving."""
+"""Flags that print something instead of serving."""
 
 EXAMPLES = """\
 examples:
@@ -47,7 +46,7 @@ every flag is also a variable: --time-step is SIMX_TIME_STEP; the flag wins
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Keep the first column narrow, and show of a switch the form that changes something."""
+    """Keep the first column narrow, and show the form of a switch that changes something."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=100)
@@ -66,7 +65,7 @@ def _default_of(name: str) -> object:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The parser; what it returns holds only what was really given, under the fields' names."""
+    """Return the parser; its result holds only the flags that were given, under the fields' names."""
     parser = Parser(
         PROGRAM,
         version=_version(),
@@ -116,7 +115,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="print the simx functions (--json); --script-functions: those of scripts",
     )
-    # The help above names them: a screen has few lines. The last is for those who write docs/.
+    # The help above names them: a screen has few lines. The last is for writing docs/.
     for hidden in ("--script-functions", "--json", "--markdown"):
         group.add_argument(hidden, action="store_true", help=argparse.SUPPRESS)
     return parser
@@ -131,16 +130,18 @@ def _version() -> str:
 def _installed(package: str) -> str:
     try:
         return metadata.version(package)
-    except metadata.PackageNotFoundError:  # --doctor tells more; it must not fail over it
+    except metadata.PackageNotFoundError:  # --doctor reports it; the version must not fail because of it
         return "missing"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code is returned, except that argparse itself leaves with SystemExit."""
+    """Run the command line and return the exit code; argparse may leave with SystemExit."""
     print_what_can_be()
     try:
         return while_read(partial(_run, argv))
-    except ModuleNotFoundError as error:  # a client alone needs less, and is often all that is installed
+    except (
+        ModuleNotFoundError
+    ) as error:  # a client alone needs fewer packages, and often only these are installed
         if error.name is None or error.name.startswith("simx_"):
             raise
         sys.stderr.write(
@@ -175,7 +176,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if page is not None:
         return _print_page(page, settings, as_json="json" in form)
     log_format.configure(settings.log_level, settings.log_format, several=settings.count is not None)
-    # Nothing here multiplies large matrices; a pool of threads costs memory, and forbids a process to fork safely.
+    # Nothing here multiplies large matrices; a thread pool costs memory, and prevents a process from forking safely.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return _serve(settings)
@@ -187,7 +188,7 @@ def _serve(settings: Settings) -> int:
     if settings.until_eof and sys.stdin is None:
         logger.error("--until-eof needs a standard input; leave it out, or start the server with one")
         return USAGE
-    # A fleet's parent sees to its own lifeline, as it ends the servers one by one.
+    # A fleet's parent watches the lifeline itself, because it ends the servers one by one.
     lifeline = sys.stdin.fileno() if settings.until_eof and settings.count is None else None
     with watched(settings.count or 0, lifeline, LIFELINE_GRACE) as watchdog:
         return _serve_watched(settings, watchdog)
@@ -198,7 +199,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     from simx_server.sensors.opengl.backend import requested_backend
 
     try:
-        requested_backend()  # refuses an unknown MUJOCO_GL now, not with the first picture
+        requested_backend()  # refuses an unknown MUJOCO_GL now, before the first image
     except ValueError as error:
         logger.error("%s", error)
         return USAGE
@@ -233,11 +234,11 @@ def _print_settings(settings: Settings) -> int:
 
 
 def _print_page(page: str, settings: Settings, *, as_json: bool) -> int:
-    """What needs the settings. Only warnings are told beside it, unless more was asked for."""
+    """Print a listing that needs the settings. Only warnings are logged, unless the settings ask for more."""
     level = settings.log_level if "log_level" in settings.origins else "warning"
     log_format.configure(level, settings.log_format, several=False)
     try:
-        if page == "doctor":  # it imports nothing that may be missing: its children do
+        if page == "doctor":  # it imports nothing that may be missing: its child processes do
             from simx_server.app.doctor.page import print_findings
 
             return print_findings(settings, as_json=as_json)

@@ -1,4 +1,4 @@
-"""What of the legacy remote API is there: the table joined with what is registered to answer it."""
+"""List which functions of the legacy remote API the server supports: the table of commands joined with the handlers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MODES = {
     Place.WAITING: "always blocking",
     Place.LOCAL: "in the client",
 }
-"""Where a command does its work, in a user's words."""
+"""The place where a command does its work, in a user's words."""
 
 PAGE = """\
 # What of the legacy remote API is here
@@ -53,10 +53,10 @@ class Coverage:
 
 
 def coverage(answered: Collection[str], table: Iterable[Command] = TABLE) -> list[Coverage]:
-    """One entry per command of the table, in its order.
+    """Return one entry per command of the table, in its order.
 
-    `answered` holds the names that the server answers. What works in the client alone needs no answer: a test
-    of the client holds that every such function exists.
+    `answered` holds the names that the server answers. Commands that work in the client alone need no answer: a test of
+    the client checks that every such function exists.
     """
     return [
         Coverage(
@@ -72,7 +72,7 @@ def coverage(answered: Collection[str], table: Iterable[Command] = TABLE) -> lis
 
 
 def as_text(lines: list[Coverage]) -> str:
-    """A table for people: name, support, modes, doc, and a closing count."""
+    """Return a table for people: name, support, modes, doc, and a closing count."""
     width = max((len(line.name) for line in lines), default=0)
     rows = [
         f"{line.name:{width}}  {_support(line):7}  {line.modes:16}  {line.doc}"
@@ -83,12 +83,12 @@ def as_text(lines: list[Coverage]) -> str:
 
 
 def as_records(lines: list[Coverage]) -> list[dict[str, object]]:
-    """The same for programs, ready for json.dumps."""
+    """Return the same for programs, ready for json.dumps."""
     return [asdict(line) for line in lines]
 
 
 def as_markdown(lines: list[Coverage]) -> str:
-    """The page docs/coverage.md: all functions, and every numbered difference with the test that holds it."""
+    """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
     rows = [
         [
             f"`{line.name}`",

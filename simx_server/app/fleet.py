@@ -1,8 +1,8 @@
-"""Several servers on one host by one command: everything is loaded once, then the process forks.
+"""Run several servers on one host with one command: everything is loaded once, then the process forks.
 
-Memory that nobody writes to is shared between them, and starting one more takes milliseconds. The fork comes before
-any thread, Zenoh session or OpenGL context exists, since none of them survives it. The parent then only watches: it
-ends all together, and tells of one that ends by itself while the others go on.
+The servers share the memory that none of them writes to, and starting one more takes milliseconds. The fork comes
+before any thread, Zenoh session or OpenGL context exists, because none of them survives it. Afterwards the parent only
+watches: it ends all servers together, and logs when one ends early while the others go on.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ class Member:
 
 
 def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
-    """Run ``settings.count`` servers until all have ended or this process is told to end them.
+    """Run ``settings.count`` servers until all have ended or this process is requested to end them.
 
     Args:
-        watchdog: has a place for each of them.
+        watchdog: has a slot for each of them.
 
     Writes one line of JSON to stdout when all can be reached. Returns the exit code: 0 when all ended well.
     """
@@ -90,13 +90,13 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
             world.simulation.close()
         link.import_zenoh(link.SERVER_RUNTIME if _is_plain(settings) else link.RUNTIME)
         gc.collect()
-        gc.freeze()  # or the first collection of each server writes to every object, and nothing stays shared
+        gc.freeze()  # otherwise the first collection of each server writes to every object, and no memory stays shared
         signals = stack.enter_context(_signals())
         fleet = Fleet(signals, watchdog)
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
             fleet.fork(loaded, settings.member(number), number)
-        if settings.until_eof:  # not before the forks, which want a process without threads
+        if settings.until_eof:  # after the forks, which need a process without threads
             end_with(sys.stdin.fileno(), ENDS_WITHIN)
         return fleet.supervise()
 
@@ -108,21 +108,21 @@ class Fleet:
         """Make an empty fleet.
 
         Args:
-            signals: a file descriptor out of which the numbers of arriving signals can be read.
-            watchdog: ends a server that does not end when it, and not the fleet, is told to.
+            signals: a file descriptor that yields the numbers of arriving signals.
+            watchdog: ends a server that does not end when it alone, without the fleet, is requested to.
         """
         self._watchdog = watchdog
         self._signals = signals
         self._selector = selectors.DefaultSelector()
         self._selector.register(signals, selectors.EVENT_READ)
         self._members: list[Member] = []
-        # Nothing is ever written to it: every server ends when this end closes, so with this process.
+        # It stays empty: every server ends when this end closes, so together with this process.
         self._lifeline = os.pipe()
         self._is_ending = False
         self._is_interrupted = False
 
     def fork(self, world: World | None, settings: Settings, number: int) -> None:
-        """Start one server of a simulation that is loaded, or that it loads itself. Returns in the parent only."""
+        """Start one server with a loaded simulation, or one that loads it. Returns in the parent only."""
         reader, writer = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
@@ -137,7 +137,7 @@ class Fleet:
         self._selector.register(reader, selectors.EVENT_READ, member)
 
     def supervise(self) -> int:
-        """Wait for all to be ready, say so, and watch them until the last has ended. Returns the exit code."""
+        """Wait until all are ready, report it, and watch them until the last has ended. Returns the exit code."""
         limit = time.monotonic() + READY_WITHIN
         while not self._is_ending and any(member.place is None for member in self._members):
             if any(member.exit_code is not None for member in self._members) or time.monotonic() >= limit:
@@ -155,7 +155,7 @@ class Fleet:
         return DONE if all(member.exit_code == DONE for member in self._members) else FAILURE
 
     def close(self) -> None:
-        """Whatever happened: no child is left behind."""
+        """End all children, whatever happened before."""
         self._end()
         self._selector.close()
         for end in self._lifeline:
@@ -165,7 +165,7 @@ class Fleet:
         return [member for member in self._members if member.exit_code is None]
 
     def _end(self) -> None:
-        """End all that still run: kindly, and after a while or a second signal at once."""
+        """End all running servers: with SIGTERM first, with SIGKILL after a while or a second signal."""
         self._is_ending = True
         self._signal_all(signal.SIGTERM)
         limit = time.monotonic() + ENDS_WITHIN
@@ -183,7 +183,7 @@ class Fleet:
                 os.kill(member.process_id, number)
 
     def _wait(self, seconds: float | None) -> None:
-        """Until something happens, at most so long; then deal with it."""
+        """Wait until something happens, at most this many seconds; then handle it."""
         for key, _ in self._selector.select(seconds):
             if key.data is None:
                 for _ in os.read(self._signals, _CHUNK):
@@ -192,7 +192,7 @@ class Fleet:
                 self._hear(key.data)
 
     def _hear(self, member: Member) -> None:
-        """A server says that it is ready, or has ended."""
+        """Read the message of a server that it is ready, or detect that it has ended."""
         said = os.read(member.reader, _CHUNK)
         if said:
             member.heard += said
@@ -220,7 +220,7 @@ def _how(exit_code: int) -> str:
 
 
 def _say_ready(members: list[Member]) -> None:
-    """One line on stdout, for programs."""
+    """Write one line to stdout, for programs."""
     sys.stdout.write(json.dumps({"servers": [member.place for member in members]}) + "\n")
     sys.stdout.flush()
     logger.info("%d servers are ready", len(members))
@@ -234,7 +234,7 @@ def _become_server(
     writer: int,
     watchdog: Watchdog | None,
 ) -> NoReturn:
-    """The life of a child: it must never return into what its parent was doing."""
+    """Run the child process: it must never return into the code of its parent."""
     exit_code = FAILURE
     try:
         signal.set_wakeup_fd(-1)
@@ -255,7 +255,7 @@ def _become_server(
 
 
 def _may_be_copied(world: World) -> bool:
-    """Whether nothing of it lives in another process: scripts that run while it is stopped may do so."""
+    """Return whether the world can be copied: scripts that run while it is stopped may live in another process."""
     return all(script.interpreter is None for script in world.scripts.all())
 
 
@@ -276,7 +276,7 @@ def _is_plain(settings: Settings) -> bool:
 
 @contextlib.contextmanager
 def _signals() -> Generator[int]:
-    """Within the block SIGINT and SIGTERM only arrive in a file descriptor."""
+    """Deliver SIGINT and SIGTERM only to a file descriptor within the block."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     before = signal.set_wakeup_fd(writer)

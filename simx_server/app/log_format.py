@@ -1,4 +1,4 @@
-"""How log lines look on stderr: sentences for people, or one JSON object a line for those who collect them."""
+"""Format log lines on stderr: sentences for people, or one JSON object per line for log collectors."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class TextFormatter(logging.Formatter):
 
 
 class JsonFormatter(logging.Formatter):
-    """One line of ASCII for each record: time (ISO 8601, UTC), level, logger, message, process, and exception."""
+    """Write one line of ASCII for each record: time (ISO 8601, UTC), level, logger, message, process, and exception."""
 
     def format(self, record: logging.LogRecord) -> str:
         line: dict[str, object] = {
@@ -56,9 +56,9 @@ def configure(level: str, form: str, *, several: bool) -> None:
     """Log to stderr; of other packages only warnings.
 
     Args:
-        form: one of FORMATS; with JSON what Python itself would print there, warnings and the end by an exception,
-            becomes a line as well.
-        several: this process will be one of many, so lines of text say which; those of JSON always do.
+        form: one of FORMATS; with JSON, Python's own output there, warnings and uncaught exceptions, becomes a line as
+            well.
+        several: this process is one of many, so lines of text name it; those of JSON always do.
     """
     handler = logging.StreamHandler(sys.stderr)
     if form == JSON:

@@ -1,7 +1,7 @@
-"""``simx-server SCENE --tree``: the objects of a scene as scripts will find them, for people and for programs.
+"""``simx-server SCENE --tree``: list the objects of a scene as scripts will find them, for people and for programs.
 
-The scene is loaded as a server with the same flags would load it, so its customization scripts have begun and
-handles are those that clients will get. Nothing is simulated and nobody can connect.
+The scene is loaded as a server with the same flags would load it, so its customization scripts have started and handles
+are those that clients will get. The simulation does not run, and no client can connect.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def print_tree(settings: Settings, *, as_json: bool) -> int:
 
 
 def as_record(world: World) -> dict[str, Any]:
-    """The scene for programs: name, file, objects in tree order, main script, registered names per kind."""
+    """Return the scene for programs: name, file, objects in tree order, main script, registered names per kind."""
     scene = world.simulation.scene
     scripts: dict[int, list[dict[str, Any]]] = {}
     for script in world.scripts.all():
@@ -62,7 +62,7 @@ def as_record(world: World) -> dict[str, Any]:
 
 
 def as_lines(record: dict[str, Any], paint: Paint) -> Iterator[str]:
-    """The same for people: one line an object, children indented under their parent."""
+    """Yield the same for people: one line per object, children indented under their parent."""
     objects = record["objects"]
     yield f"{record['scene']}: {len(objects)} objects" + (f" ({record['file']})" if record["file"] else "")
     width = max((2 * each["depth"] + len(each["name"]) for each in objects), default=0)

@@ -1,4 +1,4 @@
-"""The composition: settings in, a serving process out. Nothing else knows all the parts."""
+"""Compose the server: settings in, a serving process out. No other module knows all the parts."""
 
 from __future__ import annotations
 
@@ -56,11 +56,12 @@ from .settings import Settings
 logger = logging.getLogger(__name__)
 
 SWITCH_INTERVAL = 0.001
-"""Seconds after which a thread that computes in Python lets another one go on. With Python's own 0.005 a message of one
-client needs that long to get past the physics thread while others keep it busy; shorter ones cost too much."""
+"""Seconds after which a thread that computes in Python releases the interpreter. With Python's own 0.005, a message of
+one client needs that long to get past the physics thread while others keep it busy; shorter times cost too much.
+"""
 
 READY_ANYWAY = 10.0
-"""Seconds that the ready line waits for pictures; the log says then what hangs."""
+"""Seconds that the ready line waits for images; after that the log says what hangs."""
 
 
 def open_world(
@@ -73,7 +74,7 @@ def open_world(
 
     Args:
         prepare: called with the world and this file before the file is loaded.
-        rendering: renders the images; somebody else closes it.
+        rendering: renders the images; its owner closes it.
 
     Raises:
         CommandError: the scene cannot be used.
@@ -105,7 +106,7 @@ def open_world(
 
 
 def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None = None) -> int:
-    """Run a server until it is told to end. Returns the process's exit code.
+    """Run a server until it is requested to end. Returns the process's exit code.
 
     Args:
         probe: tries OpenGL back ends, see `choose_backend`.
@@ -127,7 +128,7 @@ def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None 
     finally:
         rendering.close()
     if rendering.is_stuck:
-        # Python would wait for that thread, and a driver's own clean-up for the driver.
+        # Python would wait for that thread, and a driver's clean-up for the driver.
         logging.shutdown()
         sys.stdout.flush()
         os._exit(exit_code)
@@ -158,10 +159,10 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
 
 
 def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: int) -> None:
-    """The film and the state log that are asked for; ``stack`` ends them.
+    """Attach the requested film and state log; ``stack`` ends them.
 
     Args:
-        began: nanoseconds since 1970, from which a state log counts.
+        ``began``: nanoseconds since 1970, the start of the time in a state log.
 
     Raises:
         CommandError, OutputError: they cannot be made.
@@ -233,13 +234,14 @@ def run_server(
     page_listener: socket.socket | None = None,
     is_one_of_many: bool = False,
 ) -> int:
-    """Serve one simulation until it is told to end. Returns the process's exit code.
+    """Serve one simulation until it is requested to end. Returns the process's exit code.
 
     Args:
-        say_ready: called when it can be reached, and pictures can be made: calls are answered a little before.
-        page_listener: where there is to be a page in the browser.
-        is_one_of_many: spare memory: the renderer of a scene with cameras is not made before the first picture,
-            which comes half a second late then.
+        say_ready: called when clients can reach the server, and images can be made: calls are answered a little
+            earlier.
+        page_listener: the socket of the web viewer; None for no viewer.
+        is_one_of_many: save memory: the renderer of a scene with cameras is not made before the first image, which then
+            comes half a second later.
     """
     simulation, parameters = world.simulation, world.parameters
     warm = None if is_one_of_many else warm_up(world)
@@ -278,7 +280,7 @@ def run_server(
     if settings.quit_after_stop:
         simulation.attach(_QuitAfterStop(engine))
     with ExitStack() as beside:
-        # The page ends after the gateway: it notices at once then that nobody answers.
+        # The web viewer ends after the gateway: it then notices at once that the server has gone.
         pages = beside.enter_context(ExitStack())
         beside.callback(gateway.close)
         beside.callback(engine.close)
@@ -291,7 +293,7 @@ def run_server(
         ):
             if recorder is not None:
                 recorder.begin(engine)
-            # What was loaded stays: without this a full garbage collection halts the physics for 20 ms.
+            # Loaded objects stay: without this, a full garbage collection halts the physics for 20 ms.
             gc.collect()
             gc.freeze()
             if warm is not None:
@@ -315,7 +317,7 @@ def run_server(
 
 
 def _say_ready(gateway: ZenohGateway, world: World) -> None:
-    """One line on stdout for people, supervisors and tests."""
+    """Write one line to stdout for people, supervisors and tests."""
     endpoints = " ".join(gateway.endpoints)
     sys.stdout.write(f"ready {endpoints} realm={gateway.realm} scene={world.simulation.scene.name}\n")
     sys.stdout.flush()
@@ -333,7 +335,7 @@ class _QuitAfterStop(Part):
 
 @contextmanager
 def _ending_by_signal(engine: Engine) -> Iterator[None]:
-    """SIGINT and SIGTERM end the loop cleanly; a second one ends the process at once."""
+    """End the loop cleanly on SIGINT and SIGTERM; a second one ends the process at once."""
     has_come = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:

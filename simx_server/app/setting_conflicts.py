@@ -1,4 +1,4 @@
-"""Settings that are good by themselves and do not go together."""
+"""Refuse settings that are valid alone and do not go together."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _OF_SERVERS = (
     "ports", "start", "auto_start", "temporary_port", "speed", "quit_after_stop", "listen", "connect", "config",
     "multicast_scouting", "realm", "view",
 )  # fmt: skip
-"""Fields without a meaning where nobody is served."""
+"""Fields without a meaning when no client is served."""
 
 
 DECISIVE = ("time_step", "arguments", "command_server", "allow_code", "limit")
-"""Fields that decide what a simulation does, beside its scene: a recording holds them, for its replays."""
+"""Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
 
 
 def refuse_conflicts(settings: Settings) -> None:
-    """Raise SettingError for the first two that do not go together. Variables may say what only other runs need."""
+    """Raise SettingError for the first conflict. A variable may hold a setting that only other runs need."""
     for conflicts in (_ports, _count, _recording, _pictures, _without_clients):
         for name, problem in conflicts(settings):
             raise SettingError(f"{settings.origins[name]}: {problem}")
@@ -85,7 +85,7 @@ def _recording(settings: Settings) -> Conflicts:
 
 
 def _pictures(settings: Settings) -> Conflicts:
-    """A snapshot is no server, and a film is one server's."""
+    """Yield conflicts of outputs: a snapshot does not serve, and a film belongs to one server."""
     others = {"snapshot": ("video", "state_log", "record"), "video": (), "state_log": ()}
     others["save_mjcf"] = (*others, "record", "replay")
     for name, more in others.items():
@@ -99,7 +99,10 @@ def _pictures(settings: Settings) -> Conflicts:
 
 
 def _without_clients(settings: Settings) -> Conflicts:
-    """A replay and a snapshot leave when they are done, and the one has its settings from the recording."""
+    """Yield settings without a meaning for runs without clients: such a run ends when it is done.
+
+    A replay takes its settings from the recording.
+    """
     of_replay = {*_OF_SERVERS, *DECISIVE, "workspace", "duration"}
     if settings.replay:  # a recording may ask for code
         beside, meaningless = "--replay", (of_replay | {"package"}) - {"allow_code"}

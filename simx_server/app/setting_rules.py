@@ -1,6 +1,6 @@
-"""One setting: how it is spelled, and how a person's text becomes its value.
+"""The rules of one setting: how it is spelled, and how its text becomes a value.
 
-What a rule parses with raises ValueError for a text it cannot use; :meth:`Setting.read` says the rest.
+The parse function of a rule raises ValueError for a text that it cannot use; :meth:`Setting.read` adds the rest.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from simx_client.protocol.nearest import did_you_mean
 _T = TypeVar("_T")
 
 LARGEST_SIDE = 4096
-"""Pixels: what a picture may have, see sensors/picture.py."""
+"""Pixels of the longest side of an image, see sensors/picture.py."""
 
 
 class SettingError(ValueError):
-    """A setting has a value that cannot be used; the text says where it came from and what is valid."""
+    """A setting has a value that cannot be used; the text gives its origin and the valid values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What a value may be."""
+    """The valid values of a setting."""
 
     valid: str
-    """What a good value looks like; completes "valid: ..." in an error."""
+    """A description of valid values; completes "valid: ..." in an error."""
 
     parse: Callable[[str], Any]
     """Text to value; raises ValueError for a bad one."""
 
     metavar: str = ""
     words: tuple[str, ...] = ()
-    """Words that a value may be, or begin with before a ``=``: the nearest is suggested in an error."""
+    """Words that a value may be, or start with before a ``=``: an error suggests the nearest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting(Rule):
-    """How one field of :class:`Settings` is read."""
+    """The way in which one field of :class:`Settings` is read."""
 
     help: str = ""
     flag: str = ""
-    """``--speed``, or an upper-case word for a positional argument; empty: as the field is called."""
+    """``--speed``, or an upper-case word for a positional argument; empty: made from the field's name."""
 
     letter: str = ""
     """One-letter form of the flag, with its dash."""
@@ -57,13 +57,15 @@ class Setting(Rule):
     """Further flags without a value that stand for one: ``-v`` for ``debug``."""
 
     unset: str = ""
-    """What None means, for people."""
+    """The meaning of None, for people."""
 
     lone: str = ""
-    """What the flag means when no value follows it."""
+    """The value when the flag is given without one."""
 
     heading: str = ""
-    """Of the group of flags in the help that this setting begins; empty: it belongs to the group before it."""
+    """The heading of the group of flags in the help that starts with this setting; empty: it belongs to the group
+    before it.
+    """
 
     is_told_elsewhere: bool = False
     """The help of another flag names it: a screen has few lines."""
@@ -85,7 +87,7 @@ class Setting(Rule):
         return "SIMX_" + self.flag.lstrip("-").upper().replace("-", "_")
 
     def read(self, text: str, origin: str) -> Any:
-        """The value that `text` stands for; SettingError names `origin` and what is valid."""
+        """Return the value of a text; SettingError names `origin` and what is valid."""
         try:
             return self.parse(text)
         except ValueError:
@@ -145,7 +147,7 @@ def file(valid: str) -> Rule:
 
 
 def new_file(ending: str = "") -> Rule:
-    """A file in an existing folder, which need not exist itself."""
+    """Make the rule for a file in an existing folder; the file may be missing."""
     return Rule(
         "a file in an existing folder" + (f" whose name ends in {ending}" if ending else ""),
         _path(
@@ -160,7 +162,7 @@ def one_of(metavar: str, *words: str) -> Rule:
 
 
 def _package(text: str) -> str:
-    """``NAME=DIR`` of an existing folder, which comes back in full."""
+    """Check ``NAME=DIR`` and return it with the full path of the folder, which must exist."""
     name, sign, path = text.partition("=")
     if not sign or not re.fullmatch(r"[^/\\\s]+", name.strip()) or not path.strip():
         raise ValueError(text)
@@ -168,7 +170,7 @@ def _package(text: str) -> str:
 
 
 def web_address(text: str) -> str:
-    """``HOST:PORT`` of a page; of a port alone this host's own."""
+    """Return ``HOST:PORT`` of the web viewer; a port alone means this host."""
     host, colon, number = text.strip().rpartition(":")
     if colon and not host:
         raise ValueError(text)

@@ -1,8 +1,8 @@
 """Every setting of the server, declared once: default, flag, variable, rule and help in one place.
 
-A value is taken from the flag, else from the environment variable, else from the default; where it came
-from is remembered for ``--show-settings``. The variable follows from the flag: ``--time-step`` is
-``SIMX_TIME_STEP``.
+A value comes from the flag, else from the environment variable, else from the default; its origin is kept for
+``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``.
+
 This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
 """
 
@@ -34,7 +34,7 @@ _LIMIT = Rule(VALID_LIMIT, limit_text, "NAME=N", LIMIT_NAMES)
 
 
 def _setting(default: Any, help: str, rule: Rule = YES_OR_NO, **more: Any) -> Any:
-    """A field; `more` are those of `Setting`."""
+    """Return a field; `more` are those of `Setting`."""
     entry = {"setting": Setting(rule.valid, rule.parse, rule.metavar, rule.words, help=help, **more)}
     if callable(default):
         return field(default_factory=default, metadata=entry)
@@ -43,9 +43,9 @@ def _setting(default: Any, help: str, rule: Rule = YES_OR_NO, **more: Any) -> An
 
 @dataclass(frozen=True)
 class Settings:
-    """All that can be chosen when a server starts. Times are in seconds.
+    """All settings of a server at its start. Times are in seconds.
 
-    ``Settings(ports=(0,), speed=math.inf)`` in code takes values as they are; texts of people go through
+    ``Settings(ports=(0,), speed=math.inf)`` in code takes values as they are; texts from users go through
     :meth:`gather`.
     """
 
@@ -201,16 +201,16 @@ class Settings:
         "text", "text for people, or json, one object a line", rules.one_of("FORMAT", *LOG_FORMATS)
     )
     origins: Mapping[str, str] = field(default_factory=dict[str, str], compare=False, repr=False)
-    """Field name to where its value came from; a field that is not in it has its default."""
+    """Field name to the origin of its value; a field that is not in it has its default."""
 
     @property
     def limits(self) -> Limits:
-        """All of them, with what was chosen."""
+        """Return all limits, with the chosen values."""
         return Limits.of(self.limit)
 
     @classmethod
     def gather(cls, flags: Mapping[str, Any], environment: Mapping[str, str]) -> Settings:
-        """Settings out of parsed flags (field name to text, list of texts or bool) and the environment.
+        """Make settings from parsed flags (field name to text, list of texts or bool) and the environment.
 
         An empty variable counts as absent. Raises SettingError for the first bad value.
         """
@@ -238,7 +238,7 @@ class Settings:
         return settings
 
     def member(self, number: int) -> Settings:
-        """The settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
+        """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
 
         With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``.
         """
@@ -253,7 +253,7 @@ class Settings:
         )
 
     def table(self) -> list[tuple[str, str, str]]:
-        """(name as in the flag, value as text, origin) of every setting, in order of declaration."""
+        """Return (name as in the flag, value as text, origin) of every setting, in order of declaration."""
         return [
             (
                 setting.flag.lstrip("-").lower(),

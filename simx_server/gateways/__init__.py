@@ -1,1 +1,1 @@
-"""Ways in: each one turns what arrives into events of the engine, and answers into its own clothes."""
+"""Gateways: each one turns incoming messages into events of the server loop, and sends the answers back."""

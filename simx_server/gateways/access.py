@@ -1,8 +1,8 @@
-"""The access rules of a server's own Zenoh session: clients may do what a client does, and nothing else.
+"""Define the access rules of the server's Zenoh session: clients may do what a client needs, and nothing else.
 
-A Zenoh peer passes messages on between those who connect to it, so without rules one client could answer the greetings
-of others, send them replies, and receive their calls. A rule holds for a key expression that it includes, so everything
-is denied but what is listed: a subscription to ``**`` is not included in any of these, ``simx/REALM/reply/*`` is.
+A Zenoh peer forwards messages between its neighbours. Without rules, one client could answer the greetings of other
+clients, send them replies and receive their calls. A rule matches only the key expressions that it includes. Everything
+outside the list is denied: no rule includes a subscription to ``**``, but one includes ``simx/REALM/reply/*``.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ def rules(realm: str) -> dict[str, Any]:
     own = [key(realm) for key in (keys.hello, keys.status, keys.health, keys.metrics)]
     sent = [keys.reply(realm, "*"), keys.stream(realm, "*"), keys.picture(realm, "*")]
     listed = [
-        # what others may do here
+        # allowed for messages that arrive
         _rule("ask", "ingress", asked, "query"),
         _rule("find", "ingress", [keys.ANY_ALIVE], "liveliness_query", "declare_liveliness_subscriber"),
         _rule("be-there", "ingress", [keys.client(realm)], "liveliness_token"),
         _rule("call", "ingress", [keys.call(realm)], "put"),
         _rule("listen", "ingress", sent, "declare_subscriber"),
-        # what leaves the server
+        # allowed for messages that leave
         _rule("answer", "egress", own, "declare_queryable", "reply"),
         _rule("send", "egress", sent, "put"),
         _rule("take-calls", "egress", [keys.call(realm)], "declare_subscriber"),
@@ -46,7 +46,7 @@ def rules(realm: str) -> dict[str, Any]:
 
 
 def has_rules(config: Any) -> bool:
-    """Whether a Zenoh configuration has access rules of its own."""
+    """Return whether a Zenoh configuration has its own access rules."""
     return json.loads(config.get_json(_PERMISSION)) is True
 
 

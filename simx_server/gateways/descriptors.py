@@ -1,4 +1,4 @@
-"""File descriptors: each connection takes one, and without any left no client gets in and no file can be opened."""
+"""Watch file descriptors: each connection takes one; without a free one, no client can join and no file opens."""
 
 from __future__ import annotations
 
@@ -16,28 +16,31 @@ except ImportError:  # Windows, where sockets need no descriptors
 logger = logging.getLogger(__name__)
 
 PERIOD = 1.0
-"""Seconds between two looks at whether there are any."""
+"""Seconds between two checks for a free descriptor."""
 
 
 def raise_limit() -> None:
-    """Allow this process as many descriptors as it may allow itself. Programs that it starts inherit the limit."""
+    """Raise the limit of descriptors of this process to the hard limit. Child processes inherit it."""
     if resource is None:
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft != hard:
-        with contextlib.suppress(ValueError, OSError):  # macOS has a lower limit of its own
+        with contextlib.suppress(ValueError, OSError):  # macOS has a lower limit
             resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
 
 
 class DescriptorWatch:
-    """Tells the log when no descriptors are left, and when there are some again. Zenoh goes on by itself then."""
+    """Logs when no descriptors are left, and when there are some again.
+
+    Zenoh recovers automatically.
+    """
 
     def __init__(self) -> None:
         self._next = 0.0
         self._are_spent = False
 
     def look(self) -> None:
-        """Look, if the last look was long enough ago. Physics thread."""
+        """Check for a free descriptor, if the last check was long enough ago. Physics thread."""
         if (now := time.monotonic()) < self._next:
             return
         self._next = now + PERIOD

@@ -1,4 +1,4 @@
-"""Whether strangers get in: endpoints beyond this machine without anything that asks who comes."""
+"""Find endpoints that are open to strangers: reachable from other machines, without a login or certificates."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 
 _ENCRYPTED = ("tls", "quic")
 _NETWORK = (*_ENCRYPTED, "tcp", "udp", "ws")
-"""Protocols of Zenoh by which others may come; the rest are sockets, pipes and cables of this machine."""
+"""Zenoh protocols that other machines can use; the rest are sockets, pipes and cables of this machine."""
 
 
 def exposure(endpoints: Sequence[str], config: Any) -> str | None:
-    """A sentence that warns of endpoints where anybody gets in, and says what to do; None when there are none.
+    """Return a warning about endpoints that are open to everyone, with the next step; None if there are none.
 
     Args:
-        endpoints: those that will be listened on, ``PROTOCOL/ADDRESS``.
+        endpoints: the endpoints to listen on, ``PROTOCOL/ADDRESS``.
         config: a Zenoh configuration.
     """
     if _has_login(config):
@@ -38,7 +38,7 @@ def exposure(endpoints: Sequence[str], config: Any) -> str | None:
 
 
 def _has_login(config: Any) -> bool:
-    """Users and passwords, or known public keys, are asked for on every endpoint."""
+    """Return whether every endpoint requires a user and password, or a known public key."""
     return any(
         json.loads(config.get_json(path)) is not None
         for path in ("transport/auth/usrpwd/dictionary_file", "transport/auth/pubkey/known_keys_file")

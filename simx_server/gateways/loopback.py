@@ -1,6 +1,6 @@
-"""A client and the engine in one process and one thread: the other implementation of the seam.
+"""Connect a client and the server loop in one process and one thread: the second implementation of the link.
 
-While the client waits, the engine's loop turns; so a test needs neither sockets nor threads nor sleeps.
+While the client waits, it turns the server loop; so a test needs no sockets, threads or sleeps.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from simx_server.runtime.server_loop import Engine
 
 
 class LoopbackTransport:
-    """A ``simx_client.transport.zenoh.Transport`` to an engine in this process."""
+    """A ``simx_client.transport.zenoh.Transport`` to a server loop in this process."""
 
     def __init__(self, engine: Engine, *, name: str = "loopback", port: int = 0, turns: bool = True) -> None:
         """Make a link.
 
         Args:
-            turns: turn the engine's loop while waiting; False when another thread runs it.
+            turns: turn the server loop while waiting; False when another thread runs it.
         """
         self.client = uuid.uuid4().hex
         self._engine = engine
@@ -56,7 +56,7 @@ class LoopbackTransport:
             joined.set()
 
         self._connected, self._lost = True, False
-        self._deliveries = queue.SimpleQueue()  # what a lost link still had on its way is gone
+        self._deliveries = queue.SimpleQueue()  # discards what a lost link had not delivered
         self._engine.post(join)
         if self._turns:
             self._engine.turn()
@@ -100,7 +100,7 @@ class LoopbackTransport:
         if self._turns:
             self._engine.turn()
 
-    # --- the engine's side: sessions.Link --------------------------------------------------------
+    # --- the server's side: sessions.Link --------------------------------------------------------
 
     def deliver(self, payload: bytes) -> None:
         self._deliveries.put(payload)
@@ -112,7 +112,7 @@ class LoopbackTransport:
         self._pictures[stream_id] = payload
 
     def close(self) -> None:
-        """Both sides close: the client leaves, the engine lets go."""
+        """Close the link, for either side: the client leaves the server."""
         if self._connected:
             self._connected = False
             self._engine.depart(self.client)

@@ -1,8 +1,9 @@
-"""Sending what must arrive, to clients that may not read it.
+"""Send reliable messages, also to clients that may not read them.
 
-Zenoh has whoever sends wait while the queue of a link is full, for a second at most, and then cuts the link off. The
-physics thread must not wait for each such client. So it sends by itself while all read, as that is quickest; once it
-had to wait, threads send for it, one for each client, until all clients have read in time for a while.
+Zenoh blocks the sender while the queue of a link is full, for at most one second, and then cuts the link. The physics
+thread must not wait for each such client. While all clients read, the physics thread sends directly, because that is
+fastest. After it had to wait once, threads send instead, one for each client, until all clients have read in time for a
+while.
 """
 
 from __future__ import annotations
@@ -18,21 +19,23 @@ logger = logging.getLogger(__name__)
 Send = Callable[[], object]
 
 LONG = 0.02
-"""Seconds that sending takes only where a link is full."""
+"""Seconds that sending takes only when a link is full."""
 
 CAREFUL, MOST_CAREFUL = 300, 60.0
-"""Threads send for so many times as long as the physics thread has waited, and for so many seconds at most: a machine
-that was busy for a moment is no client that does not read, and a thread costs each reply a tenth of a millisecond."""
+"""Threads send for this multiple of the time that the physics thread has waited, up to this number of seconds. The
+period is short because a thread adds a tenth of a millisecond to each reply, and a machine that was busy for a moment
+does not mean that a client does not read.
+"""
 
 MUCH_UNSENT = 4 << 20
-"""Bytes that wait to be sent to one client, from which on nothing is executed for it until half of them is sent."""
+"""Unsent bytes of one client above which the server executes nothing for it, until half of them are sent."""
 
 IDLE = 5.0
 """Seconds without work after which a thread ends."""
 
 
 class Care:
-    """Whether somebody does not read what it is sent; one for all clients."""
+    """Records whether some client does not read its messages; one instance for all clients."""
 
     def __init__(self) -> None:
         self._until = -1.0
@@ -42,7 +45,7 @@ class Care:
         return time.monotonic() < self._until
 
     def sent(self, began: float) -> None:
-        """Sending has begun at this time of the monotonic clock, and is over."""
+        """Record that a send has finished that started at this time of the monotonic clock."""
         now = time.monotonic()
         if now - began > LONG:
             self._until = max(self._until, now + min(MOST_CAREFUL, CAREFUL * (now - began)))
@@ -52,10 +55,10 @@ class Postman:
     """Sends to one client, in order. Any thread."""
 
     def __init__(self, care: Care, fall_behind: Callable[[bool], object]) -> None:
-        """Begin with nothing to send.
+        """Make a postman with nothing to send.
 
         Args:
-            fall_behind: told that much is unsent, and that it is not any more; on any thread.
+            fall_behind: called with True when much is unsent, and with False when that has ended; on any thread.
         """
         self._care = care
         self._fall_behind = fall_behind
@@ -67,10 +70,10 @@ class Postman:
         """There is a thread."""
 
     def send(self, send: Send, size: int) -> None:
-        """Send now, or have it sent.
+        """Send now, or put the message into the queue of the thread.
 
         Args:
-            size: bytes.
+            size: bytes of the message.
         """
         with self._changed:
             is_mine = not self._unsent and not self._care.is_due

@@ -1,4 +1,4 @@
-"""The way in over Zenoh. Zenoh's threads only enqueue; answers are published from the engine's threads."""
+"""Serve clients over Zenoh. Zenoh's threads only enqueue; the server's threads publish the answers."""
 
 from __future__ import annotations
 
@@ -41,25 +41,26 @@ from .throttle import Throttle
 logger = logging.getLogger(__name__)
 
 FEW_QUESTIONS = 3
-"""Questions of a kind that may wait before those who ask are slowed down."""
+"""Waiting queries of one kind above which their senders are slowed down."""
 
 CLOSE_TIMEOUT = 2.0
-"""Seconds that Zenoh has to say good-bye. With a frozen client it needs two of them, and sometimes ten."""
+"""Seconds that Zenoh has to close the session. With a frozen client it needs two, sometimes ten."""
 
 MOST_PRESENT = 10_000
-"""Names of clients that are remembered before they say hello, which they do at once; the oldest go first. Who says so
-late that 10,000 others came meanwhile has to connect anew."""
+"""Names of clients to remember before they say hello, which they do at once; the oldest are forgotten first. A client
+that says hello after 10,000 others have come has to connect again.
+"""
 
 MOST_SECRET = 64
-"""Bytes of a client's secret; ours have 16. A longer one is never matched."""
+"""Bytes of a client's secret; ours have 16. A longer one never matches."""
 
 
 class GatewayError(Exception):
-    """The server cannot be reached as it was asked to be; the text says what to do."""
+    """The server cannot listen or connect as requested; the text says what to do."""
 
 
 class ZenohGateway(Part):
-    """Listens on loopback ports and any further endpoints, joins routers, and serves one engine there."""
+    """Listens on loopback ports and further endpoints, joins routers, and serves one server loop there."""
 
     def __init__(
         self,
@@ -77,8 +78,7 @@ class ZenohGateway(Part):
         Args:
             ports: on 127.0.0.1; 0 asks the system for a free one.
             listen: further Zenoh endpoints, such as ``tcp/0.0.0.0:19997``.
-            connect: Zenoh routers through which it can be reached as well; those that are not there are
-                tried again and again.
+            connect: Zenoh routers through which clients can also reach the server; it retries those that do not answer.
             realm: the simulator's name in the keys; made from the first port when None.
             config: a Zenoh configuration file; the endpoints above are added to it.
 
@@ -92,7 +92,7 @@ class ZenohGateway(Part):
         self.ports = tuple(_claim(port) for port in ports)
         self.endpoints = (*[f"tcp/127.0.0.1:{port}" for port in self.ports], *listen)
         self.load = LoadMeter()
-        """To be told of every pass."""
+        """Needs a call after every simulation step."""
 
         self._began = time.monotonic()
         if not self.endpoints:
@@ -106,18 +106,19 @@ class ZenohGateway(Part):
         except ValueError as error:
             raise GatewayError(f"--realm: {error}") from None
         self._present: dict[str, None] = {}
-        """Clients whose liveliness token is there, in the order of their coming."""
+        """Clients with a liveliness token, in the order of their arrival."""
 
         self._secrets: dict[str, bytes | None] = {}
-        """What comes with each message of a client that has said hello; None: it is older than secrets."""
+        """The secret that comes with each message of a client that has said hello; None: the client predates secrets.
+        """
 
         self._presence = threading.Lock()
-        """Of these two."""
+        """Lock of these two."""
 
         more: dict[str, Any] = {}
         if connect:
             more |= {**link.TO_ROUTERS, "connect/endpoints": list(connect)}
-        # Of a router's link all clients behind it have a share.
+        # All clients behind a router share its link, so it must not be slowed down.
         self._throttle = Throttle(link.READERS if is_plain and not connect else 0)
         self._care = Care()
         self._session = self._open(config, more, multicast_scouting)
@@ -158,7 +159,7 @@ class ZenohGateway(Part):
         )
         asks = hello, status, self._at_once_if_busy(health), metrics
         self._answers = {key: Postman(self._care, partial(self._engine.suspend, key)) for key in asked}
-        # complete=True: a client's question may stop at this server.
+        # complete=True: a client's query may stop at this server.
         self._queryables = [
             session.declare_queryable(key, direct(ask, indirect=False), complete=True)
             for key, ask in zip(asked, asks, strict=True)
@@ -172,7 +173,7 @@ class ZenohGateway(Part):
     # --- Zenoh's threads -------------------------------------------------------------------------
 
     def _take_in(self) -> Callable[[Any], None]:
-        """What Zenoh is to call with a batch of calls. It takes the interpreter from others, so it is short."""
+        """Return the callback for a batch of calls. It takes the interpreter from other threads, so it is short."""
         is_from, submit, slow_down = self._is_from, self._engine.submit_as, self._throttle.slow_down
         begin, read = len(keys.call(self.realm, "")), self._zenoh.ZBytes.to_bytes
 
@@ -185,7 +186,7 @@ class ZenohGateway(Part):
         return take_in
 
     def _answering(self, kind: str, answer: Callable[[Any], None]) -> Callable[[Any], None]:
-        """What Zenoh is to call with a query that the physics thread will answer, unless too many wait already."""
+        """Return the callback for a query that the physics thread answers, unless too many wait already."""
 
         def ask(query: Any) -> None:
             waiting = self._engine.ask(kind, partial(answer, query))
@@ -197,7 +198,7 @@ class ZenohGateway(Part):
         return ask
 
     def _at_once_if_busy(self, ask: Callable[[Any], None]) -> Callable[[Any], None]:
-        """A server that is busy is asked for its health more than any other."""
+        """Return a callback that answers at once while the server is busy, as health matters most then."""
 
         def health(query: Any) -> None:
             if self._engine.busy_with():
@@ -210,7 +211,7 @@ class ZenohGateway(Part):
     def _on_client(self, sample: Any) -> None:
         client = str(sample.key_expr).rpartition("/")[2]
         is_gone = sample.kind == self._zenoh.SampleKind.DELETE
-        if len(client) > keys.LONGEST:  # no client can be called so
+        if len(client) > keys.LONGEST:  # no client can have such a name
             return
         with self._presence:
             if is_gone:
@@ -228,9 +229,9 @@ class ZenohGateway(Part):
     # --- the physics thread ----------------------------------------------------------------------
 
     def _is_from(self, client: str, message: Any) -> bool:
-        """Whether a sample or query brings the secret that came with this client's hello.
+        """Return whether a sample or query carries the secret that came with this client's hello.
 
-        Names of clients are part of keys that others may listen to; what is attached to calls is not.
+        Names of clients are part of keys that others may subscribe to; attachments of calls are not.
         """
         attached = message.attachment
         return self._secrets.get(client) == (None if attached is None else attached.to_bytes())
@@ -247,11 +248,11 @@ class ZenohGateway(Part):
         self._answer(query, keys.hello(self.realm), encode(welcome))
 
     def _join(self, query: Any) -> tuple[int, str] | None:
-        """Take in the client that says hello by a query.
+        """Accept the client that says hello with a query.
 
         Returns:
-            The version of the protocol to speak and, if the client is refused, the reason; None if nobody would notice
-            that it goes.
+            The version of the protocol to speak and, if the client is refused, the reason. None if the server could not
+            detect that the client leaves.
         """
         try:
             greeting = decode_greeting(query.payload.to_bytes())
@@ -312,7 +313,7 @@ class ZenohGateway(Part):
         self._answer(query, key, encode_report(said), encoding=self._zenoh.Encoding.APPLICATION_JSON)
 
     def _answer(self, query: Any, key: str, payload: bytes, **options: Any) -> None:
-        """Answer a question, for whose asker nobody waits: it asks again."""
+        """Answer a query without waiting for its sender, which asks again after a loss."""
 
         def reply() -> None:
             with query:
@@ -326,7 +327,7 @@ class ZenohGateway(Part):
     def close(self) -> None:
         """Leave the network. Clients notice at once.
 
-        Zenoh waits up to ten seconds for one that takes nothing any more; the end of the process does not.
+        Zenoh waits up to ten seconds for a client that reads nothing any more; the end of the process does not.
         """
         closing = threading.Thread(target=self._close_session, name="simx-close", daemon=True)
         closing.start()
@@ -348,7 +349,7 @@ class ZenohLink:
         self._postman = postman
         self._lock = threading.Lock()
         self._sending = 0
-        """Threads that send a reply just now: the publisher cannot be taken back meanwhile."""
+        """Threads that send a reply at present: the publisher cannot be undeclared meanwhile."""
 
         self._is_closed = False
         reliable = zenoh.Reliability.RELIABLE
@@ -389,14 +390,14 @@ class ZenohLink:
         self._put(self._session.put, key, payload, congestion_control=self._drop)
 
     def _put(self, put: Callable[..., None], *arguments: Any, **options: Any) -> None:
-        """A picture may be ready when its client has left, or the whole session is closed."""
+        """Send, unless the client has left or the session is closed, as may happen before an image is ready."""
         try:
             put(*arguments, **options)
         except self._zenoh.ZError as error:
             logger.debug("nothing can be sent to client %s any more: %s", self._client, error)
 
     def close(self) -> None:
-        """Send nothing more. Who still sends a reply to one that takes nothing is not waited for."""
+        """Stop sending. The call does not wait for a thread that still sends a reply to a client that does not read."""
         with self._lock:
             if self._is_closed:
                 return

@@ -1,4 +1,4 @@
-"""Files that the server writes for its operator: films, pictures, state logs; and the packages that these need."""
+"""Write files for the operator: films, images, state logs; and import the packages that these need."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from simx_client.protocol.cli.installing import extra_line
 
 
 class OutputError(Exception):
-    """What a flag asks for cannot be written; the text says why and what to do."""
+    """The output of a flag cannot be written; the text gives the reason and the next step."""
 
 
 def package(name: str, flag: str, extra: str) -> Any:
-    """An optional package. Raises OutputError, with the line that installs it."""
+    """Import and return an optional package. Raises OutputError, with the line that installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
@@ -26,10 +26,10 @@ def package(name: str, flag: str, extra: str) -> Any:
 
 
 class NewFile:
-    """A file that only grows, each write at once in the system's hands, so a kill of the process takes none of it."""
+    """A file that only grows. Each write goes to the system at once, so a kill of the process loses none of it."""
 
     def __init__(self, path: Path, flag: str, *, begin: bytes = b"", is_private: bool = False) -> None:
-        """Write `begin`. Raises OutputError: it cannot be written there, or there is something already."""
+        """Open the file and write its first bytes. Raises OutputError: it cannot be written, or it exists already."""
         self.path = path
         try:
             if path.is_file() and path.stat().st_size:
@@ -49,7 +49,7 @@ class NewFile:
             ) from None
 
     def write(self, data: bytes) -> int:
-        """All of it. Raises OSError."""
+        """Write all of the data. Raises OSError."""
         rest = memoryview(data)
         while rest:
             rest = rest[self._file.write(rest) :]
@@ -62,7 +62,7 @@ class NewFile:
         return self._file.tell()
 
     def flush(self) -> None:
-        """Nothing waits here."""
+        """Do nothing, because writes are not buffered."""
 
     def close(self) -> None:
         self._file.close()

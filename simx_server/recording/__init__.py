@@ -1,13 +1,13 @@
-"""Recordings: all that was done for clients, in the order in which the physics thread did it, and replays of that.
+"""Recordings: everything that was done for clients, in the order of the physics thread, and replays of it.
 
-Nothing but this order decides what a simulation does: passes follow each other, and what happens between two of them
-came from a client or a script. So a recording has the scene's files, every client's coming and going, its batches of
-calls as they travelled, and every pass; what the wall clock decides (when a batch comes, when a pass is due) is in
-their order. Numbers made of the state, after every pass, tell whether a replay is the same.
+This order alone determines a simulation: simulation steps follow each other, and everything between two of them came
+from a client or a script. So a recording contains the scene's files, every client's arrival and departure, its batches
+of calls as they travelled, and every simulation step; their order reflects the decisions of the wall clock (when a
+batch comes, when a step is due). Numbers computed from the state after every step show whether a replay is equal.
 
-`log_file` is the file and `records` what is in it; `recorder` hears what the engine does, `state` makes those numbers,
-`scene_files` finds the files of a scene. `replaying` goes through an `opened` recording again, with a `replay_engine`.
-See docs/recording.md.
+`log_file` is the file and `records` defines its content; `recorder` listens to the server loop, `state` computes the
+numbers, `scene_files` finds the files of a scene. `replaying` replays an `opened` recording with a `replay_engine`. See
+docs/recording.md.
 """
 
 from .log_file import LogError

@@ -1,11 +1,11 @@
-"""The file of a recording: a line that names the format, then blocks of records.
+"""The file of a recording: a line that names the format, then blocks of records. ::
 
     simxlog 1\\n
     block: length of its content (uint32), CRC-32 of its content (uint32), both little-endian; content
-    content: msgpack values one behind the other, each a record: [kind, ...]
+    content: msgpack values one after the other, each a record: [kind, ...]
 
-A thread of its own writes what has come together, twice a second, so the physics thread never waits for a disk. A
-block is there as a whole or not at all: what a kill or a full disk tore off is noticed, and the rest is good.
+A separate thread writes the collected records twice per second, so the physics thread never waits for a disk. The
+reader detects a block that a kill or a full disk has cut off; all blocks before it are good.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _HEAD = struct.Struct("<II")
 
 
 class LogError(Exception):
-    """A recording that cannot be read or replayed; the text says why."""
+    """A recording that cannot be read or replayed; the text gives the reason."""
 
 
 class LogWriter(FileThread[None]):
@@ -45,8 +45,8 @@ class LogWriter(FileThread[None]):
     KIND, REMAINS, LONGEST_WAIT = "recording", "replayed", 600.0
 
     def __init__(self, path: Path) -> None:
-        """Begin a recording. Raises OutputError: it cannot be written there, or there is something already."""
-        # For its owner alone: it holds all that clients have sent.
+        """Start a recording. Raises OutputError: it cannot be written there, or it exists already."""
+        # For its owner alone: it contains everything that clients have sent.
         super().__init__(NewFile(path, "--record", begin=MAGIC, is_private=True))
         self._size = len(MAGIC)
         self._pack = msgpack.Packer(unicode_errors="surrogateescape").pack
@@ -93,10 +93,12 @@ class LogReader:
     """The records of a file, in order."""
 
     def __init__(self, path: Path) -> None:
-        """Raises LogError: there is no recording."""
+        """Open a recording. Raises LogError: the file is not a recording."""
         self.path = path
         self.damage = ""
-        """After the last record: why no more could be read, if the file does not end with a whole block."""
+        """After the last record: the reason why the rest could not be read, if the file does not end with a whole
+        block.
+        """
 
         try:
             with path.open("rb") as file:
@@ -113,7 +115,7 @@ class LogReader:
             raise LogError(f"'{path}' is no recording: those begin with '{known}' and are made with --record")
 
     def __iter__(self) -> Iterator[Record]:
-        """Raises LogError for a block that is whole and holds something else than records."""
+        """Yield the records. Raises LogError for a whole block with content other than records."""
         with self.path.open("rb") as file:
             file.seek(len(MAGIC))
             while content := self._block(file):
@@ -128,7 +130,7 @@ class LogReader:
                     raise LogError(f"'{self.path}' holds something else than records: {error}") from None
 
     def _block(self, file: BinaryIO) -> bytes:
-        """The next one; empty at the end."""
+        """Return the next block; empty at the end."""
         place = file.tell()
         head = file.read(_HEAD.size)
         if not head:

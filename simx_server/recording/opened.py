@@ -1,7 +1,7 @@
-"""A recording that was opened: its header, its files in a folder of the replay's own, and what was done.
+"""An opened recording: its header, its files in a private folder of the replay, and its events.
 
-Files lie there under the paths they had, so nothing of the host is written, and what was loaded need not be there any
-more.
+Files keep their paths below this folder, so the host's files are not overwritten, and the original files may be
+missing.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ _LAST_CLOCK = 1 << 62
 """Nanoseconds since 1970; that is in 2116."""
 
 _MANY_PICTURES = "pictures=10000000"
-"""Clients ask for none here, and those of a film must not make it refuse one that a script looks at."""
+"""Clients request no images in a replay, and the images of a film must not make it refuse one that a script reads."""
 
 _EVENTS = (Kind.JOINED, Kind.LEFT, Kind.BATCH)
-"""What may also have come while a script ran."""
+"""Events that may also have come while a script ran."""
 
 
 class Opened:
-    """A recording, to be gone through once."""
+    """A recording, for one replay."""
 
     def __init__(self, reader: LogReader, folder: Path) -> None:
-        """Raises LogError."""
+        """Read the header and the first files. Raises LogError."""
         self._reader = reader
         self._records = iter(reader)
         self._folder = folder.resolve()
@@ -56,19 +56,19 @@ class Opened:
 
     @property
     def damage(self) -> str:
-        """After the last event: what could not be read behind it; empty when there is nothing more."""
+        """Return the reason why the rest after the last event could not be read; empty if all was read."""
         return self._reader.damage
 
     @property
     def began(self) -> int:
-        """When, on the clock of its server: nanoseconds since 1970. Raises LogError."""
-        began = self.header.get("began", time.time_ns())  # old recordings do not tell
+        """Return the start of the recording on its server's clock: nanoseconds since 1970. Raises LogError."""
+        began = self.header.get("began", time.time_ns())  # old recordings lack it
         if type(began) is not int or not 0 <= began < _LAST_CLOCK:
             raise LogError("the recording's header cannot be used: it began at no time")
         return began
 
     def settings(self, chosen: Settings) -> Settings:
-        """What the server had that was recorded. Raises LogError: it needs what was not chosen now."""
+        """Return the settings of the recorded server. Raises LogError: it needs a setting that was not chosen now."""
         try:
             scene, workspace = (self._own(self.header[name]) for name in ("scene", "workspace"))
         except (KeyError, TypeError):
@@ -87,16 +87,16 @@ class Opened:
             raise LogError(f"the recording's header cannot be used: {error}") from None
 
     def attach(self, simulation: Simulation) -> None:
-        """Let files' names mean what they meant."""
+        """Make file names refer to the recorded files."""
         simulation.files.sources = self._sources(simulation.files.sources)
-        # What was refused may be here all the same, as a part of the scene that the server was started with.
+        # A refused file may still be present, as a part of the scene that the server started with.
         is_old = self.header.get("sources") is None
         folder = self._folder if is_old else simulation.files.sources.shipped
         simulation.files.more_folders = [*simulation.files.more_folders, folder]
         simulation.files.find = self._find
 
     def events(self) -> Iterator[tuple[Record, list[Record], Record | None]]:
-        """(an event, what stands behind it and belongs to it or to a pass that follows, the next event)."""
+        """Yield (an event, the records behind it that belong to it or to the following step, the next event)."""
         event = self._next
         while event is not None:
             belonging: list[Record] = []
@@ -113,7 +113,7 @@ class Opened:
             event = following
 
     def _take_files(self) -> Record | None:
-        """Those at the begin; the first event."""
+        """Extract the files at the start; return the first event."""
         for record in self._records:
             if record[0] not in (Kind.FILE, Kind.FOUND):
                 return record
@@ -132,7 +132,7 @@ class Opened:
                 self._found[text, is_model] = self._own(path)
 
     def _own(self, path: str) -> Path:
-        """Where the file of this path is here. Raises LogError for one that leads out of the folder."""
+        """Return the path of a recorded file in this folder. Raises LogError for one that leads out of the folder."""
         given = Path(path)
         own = self._folder.joinpath(*given.parts[1:]) if given.is_absolute() else self._folder / given
         if ".." in given.parts:
@@ -140,9 +140,9 @@ class Opened:
         return own
 
     def _sources(self, present: Sources) -> Sources:
-        """Where the recorded server searched. Raises LogError."""
+        """Return the sources of the recorded server. Raises LogError."""
         described = self.header.get("sources")
-        if described is None:  # an old recording, whose scenes had what they name beside them
+        if described is None:  # an old recording: its scenes had their parts beside them
             return present
         try:
             return Sources.described_as(described, self._own)
@@ -169,7 +169,7 @@ class Opened:
 
 
 def _content_of(path: str, digest: bytes) -> bytes:
-    """Of a file that was too large to be recorded. Raises LogError unless it is there as it was."""
+    """Return the content of a file that was too large to record. Raises LogError unless it is unchanged."""
     try:
         content = Path(path).read_bytes()
     except OSError as error:

@@ -1,10 +1,10 @@
-"""What the engine tells, as records.
+"""Write the events of the server loop as records.
 
-**Points.** A script that runs long lets other clients' calls in between (`Engine.serve_others`), wherever the clock
-wants it. But a script notices what these changed only in its next call into the API, so it is enough to know between
-which two of these calls they came: points are counted, at each call into the API and at the end of each call into a
-script, and what was done within a script's run is recorded with the number of the last one. A simulation step whose
-physics takes long lets calls in, too, and has points of its own, between pieces of so many physics steps.
+**Points.** While a long-running script runs, the server serves calls of other clients (`Engine.serve_others`) whenever
+the clock requires it. A script notices their changes only in its next call into the API, so it is enough to know
+between which two of these calls they came. Points are counted at each call into the API and at the end of each call
+into a script; events within a script's run are recorded with the number of the last point. A simulation step with slow
+physics also serves calls, and has its own points, between groups of physics steps.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 DIGEST_EVERY = 20
-"""Passes between two digests of all quantities; positions and velocities are noted after each."""
+"""Simulation steps between two digests of all quantities; positions and velocities are recorded after each step."""
 
 MOST_COPIED = 256 << 20
-"""Bytes of files that a recording holds; of others it has the path and the digest."""
+"""Bytes of files that a recording contains; of further files it has the path and the digest."""
 
 OUTSIDE = -1
-"""The point of what was done while no script ran."""
+"""The point of events while no script ran."""
 
 _IDLE = bytes((0x91, Kind.IDLE))
 
 
 class RecordedLoop(Protocol):
-    """What a recorder needs of the server loop, which calls the recorder."""
+    """The part of the server loop that a recorder needs; the loop calls the recorder."""
 
     recorder: Any
 
@@ -53,10 +53,10 @@ class RecordedLoop(Protocol):
 
 
 class Recorder(Part):
-    """Listens to a simulation and its engine. Physics thread only."""
+    """Listens to a simulation and its server loop. Physics thread only."""
 
     def __init__(self, path: Path, settings: Settings) -> None:
-        """Begin a recording. Raises LogError."""
+        """Start a recording. Raises LogError."""
         self._log = LogWriter(path)
         self.began = time.time_ns()
         """Nanoseconds since 1970."""
@@ -71,7 +71,7 @@ class Recorder(Part):
         self._world: World
 
     def watch(self, world: World, scene: Path) -> None:
-        """Note which files are read; to be called when the simulation has its parts, before it loads this one."""
+        """Record which files are read. Call this after the parts are attached and before the scene is loaded."""
         self._world = world
         simulation = world.simulation
         header: dict[str, Any] = {
@@ -100,7 +100,7 @@ class Recorder(Part):
         self.file_read(scene, simulation.files.sources)
 
     def begin(self, engine: RecordedLoop) -> None:
-        """Record from now on what this engine does."""
+        """Record this server loop from now on."""
         self._engine = engine
         engine.recorder = self
         points = self._world.simulation.interruptions
@@ -111,7 +111,7 @@ class Recorder(Part):
         self._log.put(Kind.END)
         self._log.close()
 
-    # --- the engine ------------------------------------------------------------------------------
+    # --- the server loop -------------------------------------------------------------------------
 
     def joined(self, client: str, name: str, port: int) -> None:
         self._numbers[client] = number = len(self._numbers)
@@ -121,19 +121,19 @@ class Recorder(Part):
         self._log.put(Kind.LEFT, self._point(), self._numbers[client])
 
     def batch(self, client: str, payload: bytes) -> None:
-        """A batch is going to be executed."""
+        """Record a batch before it is executed."""
         self._log.put(Kind.BATCH, self._point(), self._numbers[client], payload)
 
     def went_on(self, client: str) -> None:
-        """What follows a trigger in a batch is going to be executed."""
+        """Record that the calls behind a trigger in a batch are going to be executed."""
         self._log.put(Kind.WENT_ON, self._numbers[client])
 
     def started(self) -> None:
-        """The engine or the server is going to start the simulation."""
+        """Record that the server is going to start the simulation."""
         self._log.put(Kind.STARTED)
 
     def passed(self, *, is_advancing: bool) -> None:
-        """A pass is over; `is_advancing`: a real one."""
+        """Record a simulation step; `is_advancing`: False for an idle one, which executes only streams and scripts."""
         if not is_advancing:
             self._log.put_packed(_IDLE)
             return
@@ -143,11 +143,11 @@ class Recorder(Part):
             self._log.put(Kind.STATE, False, state.digests(self._world))
 
     def ending(self) -> None:
-        """The server is going to stop the simulation and to leave."""
+        """Record that the server is going to stop the simulation and to exit."""
         self._log.put(Kind.ENDING)
 
     def ended(self) -> None:
-        """The simulation stands still for good: what a replay has to come to, also if no pass was made."""
+        """Record the final state, which a replay must reach, even if no simulation step was made."""
         self._log.put(Kind.STATE, False, state.digests(self._world))
 
     # --- the simulation --------------------------------------------------------------------------
@@ -167,7 +167,7 @@ class Recorder(Part):
             try:
                 content = file.read_bytes()
             except OSError:
-                continue  # who reads it says what is wrong
+                continue  # the reader of the file reports the error
             digest = hashlib.sha256(content).digest()
             if self._known.get(str(file)) == digest:
                 continue
@@ -178,5 +178,5 @@ class Recorder(Part):
 
 
 def _as_flag(value: Any) -> Any:
-    """A setting's value as a flag would give it."""
+    """Return a setting's value in the form of a flag."""
     return repr(value) if isinstance(value, float) else value

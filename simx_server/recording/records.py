@@ -1,4 +1,4 @@
-"""What a recording is made of: records, each a msgpack list of a kind and its fields."""
+"""The content of a recording: records, each a msgpack list of a kind and its fields."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ BEHAVIOUR = 2
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
-sign, long loops of scripts give way.
+sign, long loops of scripts serve other clients.
 """
 
 
 class Kind(IntEnum):
-    """What a record is; its fields follow. `point` is -1, or where in a script's run it was done (`recorder`)."""
+    """The kind of a record; each member lists its fields.
+
+    `point` is -1, or the position in a script's run (`recorder`).
+    """
 
     HEADER = 0
     """dict: versions, scene, workspace, settings."""
@@ -23,7 +26,7 @@ class Kind(IntEnum):
     """path, SHA-256, content or nil: a file as it was when it was read."""
 
     FOUND = 2
-    """text, whether a model was looked for, path: what a file's name meant."""
+    """text, whether a model was looked for, path: the file that a name referred to."""
 
     JOINED = 3
     """point, number of the client in this recording, its id, name, port."""
@@ -35,32 +38,32 @@ class Kind(IntEnum):
     """point, number, the message as it came."""
 
     WENT_ON = 6
-    """number: what follows the trigger in this client's last batch was executed."""
+    """number: the calls behind the trigger in this client's last batch were executed."""
 
     STARTED = 7
-    """The server started the simulation, as it was told at its start, or by a client on the temporary port."""
+    """The server started the simulation, at its own start or for a client on the temporary port."""
 
     PASS = 8
     """CRC-32 of the positions and of the velocities after it."""
 
     IDLE = 9
-    """Streams were executed, and scripts that wait while no pass comes."""
+    """Streams were executed, and scripts that run while no simulation step comes."""
 
     STATE = 10
     """whether at a stop, digests of the quantities of `state`."""
 
     ENDING = 11
-    """The server was told to end and stopped the simulation."""
+    """The server was requested to end and stopped the simulation."""
 
     END = 12
-    """Nothing comes after it."""
+    """The last record."""
 
 
 Record = list[Any]
 
 
 def checked(record: Any) -> Record:
-    """What was unpacked, as a record. Raises ValueError."""
+    """Return an unpacked value as a record. Raises ValueError."""
     if not isinstance(record, list) or not record:
         raise ValueError("no list")
     fields = cast(Record, record)

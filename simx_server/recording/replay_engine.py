@@ -1,6 +1,6 @@
-"""An engine whose loop is a recording: no network, no clock.
+"""A server loop driven by a recording: without network and clock.
 
-Pictures that clients asked for are not made; those that scripts look at are.
+Images for clients are not made; images for scripts are.
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 _PICTURES = tuple(command.name for command in TABLE if command.makes_image and command.only_reads)
-"""Commands that ask for an image and change nothing."""
+"""Commands that request an image and change nothing."""
 
 
 class NoPicture(CommandError):
-    """The answer to a client that is not there."""
+    """The answer to a client that is not connected."""
 
     silent = True
 
 
 class Divergence(Exception):
-    """The replay is not what was recorded; the text says where and in what."""
+    """The replay differs from the recording; the text says where and in which quantities."""
 
 
 class ReplayEngine(Engine):
-    """An engine whose loop is the recording."""
+    """A server loop driven by the recording."""
 
     def __init__(self, world: World, *, has_physics_points: bool = True) -> None:
         skipped = {name: _without_picture(HANDLERS[name]) for name in _PICTURES}
         super().__init__(world, {**HANDLERS, **skipped}, Pacer(math.inf))
         self.points = 0
         self._due: deque[tuple[int, Record]] = deque()
-        """What came within a script's run, and after which event of the recording it stands there."""
+        """Events within a script's run, each with the number of the recorded event that it follows."""
 
         self._clients: dict[int, str] = {}
         points = world.simulation.interruptions
@@ -56,35 +56,35 @@ class ReplayEngine(Engine):
         points.physics_point = self._reach_point if has_physics_points else None
 
     def post(self, event: Any) -> None:
-        """Nobody waits: what an answer leads to is in the recording as well."""
+        """Do nothing: the consequences of an answer are in the recording as well."""
 
     def post_for(self, client: str, event: Any) -> None:
-        """So it is with what follows in a batch."""
+        """Do nothing: the recording also contains the continuation of a batch."""
 
     def serve_others(self) -> None:
-        """The clock decides nothing here."""
+        """Do nothing: the recording, and not the clock, decides when others are served."""
 
     @property
     def may_cut_batches(self) -> bool:
-        """Nothing happens but what was recorded."""
+        """Return False: only recorded events happen."""
         return False
 
     def await_room(self) -> None:
-        """Wait as long as passes are held, so films and state logs have all of a replay."""
+        """Wait as long as simulation steps are held, so that films and state logs contain all of a replay."""
         while held := self._seconds_held(True):
             time.sleep(held)
 
     def await_point(self, number: int, record: Record) -> None:
-        """To be done when scripts have come as far as when it was recorded."""
+        """Execute a record later, when scripts have reached the point at which it was recorded."""
         self._due.append((number, record))
 
     def do_what_is_due(self, before: int | None = None) -> None:
-        """Do what was to be done within what is over by now: all, or what stood in front of this event."""
+        """Execute the records that are due: all, or those in front of this event."""
         while self._due and (before is None or self._due[0][0] < before):
             self._do_while_serving(self._due.popleft()[1])
 
     def do(self, record: Record) -> None:
-        """Do what a record says; raises Divergence when that is impossible, as it was possible before."""
+        """Execute a record; raise Divergence when that is impossible, because it was possible when it was recorded."""
         match record:
             case [Kind.JOINED, _, number, client, name, port]:
                 self._clients[number] = client
@@ -133,7 +133,7 @@ class ReplayEngine(Engine):
 
 
 class NoLink:
-    """The way to a client that is not there."""
+    """The link of a client that is not connected."""
 
     def deliver(self, payload: bytes) -> None: ...
 

@@ -1,4 +1,4 @@
-"""Going through a recording again, as fast as it goes, and comparing."""
+"""Replay a recording as fast as possible, and compare the states."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(NamedTuple):
-    """What was replayed, equal to the recording in all that was compared."""
+    """The extent of a replay that was equal to the recording in all compared states."""
 
     passes: int
     batches: int
@@ -29,14 +29,14 @@ class Outcome(NamedTuple):
     """States of the simulation."""
 
     has_end: bool
-    """False: the server was killed, or could not write on."""
+    """False: the server was killed, or could not continue to write."""
 
     damage: str
-    """What could not be read of the file; empty when all could."""
+    """The part of the file that could not be read; empty when all could."""
 
     @property
     def problem(self) -> str:
-        """Why this is less than a replay that is equal; empty when it is one."""
+        """Return the reason why this is less than an equal replay; empty when it is one."""
         if self.damage:
             return f"{self.damage}, and only what is before it was compared"
         if not self.compared:
@@ -54,11 +54,11 @@ class Outcome(NamedTuple):
 
 
 def replay(recording: Opened, world: World) -> Outcome:
-    """Do all that was recorded, and compare. Raises Divergence, LogError."""
+    """Replay all events, and compare the states. Raises Divergence, LogError."""
     simulation = world.simulation
     engine = ReplayEngine(world, has_physics_points=bool(recording.header.get("physics_points")))
     world.scripts.add_ons[WINDOWS] = Windows()
-    world.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # a page's single passes are done again
+    world.scripts.add_ons[ADD_ON] = Feed(engine, "replay", ())  # repeats the single steps of a web viewer
     states = _States(world)
     passes = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
@@ -105,7 +105,7 @@ class _States(Part):
         self._made.append(state.digests(self._world))
 
     def expect(self, record: Record) -> None:
-        """What was recorded behind an event."""
+        """Add the digests that were recorded behind an event."""
         _, is_stop, digests = record
         if is_stop:
             self._recorded.append(digests)
@@ -113,11 +113,11 @@ class _States(Part):
             self._of_pass = digests
 
     def compare(self, event: Record, *, is_before_pass: bool, is_last: bool) -> None:
-        """Raises Divergence.
+        """Compare the state after an event. Raises Divergence.
 
         Args:
-            is_before_pass: stops in that pass are recorded by now, and still to come.
-            is_last: the recording was torn off behind this event, perhaps before its stop was written.
+            is_before_pass: stops in the following simulation step are recorded by now, and still to come.
+            is_last: the recording was cut off behind this event, perhaps before its stop was written.
         """
         if event[0] == Kind.PASS:
             made = state.of_pass(self._sim.data)

@@ -1,4 +1,4 @@
-"""Which files a scene or model is made of: itself and what it names, as MuJoCo looks for it."""
+"""Find the files of a scene or model: the file itself and those that it names, as MuJoCo finds them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ _XML = (".xml", ".mjcf", ".urdf", ".xacro")
 
 
 def files_of(path: Path, sources: Sources) -> list[Path]:
-    """The file itself first, then each relative name in it, and in what it includes, that is a file's; resolved.
+    """Return the file itself first, then each file that it or an included file names by a relative path; resolved.
 
-    Looked for beside the scene, beside what it includes, in all folders that one of them gives as a directory, and
-    where `sources` finds shipped parts and packages: more than MuJoCo would take is harmless. Of an archive or a mesh
-    the file alone. What `sources` may not search is left out: who loads the file is refused it too.
+    The search covers the folder of the scene, the folders of included files, all folders that one of them gives as a
+    directory, and the shipped parts and packages of `sources`: more files than MuJoCo would use are harmless. For an
+    archive or a mesh, return the file alone. Files that `sources` does not allow are left out: loading them is refused
+    as well.
     """
     first = path.resolve()
     found = [first]
@@ -36,7 +37,7 @@ def files_of(path: Path, sources: Sources) -> list[Path]:
         try:
             elements = list(ElementTree.parse(file).getroot().iter())
         except (ElementTree.ParseError, OSError, ValueError, LookupError):
-            continue  # what is wrong with it is told by who loads it
+            continue  # the loader of the file reports the error
         attributes = [(key, value) for element in elements for key, value in element.attrib.items()]
         folders += [first.parent / value for key, value in attributes if key.endswith("dir")]
         folders.append(file.parent)

@@ -1,4 +1,4 @@
-"""What is compared of a simulation's state: small numbers after every pass, digests by quantity now and then."""
+"""Compute what is compared of a simulation's state: checksums after every simulation step, digests at intervals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 DIGEST = 8
-"""Bytes of a digest (BLAKE2b): by chance two states share one once in 10**19 times."""
+"""Bytes of a digest (BLAKE2b): by chance, two states have the same one once in 10**19 times."""
 
 _PASS = struct.Struct("<II")
 
@@ -28,30 +28,30 @@ _MODEL = (
     "site_pos", "site_quat", "cam_pos", "cam_quat", "actuator_gainprm", "actuator_biasprm", "actuator_forcerange",
     "eq_data",
 )  # fmt: skip
-"""What commands write of a model's arrays: where static things are, masses, limits, motors' gains."""
+"""The arrays of a model that commands write: poses of static objects, masses, limits, motors' gains."""
 
 _LONG = 4096
 """Bytes of a string signal above which only its length counts."""
 
 
 def of_pass(data: mujoco.MjData) -> bytes:
-    """CRC-32 of the positions and of the velocities."""
+    """Return the CRC-32 of the positions and of the velocities."""
     return _PASS.pack(zlib.crc32(data.qpos), zlib.crc32(data.qvel))
 
 
 def differences_of_pass(one: bytes, other: bytes) -> list[str]:
-    """The quantities in which two passes differ, in words."""
+    """Return the names of the quantities in which two simulation steps differ."""
     names = ("positions (qpos)", "velocities (qvel)")
     return [name for place, name in enumerate(names) if one[4 * place :][:4] != other[4 * place :][:4]]
 
 
 def digests(world: World) -> list[bytes]:
-    """One of each quantity, in order of `QUANTITIES`."""
+    """Return one digest of each quantity, in order of `QUANTITIES`."""
     return [hashlib.blake2b(b"".join(parts), digest_size=DIGEST).digest() for parts in _quantities(world)]
 
 
 def differences(one: Sequence[object], other: Sequence[object]) -> list[str]:
-    """The quantities in which two lists of digests differ, in words."""
+    """Return the names of the quantities in which two lists of digests differ."""
     if len(one) != len(other):
         return ["what is compared"]
     return [name for name, mine, its in zip(QUANTITIES, one, other, strict=True) if mine != its]

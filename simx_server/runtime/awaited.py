@@ -1,4 +1,4 @@
-"""Which calls of a batch somebody waits for."""
+"""Find the calls of a batch that a client waits for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
 
 
 def divide(payload: bytes) -> tuple[bytes | None, bytes | None]:
-    """A batch's calls that somebody waits for, and the others; None for none. What cannot be read is left as it is."""
+    """Return the calls of a batch that its client waits for, and the others, each encoded; None if there are none.
+
+    An unreadable batch counts as one without awaited calls.
+    """
     try:
         batch = decode_batch(payload)
     except CodecError:

@@ -1,10 +1,10 @@
-"""Calls that take several steps: what takes long is done in a thread of its own, and the physics thread goes on.
+"""Run calls that take several steps: slow work runs in a separate thread while the physics thread continues.
 
-MuJoCo lets other threads run while it parses and compiles. So a handler that loads a file of a client is a generator:
-it yields what is to be done beside the physics thread, and goes on there when that is done. ::
+MuJoCo releases the interpreter while it parses and compiles. So a handler that loads a file of a client is a generator:
+it yields the work to do beside the physics thread, and continues there when the work is done. ::
 
     def load_scene(sim, path) -> Steps[None]:
-        scene, model = yield from beside(lambda: read(path))  # simulation steps and calls of others go on meanwhile
+        scene, model = yield from beside(lambda: read(path))  # simulation steps and other calls continue meanwhile
         sim.use(scene, model)
 """
 
@@ -22,25 +22,25 @@ from simx_server.errors import CommandError
 Result = TypeVar("Result")
 
 _GLANCE = 0.002
-"""Seconds between two looks at what others have sent."""
+"""Seconds between two checks for messages of other clients."""
 
 
 class Task(Generic[Result]):
-    """Work for a thread of its own."""
+    """Work for a separate thread."""
 
     def __init__(self, work: Callable[[], Result], give_up: Callable[[], object]) -> None:
-        """Begin nothing yet.
+        """Make a task that has not started.
 
         Args:
-            work: what is done; it touches nothing of the simulation.
-            give_up: has it end soon. Any thread; also when it is done already.
+            work: the function to run; it does not touch the simulation.
+            give_up: makes it end soon. Any thread; also after it is done.
         """
         self._work = work
         self.give_up = give_up
         self.done: Future[Result] = Future()
 
     def start(self) -> None:
-        """Begin. ``done`` tells when it is over, on that thread."""
+        """Start the work. ``done`` gets the result on that thread."""
         threading.Thread(target=self._run, name="simx-step", daemon=True).start()
 
     def _run(self) -> None:
@@ -53,12 +53,12 @@ class Task(Generic[Result]):
 
 
 Steps = Generator[Task[Any], None, Result]
-"""A call that takes several steps; what it returns is its result."""
+"""A call that takes several steps; its return value is its result."""
 
 
 @dataclass(eq=False)
 class Unfinished:
-    """A call of which a step is to be done beside the physics thread."""
+    """A call with a step to do beside the physics thread."""
 
     command: Command
     steps: Steps[Any]
@@ -66,12 +66,12 @@ class Unfinished:
     """The step."""
 
     def all_steps(self) -> Steps[Any]:
-        """Yield this step, and those behind it."""
+        """Yield this step, and those after it."""
         yield self.task
         return (yield from self.steps)
 
     def abandon(self) -> None:
-        """Give the call up, as its client has left or cannot wait for it."""
+        """Abandon the call, because its client has left or cannot wait for it."""
         self.task.give_up()
         self.steps.close()
 
@@ -82,7 +82,7 @@ def wait_for_step(call: Unfinished) -> Unfinished:
 
 
 def refuse_steps(call: Unfinished) -> None:
-    """Refuse a call of a stream, which is executed after each simulation step and would take longer.
+    """Refuse a call of a stream, which would take longer than one simulation step.
 
     Raises:
         CommandError: always.
@@ -92,25 +92,25 @@ def refuse_steps(call: Unfinished) -> None:
 
 
 def beside(work: Callable[[], Result], give_up: Callable[[], object] = lambda: None) -> Steps[Result]:
-    """One step, for ``yield from``: its result is that of `work`, and what `work` raises is raised."""
+    """Run `work` as one step, for ``yield from``: return its result, or raise what it raises."""
     task = Task(work, give_up)
     yield task
     return task.done.result()
 
 
 def at_once(steps: Steps[Result]) -> Result:
-    """Take all steps on the calling thread, which does nothing else meanwhile."""
+    """Run all steps on the calling thread, which does nothing else meanwhile."""
     return all_steps(steps, lambda: None, lambda: None)
 
 
 def all_steps(
     steps: Steps[Result], serve_others: Callable[[], object], check: Callable[[], object]
 ) -> Result:
-    """Take all steps before returning; others are served meanwhile.
+    """Run all steps before returning, and serve other clients meanwhile.
 
     Args:
-        serve_others: called again and again while a step lasts.
-        check: called so too; what it raises ends the steps.
+        serve_others: called repeatedly while a step runs.
+        check: called as often; an exception from it ends the steps.
     """
     while True:
         try:

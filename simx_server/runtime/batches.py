@@ -1,12 +1,12 @@
-"""Execute batches of calls: each call in its order, answered at once or when its result is there.
+"""Execute batches of calls in order; answer each call at once, or when its result is available.
 
-A trigger in the middle of a batch lets the calls behind it wait for the simulation step, or for the client's next
-batch. So does a paced call (`pacing.py`), which waits itself as well.
+After a trigger in the middle of a batch, the calls behind it wait for the simulation step, or for the client's next
+batch. A paced call (`pacing.py`) does the same, and waits itself as well.
 
-A batch that takes long is executed in slices while other clients wait, and these are served in between. No simulation
+While other clients wait, a long batch is executed in slices, and these clients are served in between. No simulation
 step is made meanwhile, so that the calls of one batch act together, unless the batch takes very long.
 
-A call that takes several steps (`background.py`) keeps the other calls of its client waiting, and no other client.
+A call that takes several steps (`background.py`) delays the other calls of its client, but no other client.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ logger = logging.getLogger(__name__)
 _EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(Operation.CANCEL)
 
 MOST_REFUSALS = 1_000_000
-"""Calls that are answered of a message that is beyond a limit."""
+"""Most calls to answer of a message that exceeds a limit."""
 
 
 SLICE = 0.002
-"""Seconds of a batch until others are served that wait."""
+"""Seconds to spend on a batch before other waiting clients are served."""
 
 LONGEST_TOGETHER = 0.25
-"""Seconds for which a batch in slices holds up simulation steps. One that takes longer is spread over several."""
+"""Seconds for which a batch in slices holds up simulation steps. A longer one is spread over several steps."""
 
 
 class Batches:
-    """Executes the batches of all clients. Physics thread only, except where it says otherwise."""
+    """Executes the batches of all clients. Physics thread only, except where a method says otherwise."""
 
     def __init__(
         self,
@@ -74,10 +74,10 @@ class Batches:
         """The command that is being executed for it."""
 
         self._waiting_for_step: dict[str, Interrupted] = {}
-        """What paced calls keep waiting, by client."""
+        """Batches that wait because of a paced call, by client."""
 
         self._in_slices: dict[str, float] = {}
-        """The clients whose batch is executed in part, and until when it holds up simulation steps."""
+        """The clients with a partly executed batch, and the time until which it holds up simulation steps."""
 
     def execute(self, client: str, payload: bytes) -> None:
         """Execute a batch and put its replies into the outbox."""
@@ -90,10 +90,10 @@ class Batches:
         batch = self._read(session, payload)
         if batch is None:
             return
-        while session.interrupted is not None:  # this batch may be what lets its step come
+        while session.interrupted is not None:  # this batch may be what allows its step to come
             self._outbox.send()
             self.execute_rest(session)
-        if early := session.before_trigger[:]:  # its step has not come: they must not come after newer ones
+        if early := session.before_trigger[:]:  # its step has not come: send these replies before newer ones
             session.before_trigger.clear()
             self._outbox.put(session, early)
         self._outbox.send_before(batch.calls)
@@ -102,7 +102,7 @@ class Batches:
         self._execute(session, batch.calls, [])
 
     def _read(self, session: ClientSession, payload: bytes) -> Batch | None:
-        """Return the batch; None if it is unreadable or beyond a limit, which the client is told."""
+        """Return the batch; None if it is unreadable or exceeds a limit, which is reported to the client."""
         limits = self._engine.simulation.limits
         try:
             exceeded = "message"
@@ -121,7 +121,7 @@ class Batches:
     def execute_rest(self, session: ClientSession) -> None:
         """Execute the rest of a batch that was interrupted."""
         batch = session.interrupted
-        session.interrupted = None  # until there is another reason to wait in the rest
+        session.interrupted = None  # until the rest has another reason to wait
         assert batch is not None
         self._waiting_for_step.pop(session.client, None)
         has_waited = not (batch.waits_for_trigger or batch.is_slice or batch.call)
@@ -129,12 +129,12 @@ class Batches:
 
     @property
     def are_waiting_for_step(self) -> bool:
-        """Whether paced calls wait for a simulation step."""
+        """Return whether paced calls wait for a simulation step."""
         return bool(self._waiting_for_step)
 
     @property
     def hold_steps(self) -> bool:
-        """Whether a batch is executed in part, of which the rest belongs to the same simulation step."""
+        """Return whether the rest of a partly executed batch belongs to the same simulation step."""
         if not self._in_slices:
             return False
         now = time.perf_counter()
@@ -143,14 +143,14 @@ class Batches:
         )
 
     def end_waiting_for_step(self) -> None:
-        """Let paced calls go on, in their order, as a simulation step was made, or none will be for a while."""
+        """Continue paced calls in their order, because a simulation step was made, or none will come for a while."""
         for client, batch in self._waiting_for_step.items():
             if session := self._engine.sessions.get(client):
                 self._engine.post_for(client, partial(self._go_on, session, batch, None))
         self._waiting_for_step.clear()
 
     def _refuse(self, session: ClientSession, payload: bytes, problem: LimitReached) -> None:
-        """Answer each call of a batch that is beyond a limit, and do nothing of it. Raises CodecError."""
+        """Answer each call of a batch that exceeds a limit, and execute none of them. Raises CodecError."""
         self._outbox.send()
         session.message_id, session.client_time, callers = decode_callers(payload, MOST_REFUSALS)
         if session.is_news(str(problem)):
@@ -163,11 +163,11 @@ class Batches:
     def _execute(
         self, session: ClientSession, calls: list[Call], made: list[Reply], *, has_waited: bool = False
     ) -> None:
-        """Execute calls of a batch in their order, until one of them lets the rest wait.
+        """Execute calls of a batch in order, until one of them makes the rest wait.
 
         Args:
             made: the replies to the calls before these.
-            has_waited: the first of the calls was paced, and the simulation step it waited for was made.
+            has_waited: the first of the calls was paced, and the simulation step that it waited for was made.
         """
         outer, self.executing = (self.executing, self.command), session.client
         replies, tally = Replies(made), self._executor.tally(session.called)
@@ -181,7 +181,7 @@ class Batches:
                 call_id, operation, delay_ms, name, arguments = call
                 if now() >= until and position > 1:
                     if self._inbox.others_wait() and self._engine.may_cut_batches:
-                        if replies.made:  # to put all into one message at the end would take long as well
+                        if replies.made:  # one message for all at the end would take long as well
                             self._outbox.put(session, replies.made)
                         self._interrupt(session, Interrupted([], calls[position - 1 :], False, True))
                         return
@@ -237,22 +237,22 @@ class Batches:
                 self._in_slices.pop(session.client, None)
 
     def _refuse_unknown(self, session: ClientSession, name: str) -> Answer:
-        """Refuse a call that names no command of the table."""
+        """Refuse a call with a name that is not in the table of commands."""
         session.called[UNKNOWN] += 1
         return self._executor.failure(session, name, no_such_command(name))
 
     def _at_step(self, call: Unfinished) -> Any:
-        """Wait for the step of a call, or take all steps before anything else is done."""
+        """Wait for the step of a call, or finish all its steps first."""
         return call if self._engine.may_cut_batches else self._executor.finish(call)
 
     def _interrupt(self, session: ClientSession, rest: Interrupted) -> None:
-        """Have the rest of a batch executed when it is this client's turn again."""
+        """Schedule the rest of a batch for the client's next turn."""
         session.interrupted = rest
         self._in_slices.setdefault(session.client, time.perf_counter() + LONGEST_TOGETHER)
         self._engine.post_for(session.client, partial(self._go_on, session, rest, None))
 
     def _await_step(self, session: ClientSession, call: Unfinished, asked: Call, batch: Interrupted) -> None:
-        """Go on with a call, and then with the rest of its batch, when its step is done."""
+        """Continue with a call, and then with the rest of its batch, when its step is done."""
         session.interrupted, batch.call = batch, call
         client = session.client
         self._engine.keep_back(client, True)
@@ -265,7 +265,7 @@ class Batches:
         call.task.start()
 
     def _take_step(self, session: ClientSession, asked: Call, batch: Interrupted) -> None:
-        """Take the next step of a call, as one is done, and then execute the rest of its batch."""
+        """Start the next step of a call after one is done, or execute the rest of its batch."""
         if session.interrupted is not batch or self._engine.sessions.get(session.client) is not session:
             return  # it has left
         assert batch.call is not None
@@ -280,19 +280,19 @@ class Batches:
         if isinstance(answer, Unfinished):
             self._await_step(session, answer, asked, batch)
             return
-        assert not isinstance(answer, Future)  # no image takes steps
+        assert not isinstance(answer, Future)  # images do not take steps
         status, values = answer
         batch.replies.append(Reply(asked.call_id, status, self._messages.time_ms(), values))
         self.execute_rest(session)
 
     def _is_early(self, session: ClientSession, call: Call) -> bool:
-        """Whether a paced call is to wait for a simulation step; it is noted as made."""
+        """Return whether a paced call must wait for a simulation step, and record the call."""
         if call.operation == _STREAM or not self._engine.is_running_freely:
             return False
         return session.paced.must_wait(call)
 
     def _do_without_command(self, session: ClientSession, call: Call, replies: Replies) -> None:
-        """End a stream; refuse what is no operation."""
+        """End a stream, or refuse an unknown operation."""
         if call.operation != _CANCEL:
             text = f"there is no operation {call.operation}; valid: {', '.join(map(repr, Operation))}"
             replies.add(call.call_id, STATUS_REMOTE_ERROR, self._messages.time_ms(), [text])
@@ -306,7 +306,7 @@ class Batches:
         """Execute what waits for a simulation step now, unless it was executed already.
 
         Args:
-            reply: to the trigger in front of it, if it is one that it waits for.
+            reply: the reply to the trigger in front of it, if it waits for one.
         """
         if self._engine.is_serving:
             self._inbox.hold(partial(self._go_on, session, batch, reply))
@@ -322,7 +322,7 @@ class Batches:
     def _answered(
         self, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int, done: Future[Answer]
     ) -> None:
-        """Go on behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
+        """Continue behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
         status, values = done.result()
         reply = Reply(call_id, status, time_ms, values)
         if batch.rest:

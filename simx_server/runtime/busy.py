@@ -1,8 +1,9 @@
-"""What answers while the physics thread is busy: nobody waits in silence for what another client has begun.
+"""Answer blocking calls while the physics thread is busy, so that no client waits in silence for the work of another.
 
-The physics thread alone executes calls. Where one piece of its work takes long, as loading a large scene does, a thread
-of its own refuses the blocking calls of others that have waited for most of a second: they were not executed and will
-not be, and their text says why. What nobody waits for stays, and is executed in its order afterwards.
+The physics thread alone executes calls. While one piece of its work takes long, such as loading a large scene, a
+separate thread refuses the blocking calls of other clients that have waited for most of a second: these calls were not
+executed and will not be, and the error text gives the reason. Calls that no client waits for stay in the queue and are
+executed in order afterwards.
 """
 
 from __future__ import annotations
@@ -25,25 +26,25 @@ from .sessions import ClientSession
 logger = logging.getLogger(__name__)
 
 PATIENCE = 0.6
-"""Seconds that a blocking call waits for what another client has begun."""
+"""Seconds that a blocking call waits for the work of another client."""
 
 STEP_PATIENCE = 3.0
-"""Seconds that the only client waits for a simulation step. The default time-out of a call is five.
-
-With others, one of them may have made the step so long, and nobody waits for it longer than for an edit."""
+"""Seconds that the only client waits for a simulation step. The default time-out of a call is five. With several
+clients, one of them may have made the step slow; then the others wait no longer than for an edit.
+"""
 
 LONG = 0.3
-"""Seconds that one piece of work takes before anything is refused: a queue that moves on is no reason."""
+"""Seconds that one piece of work takes before any call is refused: a queue that moves on is not a reason."""
 
 _LOOK = 0.05
-"""Seconds between two looks at the physics thread."""
+"""Seconds between two checks of the physics thread."""
 
 _ERRORS = "simxGetLastErrors"
-"""Is answered all the same: it tells why the others are not."""
+"""Answered even so: it returns the reason why the others are not."""
 
 
 class Work:
-    """One piece of what the physics thread does."""
+    """One piece of the physics thread's work."""
 
     __slots__ = ("since",)
 
@@ -52,15 +53,14 @@ class Work:
 
 
 class Doing(NamedTuple):
-    """Whose call the physics thread executes, and its command; both empty for a simulation step and the like."""
+    """The client whose call the physics thread executes, and its command; both empty for a step and the like."""
 
     client: str
     command: str
 
 
 class BusyDesk:
-    """Watches the physics thread. That thread calls `begin` and `go_back_to`; `look` belongs to the desk's own,
-    `describe` to any."""
+    """Watches the physics thread, which marks its work here. The desk's thread calls `look`, any thread `describe`."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class BusyDesk:
 
         Args:
             messages: packs replies.
-            doing: what is being executed.
+            doing: returns what is being executed.
         """
         self._inbox = inbox
         self._sessions = sessions
@@ -85,7 +85,7 @@ class BusyDesk:
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Have a thread answer for as long."""
+        """Run the answering thread within the block."""
         self._is_closing.clear()
         thread = threading.Thread(target=self._attend, name="busy-desk", daemon=True)
         thread.start()
@@ -96,16 +96,16 @@ class BusyDesk:
             thread.join()
 
     def begin(self) -> Work | None:
-        """The physics thread begins something; hand what is returned to `go_back_to` after it."""
+        """Record that the physics thread starts a piece of work; pass the result to `go_back_to` after it."""
         outer, self._work = self._work, Work()
         return outer
 
     def go_back_to(self, outer: Work | None) -> None:
-        """What was begun is over."""
+        """Record that the present piece of work is over."""
         self._work = outer
 
     def describe(self) -> str:
-        """What keeps the server busy for longer than a call waits, with the client's name; empty for nothing."""
+        """Describe the work that keeps the server busy for longer than a call waits, and its client; empty for none."""
         work, doing = self._work, self._doing()
         if work is None or (busy := time.monotonic() - work.since) < PATIENCE:
             return ""
@@ -125,14 +125,14 @@ class BusyDesk:
                 logger.exception("calls cannot be answered while the server is busy; it goes on")
 
     def look(self) -> None:
-        """Refuse what has waited for too long, if anything has."""
+        """Refuse the calls that have waited for too long, if there are any."""
         work, doing = self._work, self._doing()
         if work is None:
             return
         patience = PATIENCE if doing.client or len(self._sessions) > 1 else STEP_PATIENCE
         if (busy := time.monotonic() - work.since) < LONG:
             return
-        # Whoever keeps the server busy waits for the result; its other calls come after that.
+        # The client that keeps the server busy waits for the result; its other calls come after that.
         for arrival in self._inbox.take_overdue(patience, doing.client, lambda: self._work is work):
             session = self._sessions.get(arrival.client)
             if session is not None:
@@ -158,11 +158,11 @@ class BusyDesk:
             )
             session.errors.append(
                 text
-            )  # whatever the clients have set: nothing else says why it was not executed
+            )  # in every error mode: it is the only sign that the call was not executed
             replies.append(Reply(call.call_id, STATUS_REMOTE_ERROR, time_ms, [text]))
         session.link.deliver(self._messages.pack(session, replies))
 
 
 def _taken(errors: deque[str]) -> list[str]:
-    """What is there; the physics thread may add to it meanwhile."""
+    """Return and remove the errors present; the physics thread may add to them meanwhile."""
     return [errors.popleft() for _ in range(len(errors))]

@@ -1,4 +1,4 @@
-"""When the next pass is due: real time, a multiple of it, or at once."""
+"""Compute when the next simulation step is due: in real time, a multiple of it, or at once."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Callable
 logger = logging.getLogger(__name__)
 
 MAX_LAG = 0.25
-"""Seconds of wall time the simulation may fall behind before the lost time is given up."""
+"""Seconds of wall time that the simulation may fall behind before the lost time is dropped."""
 
 
 class Pacer:
-    """Says how long to wait for the next pass. Used by the physics thread only."""
+    """Computes how long to wait for the next simulation step. Used by the physics thread only."""
 
     def __init__(self, speed: float, now: Callable[[], float] = time.monotonic) -> None:
         """Make a pacer.
@@ -28,18 +28,22 @@ class Pacer:
         self._due = now()
         self._has_warned = False
         self.lost = 0.0
-        """Seconds of wall time that were given up so far."""
+        """Seconds of wall time that were dropped so far."""
 
     def restart(self) -> None:
-        """The next pass is due now: the simulation was started or resumed."""
+        """Make the next simulation step due now, because the simulation was started or resumed."""
         self._due = self._now()
 
     def seconds_left(self) -> float:
-        """Wall time until the next pass is due; 0 when it is."""
+        """Return the wall time in seconds until the next simulation step is due; 0 when it is."""
         return max(0.0, self._due - self._now())
 
     def passed(self, time_step: float) -> None:
-        """A pass of so many simulated seconds was made."""
+        """Record that a simulation step was made.
+
+        Args:
+            time_step: its simulated seconds.
+        """
         now = self._now()
         if math.isinf(self.speed):
             self._due = now

@@ -1,4 +1,4 @@
-"""From a call to its handler: find the command and the handler, check the arguments."""
+"""Find the command and the handler of a call, and check the arguments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simx_server.world.world import World
 from .sessions import ClientSession
 
 Work = Callable[..., Any]
-"""A handler with all it needs but the arguments of a call."""
+"""A handler with everything bound but the arguments of a call."""
 
 
 class Dispatch:
@@ -26,11 +26,10 @@ class Dispatch:
         self._handlers = handlers
 
     def find(self, client: ClientSession, name: str) -> tuple[Command, Work] | tuple[None, None]:
-        """Find the command of this name, and what executes it: it checks the arguments and runs the handler.
+        """Find the command with this name and the function that checks arguments and runs the handler.
 
         Returns:
-            None for both if the table has no such command. A command that is refused to the client raises the
-            reason when it is executed.
+            None for both if the table has no such command. If the client may not call it, the function raises.
         """
         command = ANSWERED.get(name)
         if command is None:
@@ -42,11 +41,11 @@ class Dispatch:
         return command, lambda *arguments: run(*check(command, arguments))
 
     def bind(self, client: ClientSession, command: Command, checked: list[Any]) -> Work:
-        """Return what executes a command with arguments that `check` returned, for a stream. Raises CommandError."""
+        """Return the function that executes a stream's command with arguments from `check`. Raises CommandError."""
         return partial(self.handler(client, command).bound(self.world, client), *checked)
 
     def handler(self, client: ClientSession, command: Command) -> Handler:
-        """Return what executes a command for this client. Raises CommandError."""
+        """Return the handler of a command for this client. Raises CommandError."""
         if client.may_only_read and not command.only_reads:
             raise CommandError(
                 f"{command.name} changes something, and {client.name} is a viewer, who may only read"
@@ -60,12 +59,12 @@ class Dispatch:
 
 
 def no_such_command(name: str) -> CommandError:
-    """Return the refusal of a call that names no command of the table."""
+    """Return the refusal of a call with a name that is not in the table of commands."""
     return CommandError(f"there is no command {name[:64]!r}; 'simx-server --commands' lists all")
 
 
 def check(command: Command, arguments: Sequence[Any]) -> list[Any]:
-    """Return the arguments as the handler gets them. Raises CommandError."""
+    """Return the arguments in the form that the handler takes. Raises CommandError."""
     checks = command.checks
     if len(arguments) == len(checks):
         try:
@@ -76,7 +75,7 @@ def check(command: Command, arguments: Sequence[Any]) -> list[Any]:
 
 
 def _refusal(command: Command, arguments: Sequence[Any]) -> CommandError:
-    """Return what is wrong with these arguments."""
+    """Return the error that says what is wrong with these arguments."""
     if len(arguments) != len(command.arguments):
         names = ", ".join(argument.name for argument in command.arguments) or "no arguments"
         return CommandError(f"{command.name} takes {names}; got {len(arguments)} arguments")

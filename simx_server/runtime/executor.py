@@ -1,6 +1,6 @@
-"""The one place where handlers are run: those of calls, of the steps of a call, and of streams.
+"""Run handlers: those of calls, of the steps of a call, and of streams. No other module runs them.
 
-A handler is timed and counted, and what it returns or raises becomes an answer.
+Each run is timed and counted, and the handler's result or exception becomes an answer.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from .sessions import ClientSession
 logger = logging.getLogger(__name__)
 
 _NOT_YET = (Future, GeneratorType)
-"""What a handler returns whose results come later: an image, or steps."""
+"""Types that a handler returns for results that come later: an image, or steps."""
 
 
 class Executor:
-    """Runs handlers. Physics thread only, but for `failure`; images finish on the render thread."""
+    """Runs handlers. Physics thread only, except `failure`; images finish on the render thread."""
 
     def __init__(self, dispatch: Dispatch, metrics: Metrics) -> None:
         self.dispatch = dispatch
@@ -66,13 +66,13 @@ class Executor:
         """Run a handler. Never raises.
 
         Args:
-            tally: counts and times it, with what was executed before.
+            tally: counts and times it, together with earlier executions.
             work: the handler, bound to the world; it may refuse the arguments.
-            at_step: decides what to do with a call that takes several steps: returns its result, returns the
-                call itself if the caller is to wait for the step, or raises.
+            at_step: decides what to do with a call that takes several steps: returns its result, returns the call
+                itself if the caller must wait for the step, or raises.
 
         Returns:
-            A future if the result comes later; the call if the caller is to wait for its step.
+            A future if the result comes later; the call if the caller must wait for its step.
         """
         if command is not tally.command:
             tally.turn_to(command)
@@ -88,21 +88,21 @@ class Executor:
             return self.failure(client, command.name, error)
 
     def tally(self, called: dict[str, int] | None = None) -> Tally:
-        """Make what counts and times handlers that are run one behind the other.
+        """Return a tally that counts and times handlers that run one after another.
 
         Args:
-            called: how often a client called each command; is added to as well.
+            called: how often a client called each command; the tally adds to it as well.
         """
         return Tally(self.metrics, called)
 
     def finish(self, call: Unfinished) -> Any:
-        """Take all steps of a call at once, for ``execute``; return its result, or raise what the steps raise."""
+        """Run all steps of a call at once, for ``execute``; return its result, or raise what the steps raise."""
         return self.world.trials.finish(call.all_steps())
 
     def _not_yet(
         self, client: ClientSession, command: Command, result: Any, at_step: Callable[[Unfinished], Any]
     ) -> Answer | Future[Answer] | Unfinished:
-        """Raises what the handler or `at_step` raises."""
+        """Return the answer to a call with a later result. Raises what the handler or `at_step` raises."""
         if isinstance(result, GeneratorType):
             try:
                 call = Unfinished(command, result, next(result))
@@ -124,7 +124,7 @@ class Executor:
                 outcome = answer_of(command, done.result())
             except Exception as error:
                 outcome = self.failure(client, command.name, error)
-                # Its frames know `done`, which keeps the error: none of them would be freed.
+                # Its frames refer to `done`, which keeps the error: this cycle would keep all of them alive.
                 error.__traceback__ = None
             answer.set_result(outcome)
 
@@ -132,8 +132,8 @@ class Executor:
         return answer
 
     def failure(self, client: ClientSession, name: str, error: BaseException) -> Answer:
-        """Return the answer to a call that failed; the log, the counters and the client's errors get the reason."""
-        if isinstance(error, mujoco.FatalError):  # a text for people, and no fault of this program's
+        """Return the answer to a failed call; add the reason to the log, the counters and the client's errors."""
+        if isinstance(error, mujoco.FatalError):  # a readable text, and not an error of this program
             error = CommandError(f"MuJoCo cannot do that: {one_line(error)}")
         if isinstance(error, CommandError) and error.silent:
             self.metrics.failed(name, "")

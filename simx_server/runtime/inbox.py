@@ -1,12 +1,12 @@
-"""What has arrived for the physics thread: a queue per client, bounded where messages arrive, and served in turn.
+"""Queue what arrives for the physics thread: a bounded queue per client, served fairly.
 
-Clients share the time of the physics thread by what their messages cost there (start-time fair queueing). Whoever uses
-less than its share is served in the order of arrival, as with one queue for all; whoever floods the server waits behind
-its own messages. The messages of one client stay in their order.
+Clients share the time of the physics thread by the cost of their messages there (start-time fair queueing). A client
+that uses less than its share is served in the order of arrival, as with one queue for all; a client that floods the
+server waits behind its own messages. The messages of one client stay in order.
 
-A script that runs long holds the thread. Meanwhile others are answered what only reads, or sets what a script may find
-changed between two of its own calls: signals, targets, poses. A batch with anything else, and all later ones of its
-client, wait until the script is over.
+A long-running script holds the thread. Meanwhile the server executes calls of others that only read, or that set what a
+script may find changed between two of its calls: signals, targets, poses. A batch with anything else, and all later
+batches of its client, wait until the script is over.
 """
 
 from __future__ import annotations
@@ -31,38 +31,43 @@ from .awaited import divide
 Event = Callable[[], object]
 
 CREDIT = 0.001
-"""Seconds of the physics thread that a client may use at once before it has to take turns. Within it the order is that
-of arrival, so that programs of several clients meet no other order than they sent in."""
+"""Seconds of the physics thread that a client may use at once before it has to take turns. Within this time, calls are
+executed in the order of arrival, so that programs with several clients keep the order in which they sent.
+"""
 
 MUCH, MUCH_BYTES = 300, 32 << 20
-"""Messages and bytes of a client that wait, from which on it should be slowed down. A client of this project has 200
-messages on the way at most."""
+"""Waiting messages and bytes of a client above which it should be slowed down. A client of this project has at most 200
+messages on the way.
+"""
 
 AFTERMATH = 5.0
-"""Seconds of the physics thread for what clients have sent before they left, shared among them: who floods leaves
-minutes of work."""
+"""Seconds of the physics thread for the remaining messages of clients that have left, shared among them: a flooding
+client leaves minutes of work.
+"""
 
 MOMENT = 0.01
-"""Seconds over which messages are counted as they arrive: each takes the interpreter from the physics thread."""
+"""Seconds over which arriving messages are counted: each takes the interpreter from the physics thread."""
 
 BUSY, GREEDY = 150, 25
-"""Messages of a moment, counting a large one as several: with so many of all clients, those should be slowed down that
-sent so many of them. A program alone makes at most 100 blocking calls in a moment."""
+"""Messages in a moment, where a large one counts as several: above the first number for all clients together, each
+client above the second should be slowed down. One program makes at most 100 blocking calls in a moment.
+"""
 
 LARGE = 1 << 17
 """Bytes that count as one more message."""
 
 RESERVED = 1 << 20
-"""Bytes that every client may have waiting, also while others fill the room that there is for all."""
+"""Waiting bytes that every client may have, even when others fill the space for all."""
 
 _MOST_READ = 1 << 18
-"""Bytes of batches that `take_overdue` reads at a time, which takes the interpreter from the physics thread."""
+"""Bytes of batches that `take_overdue` reads at a time, because reading takes the interpreter from the physics thread.
+"""
 
 _COST = 1000
-"""Bytes that a batch counts for beside its own."""
+"""Bytes that a batch counts in addition to its own."""
 
 MOST_QUESTIONS = 100
-"""Questions of a kind that wait for their answers; whoever asks beyond that gets none, and may ask again."""
+"""Waiting questions of one kind; further ones get no answer, and their senders may ask again."""
 
 
 class Arrival(NamedTuple):
@@ -73,11 +78,11 @@ class Arrival(NamedTuple):
 
 
 class _Item(NamedTuple):
-    """What waits in a queue."""
+    """An entry in a queue."""
 
     what: Event | Arrival
     virtual: float
-    """How far the service had come when it arrived."""
+    """The virtual time of the service when it arrived."""
 
     number: int
     arrived: float
@@ -100,38 +105,39 @@ class Box:
         self.client = client
         self.items: deque[_Item] = deque()
         self.lock = threading.RLock()
-        """Of those who put something in; a signal handler may do so while its own thread does. The physics thread takes
-        without it: whoever has it may be without the interpreter just then."""
+        """Lock of the threads that put something in; a signal handler may do so while its own thread does. The physics
+        thread takes without it, because the holder of the lock may be waiting for the interpreter.
+        """
 
         self.size_put = 0
-        """Bytes that were put in, under the lock, and are not forgotten."""
+        """Bytes that were put in, under the lock, less those that were dropped."""
 
         self.size_taken = 0
         """Bytes of them that the physics thread took out."""
 
         self.is_in_line = False
-        """For the physics thread: it waits for its turn."""
+        """For the physics thread: the queue waits for its turn."""
 
         self.is_known = False
-        """The physics thread has been told that something waits here."""
+        """The physics thread has been notified that something waits here."""
 
         self.is_leaving = False
-        """Nothing is taken any more: the last item has the client leave."""
+        """The queue accepts nothing any more: the last item makes the client leave."""
 
         self.aftermath = 0.0
-        """Seconds that it has had since then."""
+        """Seconds of service since then."""
 
         self.is_suspended = False
-        """Nothing is taken out, until its client has read its answers."""
+        """The queue is not served until its client has read its answers."""
 
         self.is_kept_back = False
-        """Nothing is taken out, until a step of its client's call is done."""
+        """The queue is not served until a step of its client's call is done."""
 
         self.is_parked = False
-        """Its turn has come while nothing was to be taken out."""
+        """Its turn has come while it was not to be served."""
 
         self.finish = 0.0
-        """How far the service will have come when this queue has had its share."""
+        """The virtual time of the service at which this queue has had its share."""
 
         self.tick = 0
         """The moment of its newest message, as `Inbox.put` counts them."""
@@ -144,12 +150,12 @@ class Box:
 
     @property
     def is_waiting(self) -> bool:
-        """Nothing may be taken out."""
+        """Return whether nothing may be taken out."""
         return self.is_suspended or self.is_kept_back
 
     @property
     def size(self) -> int:
-        """Bytes that wait."""
+        """Return the number of waiting bytes."""
         return self.size_put - self.size_taken
 
 
@@ -157,36 +163,36 @@ class Inbox:
     """Events and batches. Any thread may put them in; the physics thread takes them out."""
 
     def __init__(self, limits: Callable[[], Limits] = Limits) -> None:
-        """Begin empty.
+        """Make an empty inbox.
 
         Args:
-            limits: the limits that hold now.
+            limits: returns the present limits.
         """
         self._limits = limits
         self._lock = threading.Lock()
-        """Of the clients that are known, and of what was dropped."""
+        """Lock of the known clients, and of the dropped messages."""
 
         self._taking = threading.Lock()
-        """Between the physics thread and `take_overdue`."""
+        """Lock between the physics thread and `take_overdue`."""
 
         self._boxes: dict[str, Box] = {}
         self._events = Box()
         self._questions: dict[str, Box] = {}
         self._ready: queue.SimpleQueue[Box] = queue.SimpleQueue()
-        """Queues in which something waits now and nothing did before; it wakes the physics thread up."""
+        """Queues that were empty and now are not; a new entry wakes the physics thread up."""
 
         self._numbers = itertools.count(1)
         self._virtual = 0.0
-        """How far the service has come: the start of the newest item taken, in seconds of everybody's share."""
+        """The virtual time of the service: the start of the newest item taken, in seconds of each client's share."""
 
         self._turns: list[tuple[float, int, Box]] = []
-        """Queues in which something waits, as a heap: by the start of their first item, then by its number."""
+        """Queues that are not empty, as a heap: by the start of their first item, then by its number."""
 
         self._serving: Box | None = None
-        """The queue of what was taken last, until `served`."""
+        """The queue of the last item taken, until `served`."""
 
         self._held: deque[Event] = deque()
-        """Events that had to wait for a script's end; they come before all else."""
+        """Events that had to wait for a script's end; they come before everything else."""
 
         self._tick = 0
         """The moment of the newest message."""
@@ -195,41 +201,43 @@ class Inbox:
         """Messages of that moment, of all clients."""
 
         self.had_much = False
-        """Many bytes of a client have waited; whoever gives their memory back clears it."""
+        """Many bytes of a client have waited; the code that returns their memory to the system clears it."""
 
         self.dropped: Counter[tuple[str, str]] = Counter()
-        """Messages that were thrown away, by client and limit; whoever tells of them takes them by `take_dropped`."""
+        """Messages that were thrown away, by client and limit; the code that reports them takes them with
+        `take_dropped`.
+        """
 
     def __len__(self) -> int:
-        """How much waits."""
+        """Return the number of waiting items."""
         boxes = [self._events, *self._questions.copy().values(), *self._boxes.copy().values()]
         return len(self._held) + sum(len(box.items) for box in boxes)
 
     # --- any thread ------------------------------------------------------------------------------
 
     def open(self, client: str) -> None:
-        """Take messages of a client from now on; those of others are thrown away."""
+        """Accept messages of a client from now on; those of unknown clients are thrown away."""
         with self._lock:
             if client not in self._boxes:
                 self._boxes[client] = Box(client)
 
     def close(self, client: str) -> None:
-        """Take no messages of a client any more, and throw away those that wait."""
+        """Accept no more messages of a client, and throw away those that wait."""
         with self._lock:
             if (box := self._boxes.pop(client, None)) is not None:
                 box.is_leaving = True
                 box.items.clear()
 
     def put(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes] = bytes) -> bool:
-        """Have a batch executed, if its client is known and has not too much waiting.
+        """Queue a batch, if its client is known and has not too much waiting.
 
         Args:
-            payload: what arrived.
+            payload: the batch as it arrived.
             size: its bytes.
-            read: makes bytes of it; called only if there is room.
+            read: converts it to bytes; called only if there is space for it.
 
         Returns:
-            Whether the client may go on like this. If not, slow it down; the message may be taken all the same.
+            Whether the client may continue at this rate. If not, slow it down; the message may be accepted even so.
         """
         box = self._boxes.get(client)
         if box is None:
@@ -250,7 +258,7 @@ class Inbox:
             return not is_flood
 
     def _is_flood(self, box: Box, size: int) -> bool:
-        """Whether a client should be slowed down that sends one more message, whose bytes are counted already."""
+        """Return whether a client that sends one more message should be slowed down; its bytes are counted already."""
         tick, weight = int(time.monotonic() / MOMENT), 1 + size // LARGE
         if tick != self._tick:
             self._tick, self._recent = tick, 0
@@ -263,7 +271,7 @@ class Inbox:
         return len(box.items) >= MUCH or box.size > MUCH_BYTES
 
     def _limit_reached(self, box: Box, size: int) -> str:
-        """The limit that one more message would go beyond; empty if there is room for it."""
+        """Return the limit that one more message would exceed; empty if there is space for it."""
         limits, of_client = self._limits(), box.size + size
         if size > MAX_MESSAGE:
             return "message"
@@ -285,12 +293,12 @@ class Inbox:
             self._ready.put(box)
 
     def post(self, event: Event) -> None:
-        """Have an event of the server's own dealt with; there is always room for it."""
+        """Queue an event of the server; there is always space for it."""
         with self._events.lock:
             self._add(self._events, event, False)
 
     def ask(self, kind: str, question: Event) -> int:
-        """Have a question dealt with; return how many of this kind wait now, 0 if too many did already."""
+        """Queue a question; return how many of this kind wait now, 0 if too many did already."""
         box = self._questions.get(kind) or self._questions.setdefault(kind, Box())
         with box.lock:
             if len(box.items) >= MOST_QUESTIONS:
@@ -299,7 +307,7 @@ class Inbox:
             return len(box.items)
 
     def leave(self, client: str, leaving: Event) -> None:
-        """Have an event dealt with behind what a client has sent last; nothing of it is taken any more."""
+        """Queue an event behind the last message of a client, and accept no more messages of it."""
         if (box := self._boxes.get(client)) is None:
             return
         with box.lock:
@@ -311,7 +319,7 @@ class Inbox:
                 self._unpark(box)
 
     def suspend(self, kind: str, is_behind: bool) -> None:
-        """Serve a client, or questions of a kind, not before it is suspended no more."""
+        """Suspend a client, or questions of a kind, or resume them."""
         box = self._boxes.get(kind) or self._questions.get(kind)
         if box is None:
             return
@@ -322,7 +330,7 @@ class Inbox:
                     self._unpark(box)
 
     def keep_back(self, client: str, is_kept: bool) -> None:
-        """Serve a client, also one that is leaving, not before a step of its call is done, see `background.py`."""
+        """Hold back a client, even one that is leaving, until a step of its call is done; see `background.py`."""
         box = self._boxes.get(client)
         if box is None:
             return
@@ -337,17 +345,17 @@ class Inbox:
             self._ready.put(box)
 
     def _forget(self, box: Box, item: _Item) -> None:
-        """An item was taken out of a queue, by somebody who has its lock."""
+        """Subtract the bytes of an item that was removed from a queue, under its lock."""
         if isinstance(item.what, Arrival):
             box.size_put -= len(item.what.payload)
 
     def is_leaving(self, client: str) -> bool:
-        """Whether a client is about to leave."""
+        """Return whether a client is about to leave."""
         box = self._boxes.get(client)
         return box is not None and box.is_leaving
 
     def put_first(self, client: str, event: Event) -> None:
-        """Have an event dealt with when it is this client's turn again, in front of its messages, and after scripts."""
+        """Queue an event for the client's next turn, in front of its messages, and after scripts."""
         if (box := self._boxes.get(client)) is None:
             return
         with box.lock:
@@ -362,15 +370,15 @@ class Inbox:
     ) -> Iterator[Arrival]:
         """Take the blocking calls of batches that have waited for long, one by one; they will not be executed.
 
-        What else is in these batches stays, in its place. For another thread, while the physics thread is busy.
+        The other calls of these batches stay in their place. For another thread, while the physics thread is busy.
 
         Args:
             older_than: seconds since they arrived.
             except_client: a client whose calls stay.
-            is_still_busy: whether the physics thread does what it did; else nothing is taken.
+            is_still_busy: whether the physics thread still does the same work; otherwise nothing is taken.
         """
         before, left_to_read = time.monotonic() - older_than, _MOST_READ
-        # Whoever has little waiting comes first: the batches of those that flood take long to read.
+        # Clients with little waiting come first, because the batches of flooding clients take long to read.
         boxes = sorted(self._boxes.copy().items(), key=lambda each: each[1].size_put - each[1].size_taken)
         for client, box in boxes:
             if client == except_client or box.is_leaving or box.is_waiting:
@@ -392,9 +400,9 @@ class Inbox:
                         yield Arrival(client, awaited)
 
     def _replace(self, box: Box, item: _Item, batch: Arrival, rest: bytes | None) -> bool:
-        """Leave of a batch only the rest, which nobody waits for, and which is not looked at again.
+        """Replace a batch by the calls that no client waits for, which are not checked again.
 
-        Returns False if it is not there any more.
+        Returns False if the batch is not there any more.
         """
         try:
             if rest is None:
@@ -408,14 +416,14 @@ class Inbox:
         return True
 
     def take_dropped(self) -> Counter[tuple[str, str]]:
-        """How many messages of which client were thrown away since the last time, and for which limit."""
+        """Return how many messages of each client were thrown away since the last call, and for which limit."""
         with self._lock:
             dropped, self.dropped = self.dropped, Counter()
         return dropped
 
     @property
     def size(self) -> int:
-        """Bytes that wait, of all clients."""
+        """Return the waiting bytes of all clients."""
         return sum(box.size for box in self._boxes.copy().values())
 
     # --- the physics thread ----------------------------------------------------------------------
@@ -425,7 +433,7 @@ class Inbox:
         self._held.append(event)
 
     def served(self, seconds: float) -> None:
-        """What was taken last is dealt with, and has kept the thread for so long."""
+        """Record that the last item taken has been served, and how many seconds it kept the thread."""
         box, self._serving = self._serving, None
         if box is not None:
             box.finish += seconds
@@ -435,7 +443,7 @@ class Inbox:
                 self._line_up(box)
 
     def _hasten(self, box: Box, seconds: float) -> None:
-        """Have a client that has left be gone now, if it has had its time."""
+        """Remove the remaining messages of a client that has left, if it has had its time."""
         box.aftermath += seconds
         sharing = sum(each.is_leaving for each in self._boxes.copy().values())
         if box.aftermath > AFTERMATH / max(1, sharing):
@@ -444,11 +452,11 @@ class Inbox:
                     self._forget(box, box.items.popleft())
 
     def others_wait(self) -> bool:
-        """Whether anything waits but what was taken last."""
+        """Return whether anything waits apart from the last item taken."""
         return bool(self._turns) or self._ready.qsize() > 0
 
     def wait(self, seconds: float) -> Event | Arrival | None:
-        """The next one, as soon as there is one; None when the time is over."""
+        """Return the next item as soon as there is one; None when the time is over."""
         taken = self._next()
         if taken is None:
             try:
@@ -460,7 +468,7 @@ class Inbox:
         return taken
 
     def at_hand(self, seconds: float = float("inf")) -> Iterator[Event | Arrival]:
-        """All that is there now, at most for so long. What comes meanwhile is left for the next time."""
+        """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""
         until = time.perf_counter() + seconds
         for _ in range(len(self)):
             if (taken := self._next()) is None:
@@ -475,11 +483,11 @@ class Inbox:
         waits: Callable[[str], bool] = lambda _: False,
         seconds: float = float("inf"),
     ) -> Iterator[Event | Arrival]:
-        """What is there now and may be dealt with while a script runs, at most for so long; the rest stays.
+        """Yield the present items that may be served while a script runs, for at most this long; the rest stays.
 
         Args:
             executing: the client whose batch runs the script; its other batches come after that one.
-            waits: whether anything of this client has to wait.
+            waits: whether all items of this client have to wait.
         """
         until = time.perf_counter() + seconds
         outer, self._serving = self._serving, None
@@ -503,8 +511,8 @@ class Inbox:
                 self._line_up(box)
 
     def _next(self) -> Event | Arrival | None:
-        """The next one, if there is one."""
-        self.served(0.0)  # unless it was said already
+        """Return the next item; None if there is none."""
+        self.served(0.0)  # unless it was called already
         if self._held:
             return self._held.popleft()
         while (box := self._first()) is not None:
@@ -513,7 +521,7 @@ class Inbox:
         return None
 
     def _first(self) -> Box | None:
-        """Whose turn it is; it is in the line no more."""
+        """Take the queue with the next turn out of the line."""
         if self._serving is not None:
             self.served(0.0)
         while self._ready.qsize():
@@ -525,7 +533,7 @@ class Inbox:
         return box
 
     def _line_up(self, box: Box) -> None:
-        """Have a queue wait for its turn, if anything waits in it."""
+        """Put a queue into the line, if it is not empty."""
         if box.is_in_line or self._is_parked(box):
             return
         while True:
@@ -541,15 +549,15 @@ class Inbox:
         heapq.heappush(self._turns, (self._start(box, first), first.number, box))
 
     def _start(self, box: Box, item: _Item) -> float:
-        """How far the service has to come before it is an item's turn.
+        """Return the virtual time at which an item is served.
 
-        One that had to wait, for a script or until its client had read, has no more of a right to be served for it:
-        others would wait for all that has come together.
+        An item that had to wait, for a script or until its client had read, gets no earlier start for it: otherwise the
+        others would wait for everything that has accumulated.
         """
         return max(item.virtual, box.finish - CREDIT, self._virtual - CREDIT)
 
     def _is_parked(self, box: Box) -> bool:
-        """Whether nothing may be taken out now. It stays known, and is announced again when something may be."""
+        """Return whether nothing may be taken out now. The queue stays known; a change announces it again."""
         if box.is_waiting:
             box.is_parked = True
             if box.is_waiting:
@@ -577,12 +585,12 @@ class Inbox:
             self._serving = box
         if (
             not box.client
-        ):  # events and questions are dealt with also while a script runs that one of them has started
+        ):  # events and questions are also served while a script runs that one of them has started
             self._line_up(box)
         return item.what
 
     def _must_wait(self, box: Box) -> bool:
-        """Whether the first item of a queue has to wait for scripts."""
+        """Return whether the first item of a queue has to wait for scripts."""
         try:
             item = box.items[0]
         except IndexError:
@@ -603,6 +611,6 @@ def _interferes(payload: bytes) -> bool:
 
 
 def interfere(calls: Iterable[Call]) -> bool:
-    """Whether any of these must not be executed while a script runs."""
+    """Return whether any of these calls must not be executed while a script runs."""
     commands = (ANSWERED.get(call.command) for call in calls)
     return any(command is not None and command.waits_for_scripts for command in commands)

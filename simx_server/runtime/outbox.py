@@ -1,7 +1,7 @@
-"""Answers on their way out: those to batches of one client that came close behind one another leave in one message.
+"""Send answers to clients: answers to batches of one client that follow closely leave in one message.
 
-A message costs both processes more than a few calls do, and most scripts ask for something right after they have set
-something. So answers that nobody waits for, as those to sets, stay for a moment, to leave with the next ones.
+A message costs both processes more than a few calls do, and most scripts read something right after they have set
+something. So answers that no client waits for, such as those to sets, are kept for a moment and leave with the next.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from .sessions import ClientSession
 logger = logging.getLogger(__name__)
 
 LINGER = 100e-6
-"""Seconds that answers wait for a next batch, where nothing else is to be done. What a client of this host sends right
-behind another message comes within that time."""
+"""Seconds that answers wait for the next batch while the server has nothing else to do. When a client of this host
+sends two messages in a row, the second one comes within that time.
+"""
 
 MOST_KEPT = 100
 """Replies that wait for more, and batches they wait for; a client may send faster than it is answered."""
@@ -28,7 +29,7 @@ class Outbox:
     """Replies to one client at a time. Physics thread only."""
 
     def __init__(self, pack: Callable[[ClientSession, list[Reply]], bytes]) -> None:
-        """Keep nothing yet.
+        """Make an empty outbox.
 
         Args:
             pack: puts replies into a message.
@@ -37,16 +38,16 @@ class Outbox:
         self._session: ClientSession | None = None
         self._replies: list[Reply] = []
         self._is_awaited = False
-        """Somebody waits for one of the replies."""
+        """The client waits for one of the replies."""
 
         self._batches = 0
-        """That were dealt with since there is something to send."""
+        """Batches served since there is something to send."""
 
     def put(self, session: ClientSession, replies: list[Reply], *, is_awaited: bool = True) -> None:
-        """Have replies sent with the next ``send``, behind all that were put before.
+        """Add replies for the next ``send``, behind all earlier ones.
 
         Args:
-            is_awaited: they must not stay for others.
+            is_awaited: they must not wait for others.
         """
         if session is not self._session:
             self.send()
@@ -56,11 +57,11 @@ class Outbox:
 
     @property
     def is_keeping(self) -> bool:
-        """Whether there are replies that stay for the next ones."""
+        """Return whether replies are kept for the next ones."""
         return self._session is not None
 
     def send_what_is_awaited(self) -> None:
-        """To be called when a batch was dealt with: send, unless all there is may stay."""
+        """Send after a batch, unless all replies may wait for the next ones."""
         if self._session is None:
             return
         self._batches += 1  # not each of them is answered
@@ -68,12 +69,12 @@ class Outbox:
             self.send()
 
     def send_before(self, calls: Iterable[Call]) -> None:
-        """Send, if executing these may take long."""
+        """Send, if executing these calls may take long."""
         if self._session is not None and any(map(_may_take_long, calls)):
             self.send()
 
     def send(self) -> None:
-        """Send what is kept. Never raises: what no message can hold is one client's trouble, not the engine's."""
+        """Send the replies that are kept. Never raises: oversized replies concern one client, not the server."""
         session, self._session = self._session, None
         if session is None:
             return

@@ -1,6 +1,6 @@
-"""Which blocking calls of a client wait for the next simulation step, as all of them did in V-REP.
+"""Decide which blocking calls of a client wait for the next simulation step, as all of them did in V-REP.
 
-The client says with each call how it is paced (`Pace`); only the server knows when a step was made.
+Each call carries its pacing (`Pace`), chosen by the client; only the server knows when a step was made.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ class PacedCalls:
         self._made: set[tuple[object, ...]] = set()
 
     def must_wait(self, call: Call) -> bool:
-        """Note a paced call; return whether it is to be executed after the next step only."""
+        """Record a paced call; return whether it must wait for the next simulation step."""
         if call.delay_ms <= Pace.EVERY:
             return True
         try:
             key = _key(call)
             if key in self._made:
                 return True
-        except (IndexError, TypeError):  # wrong arguments, which its execution will refuse
+        except (IndexError, TypeError):  # wrong arguments, which the execution will refuse
             return False
         if len(self._made) >= MOST_REMEMBERED:
             return True
@@ -34,12 +34,12 @@ class PacedCalls:
         return False
 
     def step_made(self) -> None:
-        """Forget what was called before this step."""
+        """Forget the calls made before this simulation step."""
         self._made.clear()
 
 
 def _key(call: Call) -> tuple[object, ...]:
-    """What makes two calls the same command: the function and its identifying arguments."""
+    """Return the key of a call: the function and its identifying arguments."""
     command = ANSWERED.get(call.command)
     if command is None:
         return (call.command,)

@@ -1,4 +1,4 @@
-"""The streams: each is computed once after a simulation step when it is due, and sent to its clients."""
+"""Compute each stream once after a simulation step when it is due, and send it to its clients."""
 
 from __future__ import annotations
 
@@ -35,11 +35,12 @@ REPEAT = 0.25
 """Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
 
 LONGEST = 0.05
-"""Seconds at most that the streams of one client take after a step. Values beyond that are repeated from before, and
-come first after the next one; a client that wants less sees one instant."""
+"""Most seconds that the streams of one client take after a step. Values beyond that are repeated from before, and come
+first after the next step; a client with fewer streams gets all values of one instant.
+"""
 
 LONGEST_FOR_ALL = 0.1
-"""Seconds of all streams, after which clients have to wait for the next step. Others' calls would wait for longer."""
+"""Seconds of all streams, after which clients have to wait for the next step. Otherwise calls would wait for longer."""
 
 LONGEST_STEPPED = 0.5
 """The same as `LONGEST` for a client that steps: it waits for the values itself."""
@@ -63,12 +64,12 @@ class Publisher:
     def arm(
         self, session: ClientSession, call: Call, command: Command, answer: Answer | Future[Answer]
     ) -> None:
-        """Begin a stream with the answer to its call, unless that was refused."""
+        """Start a stream with the answer to its call, unless the call was refused."""
         try:
             arguments = check(command, call.arguments)
             handler = self._dispatch.handler(session, command)
         except CommandError:
-            return  # the answer has said so, and it would be the same after each step
+            return  # the answer reports this, and it would be the same after each step
         try:
             wanted = len(session.streams.by_id) + (call.call_id not in session.streams.by_id)
             self._simulation.limits.check("streams", wanted, "end some with discontinue")
@@ -101,7 +102,7 @@ class Publisher:
 
         Args:
             after_pass: the simulation has just made a simulation step.
-            is_bounded: as long as there is time. A recording knows no clock.
+            is_bounded: stop when the time is over. False for a recording, which must not depend on the clock.
         """
         answers = StepAnswers()
         self._round += 1
@@ -172,10 +173,10 @@ class Publisher:
     def _shared_parts(
         self, session: ClientSession, answers: StepAnswers, time_ms: int, until: float
     ) -> list[bytes]:
-        """Answer what this client's streams share with those of others and none of these has asked for yet.
+        """Compute the shared streams of this client that were not computed in this round.
 
         Returns:
-            Heads and answers, by turns; earlier answers where there was no time.
+            Heads and answers, alternating; earlier answers where time ran out.
         """
         now, has_begun, execute = time.perf_counter, False, self._executor.execute
         streams, this = session.streams, self._round
@@ -186,7 +187,7 @@ class Publisher:
         pack, tally = answer_packer(STATUS_OK, time_ms), self._executor.tally()
         for share in due:
             if share.round == this:
-                continue  # another stream of this client asks the same
+                continue  # another stream of this client has the same question
             if has_begun and now() >= until:
                 break
             has_begun = True
@@ -210,7 +211,7 @@ class Publisher:
         return streams.parts()
 
     def _packed(self, session: ClientSession, command: Command, answer: Answer, time_ms: int) -> bytes:
-        """Return an answer as it travels. What cannot be packed is an error of its stream alone."""
+        """Return an answer as bytes. A value that cannot be packed is an error of its stream alone."""
         status, values = answer
         try:
             return pack_answer(status, time_ms, values)

@@ -1,7 +1,7 @@
-"""The replies to the calls of a batch, and the messages that they travel in.
+"""Collect the replies to the calls of a batch, and pack them into messages.
 
-Replies to sets that no client waits for are put together into one. Each message carries the state of the simulation in
-its head.
+Replies to sets that no client waits for are combined into one. Each message carries the state of the simulation in its
+header.
 """
 
 from __future__ import annotations
@@ -29,32 +29,33 @@ _SCENE_ID_MASK = 0xFFFF
 
 
 class Replies:
-    """In the order of their calls."""
+    """Replies in the order of their calls."""
 
     __slots__ = ("_count", "_next_id", "_time_ms", "is_awaited", "made")
 
     def __init__(self, earlier: list[Reply]) -> None:
-        """Begin with those that are there already."""
+        """Start with the replies that are present already."""
         self.made = earlier
         self.is_awaited = bool(earlier)
-        """Somebody may wait for one of them. What was read, or why it was not, counts as such: it may be megabytes, of
-        which no message shall hold many times as many."""
+        """A client may wait for one of them. Results of reading, and the reasons for failures, count as awaited: they
+        may have megabytes, and a message must not contain a multiple of that.
+        """
 
         self._count = [0]
         """The values of the last reply that ``done`` made."""
 
         self._next_id: int | None = None
-        """Of a call that it may count as well, at this time."""
+        """The id and time of a call that the last reply may count as well."""
 
         self._time_ms = 0
 
     def add(self, call_id: int, status: int, time_ms: int, values: list[Any]) -> None:
-        """Reply to a call whose answer says something, or is waited for."""
+        """Reply to a call whose answer has values, or is awaited."""
         self.is_awaited = True
         self.made.append(of_fields(Reply, (call_id, status, time_ms, values)))
 
     def done(self, call_id: int, time_ms: int) -> None:
-        """A call that nobody waits for was executed, and gave nothing."""
+        """Record that a call that no client waits for was executed, without a result."""
         if call_id == self._next_id and time_ms == self._time_ms:
             self._count[0] += 1
         else:
@@ -71,7 +72,7 @@ class Messages:
         self._pacer = pacer
 
     def time_ms(self) -> int:
-        """Return the simulated time that replies carry."""
+        """Return the simulated time that replies carry, in milliseconds."""
         return int(self._simulation.time * 1000 + 1e-6)  # 0.15 s is 149.99... as a float
 
     def pack(self, session: ClientSession, replies: list[Reply]) -> bytes:
@@ -79,7 +80,7 @@ class Messages:
         return encode(self._delivery(session, replies))
 
     def pack_parts(self, session: ClientSession, parts: bytes, count: int) -> bytes:
-        """Return a message with as many replies that are packed already."""
+        """Return a message with `count` replies that are packed already."""
         return encode_delivery(self._delivery(session, []), parts, count)
 
     def _delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:

@@ -1,9 +1,8 @@
-"""The physics thread's loop: it alone touches the simulation.
+"""The loop of the physics thread, which alone touches the simulation.
 
-It takes calls from a queue whenever it waits for the wall clock and at pass boundaries, so a blocking call
-costs a round trip and never a simulation step. After each pass every stream that is due is computed once.
-
-A script that runs long holds the thread. Others are answered meanwhile, see `inbox.py`.
+It takes calls from a queue while it waits for the wall clock and between simulation steps, so a blocking call costs a
+round trip and never a simulation step. After each simulation step, every stream that is due is computed once. A
+long-running script holds the thread. Other clients are answered meanwhile, see `inbox.py`.
 """
 
 from __future__ import annotations
@@ -41,29 +40,29 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 IDLE_PASS = 0.02
-"""Seconds between two executions of the streams while no pass is due."""
+"""Seconds between two executions of the streams while no simulation step is due."""
 
 SERVING = 0.05
-"""Seconds that clients are served at most before a step that nobody paces: as long as a step usually stands for."""
+"""Most seconds that clients are served before a step without pacing: the time that a step usually stands for."""
 
 SERVING_WHEN_LATE = 0.01
-"""The same for a step that is due by the wall clock: they were served while it was not due."""
+"""The same for a step that is due by the wall clock: clients were served while it was not due."""
 
 SERVING_DURING_SCRIPT = 0.02
-"""The same for each time that a script which runs long lets others be served."""
+"""The same for each time that a long-running script allows the server to serve others."""
 
 GIVING_PAUSE = 5.0
-"""Seconds between two times that memory is given back to the system."""
+"""Seconds between two times that memory is returned to the system."""
 
 GIVINGS = 3
-"""How often it is, after much has waited: answers may still be on their way when nothing waits any more."""
+"""How often it is returned after much has waited: answers may still be on their way when nothing waits any more."""
 
 HELD = 0.002
-"""Seconds until a pass that is held (`Part.holds_step`) is looked at again."""
+"""Seconds until a held simulation step (`Part.holds_step`) is checked again."""
 
 
 class Engine(Part):
-    """Sessions, passes and streams of one simulation."""
+    """Sessions, simulation steps and streams of one simulation."""
 
     def __init__(
         self,
@@ -73,11 +72,11 @@ class Engine(Part):
         *,
         starting_port: int | None = None,
     ) -> None:
-        """Make an engine; ``run`` or ``turn`` drive it.
+        """Make a server loop; ``run`` or ``turn`` drive it.
 
         Args:
-            starting_port: a client that comes by this port starts a stopped simulation, because in V-REP
-                the service behind it existed only while a simulation ran.
+            starting_port: a client that comes by this port starts a stopped simulation, because in V-REP the service
+                behind it existed only while a simulation ran.
         """
         self.world = world
         self.simulation = simulation = world.simulation
@@ -97,20 +96,20 @@ class Engine(Part):
         """Within `serve_others`."""
         self._next_idle_pass = 0.0
         self._next_giving = 0.0
-        """When memory may be given back to the system again."""
+        """When memory may be returned to the system again."""
         self._givings = 0
         self._is_paced = False
-        """Passes follow the wall clock at present."""
+        """Simulation steps follow the wall clock at present."""
 
         self.watches: list[Callable[[], object]] = []
-        """Called after every turn, so at least once in a second: time-outs of what other threads do."""
+        """Called after every turn, so at least once per second: time-outs of work on other threads."""
 
         self._is_ending = False
         self._end_asked_by: str | None = None
-        """The client that has asked the server to end."""
+        """The client that has requested the end of the server."""
 
         self.recorder: Recorder | None = None
-        """Told of all that is done for clients, in order."""
+        """Records everything that is done for clients, in order."""
 
         simulation.attach(self)
         simulation.interruptions.serve_others = self.serve_others
@@ -118,52 +117,52 @@ class Engine(Part):
     # --- from any thread -------------------------------------------------------------------------
 
     def post(self, event: Event) -> None:
-        """Have something done on the physics thread, in order of posting."""
+        """Schedule an event on the physics thread, in order of posting."""
         self._inbox.post(event)
 
     def post_for(self, client: str, event: Event) -> None:
-        """Have something done as part of what a client has sent, in front of its messages that wait."""
+        """Schedule an event as part of a client's messages, in front of those that wait."""
         self._inbox.put_first(client, event)
 
     def ask(self, kind: str, question: Event) -> int:
-        """Have a question of somebody outside answered; return how many of its kind wait, 0 if they are too many."""
+        """Queue a query from outside; return how many of its kind wait, 0 if they are too many."""
         return self._inbox.ask(kind, question)
 
     def submit(self, client: str, payload: bytes) -> bool:
-        """A batch of calls has arrived; return whether the client may go on like this, see `Inbox.put`."""
+        """Queue a batch of calls; return whether the client may continue at this rate, see `Inbox.put`."""
         return self._inbox.put(client, payload, len(payload))
 
     def submit_as(self, client: str, payload: Any, size: int, read: Callable[[Any], bytes]) -> bool:
-        """As ``submit``, for what is only made into bytes if there is room for it."""
+        """Queue a batch as ``submit`` does, but convert it to bytes only if there is space for it."""
         return self._inbox.put(client, payload, size, read)
 
     def depart(self, client: str) -> None:
-        """Have a client leave when all that it has sent is executed; what it sends now is not."""
+        """Remove a client after everything that it has sent is executed; later messages are not executed."""
         self._inbox.leave(client, partial(self.leave, client))
 
     def keep_back(self, client: str, is_kept: bool) -> None:
-        """Execute nothing more of a client until a step of its call is done, or go on."""
+        """Execute nothing more of a client until a step of its call is done, or continue."""
         self._inbox.keep_back(client, is_kept)
 
     def suspend(self, client: str, is_behind: bool) -> None:
-        """Execute nothing more of a client that does not read its answers, or go on."""
+        """Execute nothing more of a client that does not read its answers, or continue."""
         self._inbox.suspend(client, is_behind)
 
     def is_departing(self, client: str) -> bool:
-        """Whether a client is about to leave."""
+        """Return whether a client is about to leave."""
         return self._inbox.is_leaving(client)
 
     def end(self) -> None:
-        """Let ``run`` return."""
+        """Make ``run`` return."""
         self.simulation.is_ending = (
-            True  # what runs long looks there, and may be in no call of ours for a while
+            True  # long-running work reads this, and may contain no call of ours for a while
         )
         self._inbox.post(self._end)
 
     def end_when_left(self) -> None:
-        """Let ``run`` return when the client that is being served wants it, but not before the others have left."""
+        """Make ``run`` return on request of the client that is being served, after the others have left."""
         self._end_asked_by = self._batches.executing or None
-        if self._end_asked_by is None:  # a script of the operator's
+        if self._end_asked_by is None:  # a script of the operator
             self.end()
         elif others := self._end_if_left():
             text = f"the server ends when these clients have left: {', '.join(others)}"
@@ -172,12 +171,12 @@ class Engine(Part):
                 session.errors.append(text)
 
     def look_on(self) -> None:
-        """The client that is being served only shows the simulation: an end does not wait for it."""
+        """Mark the client that is being served as one that only shows the simulation: an end does not wait for it."""
         if session := self.sessions.get(self._batches.executing):
             session.is_onlooker = True
 
     def _end_if_left(self) -> list[str]:
-        """End, if a client has asked for it and no other is there. Returns the names of those that are."""
+        """End, if a client has requested it and no other is connected. Return the names of the others."""
         others = [
             session.name
             for session in self.sessions.values()
@@ -188,13 +187,16 @@ class Engine(Part):
         return others
 
     def busy_with(self) -> str:
-        """What keeps the physics thread from answering, where it takes long; else empty."""
+        """Describe the work that keeps the physics thread from answering, if it takes long; empty otherwise."""
         return self._busy.describe()
 
     # --- the loop --------------------------------------------------------------------------------
 
     def run(self, deadline: float | None = None, until: Callable[[], bool] = lambda: False) -> None:
-        """Serve until ``end``, until a time on the monotonic clock, or until something is so; a post makes it look."""
+        """Serve until ``end``, a time on the monotonic clock, or a condition.
+
+        Each post, and each second, checks the condition again.
+        """
         with self._busy.open():
             while not self._is_ending and not until() and (deadline is None or time.monotonic() < deadline):
                 left = 1.0 if deadline is None else deadline - time.monotonic()
@@ -206,12 +208,12 @@ class Engine(Part):
             self._outbox.send()
 
     def close(self) -> None:
-        """Give up calls of which a step is still under way; ``run`` has returned for good."""
+        """Abandon calls with a step under way, after ``run`` has returned for the last time."""
         for session in self.sessions.values():
             session.abandon_call()
 
     def _give_memory_back(self) -> None:
-        """After much has waited or a client has left, and nothing waits any more."""
+        """Return memory to the system, after much has waited or a client has left, and nothing waits any more."""
         if self._inbox.had_much:
             self._inbox.had_much, self._givings = False, GIVINGS
         if self._givings and (now := time.monotonic()) > self._next_giving and not len(self._inbox):
@@ -219,9 +221,9 @@ class Engine(Part):
             give_back()
 
     def turn(self, max_wait: float = 0.0) -> None:
-        """Wait for the first of: an event, a pass that is due, ``max_wait``. Then deal with it.
+        """Wait for the first of: an event, a simulation step that is due, ``max_wait``. Then handle it.
 
-        At a pass boundary everything that has arrived is executed first: commands act on the coming pass.
+        Before a simulation step, everything that has arrived is executed: commands act on the coming step.
         """
         self._tell_dropped()
         if self._batches.are_waiting_for_step and not self.is_running_freely:
@@ -234,7 +236,7 @@ class Engine(Part):
                 return
             self._handle(event)
             self._settle()
-            # Mostly the next one is here already. No more of them: a pass may be due by now.
+            # Mostly the next one is here already. Take only one: a simulation step may be due by now.
             if self._outbox.is_keeping and (event := self._inbox.wait(0)) is not None:
                 self._handle(event)
                 self._settle()
@@ -252,7 +254,7 @@ class Engine(Part):
                 self._busy.go_back_to(outer)
 
     def _serving_time(self) -> float:
-        """How long clients are served at most before the step that is due."""
+        """Return how many seconds clients are served at most before the step that is due."""
         return SERVING_WHEN_LATE if self._is_paced and math.isfinite(self._pacer.speed) else SERVING
 
     def _settle(self) -> None:
@@ -261,7 +263,7 @@ class Engine(Part):
             self.simulation.settle()
 
     def serve_others(self) -> None:
-        """For a script that runs long: deal with what does not interfere with it."""
+        """Serve the calls that do not interfere with the long-running script that calls this."""
         if self._is_serving:
             return
         self._is_serving = True
@@ -275,12 +277,12 @@ class Engine(Part):
             self._is_serving = False
 
     def _brings_on_what_interferes(self, client: str) -> bool:
-        """Whether a batch of this client has what follows a trigger executed, and that must wait for a script."""
+        """Return whether a batch of this client continues behind a trigger with calls that must wait for a script."""
         session = self.sessions.get(client)
         return session is not None and session.interrupted is not None and interfere(session.interrupted.rest)
 
     def _tell_dropped(self) -> None:
-        """Nobody can fill the memory by sending faster than is executed; who has tried is told."""
+        """Report dropped messages to their clients, so that flooding cannot fill the memory unnoticed."""
         if not self._inbox.dropped:
             return
         limits = self.simulation.limits
@@ -320,19 +322,22 @@ class Engine(Part):
 
     @property
     def is_serving(self) -> bool:
-        """Whether others are served while a script runs."""
+        """Return whether others are served while a script runs."""
         return self._is_serving
 
     @property
     def may_cut_batches(self) -> bool:
-        """Whether others may be served in the middle of a batch, or of streams. A recording knows whole ones only."""
+        """Return whether others may be served inside a batch, or between streams.
+
+        A recording contains whole batches only.
+        """
         return self.recorder is None and not self._is_serving
 
     @property
     def is_waiting_for_trigger(self) -> bool:
-        """Whether a running simulation stands still until stepped clients trigger (parameter 45)."""
+        """Return whether a running simulation waits until stepped clients trigger (parameter 45)."""
         if self.simulation.state is SimulationState.RUNNING:
-            for session in self.sessions.values():  # each turn asks this, and `any` takes three times as long
+            for session in self.sessions.values():  # each turn runs this, and `any` takes three times as long
                 if session.is_waiting:
                     return True
         return False
@@ -345,14 +350,14 @@ class Engine(Part):
 
     @property
     def is_running_freely(self) -> bool:
-        """Whether passes come by themselves: nobody steps the simulation, and it is not paused or stopped."""
+        """Return whether simulation steps follow automatically: no client steps, and the simulation is running."""
         return self.simulation.state is SimulationState.RUNNING and not self._is_stepped()
 
     def _seconds_until_pass(self) -> float:
         if self.is_running_freely:
             if not self._is_paced:
                 self._is_paced = True
-                self._pacer.restart()  # after a stop, a pause or stepped mode there is no time to make up
+                self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
             return self._pacer.seconds_left() or self._seconds_held(math.isinf(self._pacer.speed))
         self._is_paced = False
         if self._is_advancing():
@@ -362,14 +367,14 @@ class Engine(Part):
         return math.inf
 
     def _seconds_held(self, is_free: bool) -> float:
-        """`is_free`: of the wall clock, whose pace nothing may hold up."""
+        """Return the seconds to wait if the step is held; `is_free`: the step does not follow the wall clock."""
         return HELD if is_free and self.simulation.is_held else 0.0
 
     def _idle_is_wanted(self) -> bool:
         return self.world.scripts.want_idle and self.simulation.state is not SimulationState.RUNNING
 
     def _pass(self) -> None:
-        """One pass when the simulation advances; in any case the streams."""
+        """Make one simulation step if the simulation advances; compute the streams in any case."""
         is_advancing = self._is_advancing()
         if is_advancing:
             try:
@@ -384,7 +389,7 @@ class Engine(Part):
                 self._pacer.passed(self.simulation.time_step)
             self._publisher.publish(self.sessions.values(), after_pass=True, is_bounded=self.may_cut_batches)
             for session in self.sessions.values():
-                # What is read after a trigger is of the new state, streamed pictures too.
+                # Values read after a trigger are of the new state, including streamed images.
                 session.release_triggers(after=session.streams.pictures_on_the_way())
                 session.paced.step_made()
             self._batches.end_waiting_for_step()
@@ -397,20 +402,20 @@ class Engine(Part):
         self._next_idle_pass = time.monotonic() + IDLE_PASS
 
     def script_stopped(self, problem: str) -> None:
-        """An error of a script's own, or of a pass, is told to every client, as nobody's call has brought it about."""
+        """Report an error of a script, or of a simulation step, to every client: no single call has caused it."""
         if self.world.parameters.error_report_mode & sim_api_errormessage_report:
             for session in self.sessions.values():
                 session.errors.append(problem)
 
     def run_stopped(self) -> None:
-        """A stop request ends stepped mode of every client; it must be asked for again for each run."""
+        """End stepped mode of every client after a stop request; clients must enable it again for each run."""
         for session in self.sessions.values():
             session.set_stepping(False)
 
     # --- clients ---------------------------------------------------------------------------------
 
     def join(self, client: str, name: str, port: int, link: Link) -> ClientSession:
-        """A client has said hello. Saying it again (after a loss) begins anew."""
+        """Add a client that says hello. A second hello (after a loss) starts a new session."""
         self._end_session(client)
         self._inbox.open(client)
         if again := [each for each in self.departed if each.client == client]:
@@ -435,7 +440,7 @@ class Engine(Part):
         self.simulation.start()
 
     def leave(self, client: str) -> None:
-        """A client has gone: its streams and its stepped mode go with it."""
+        """Remove a client with its streams and its stepped mode."""
         self._inbox.close(client)
         self._end_session(client)
 
@@ -449,7 +454,7 @@ class Engine(Part):
             self._givings = GIVINGS  # it may have had much
             session.abandon_call()
             session.set_stepping(False)
-            session.streams.clear()  # a picture that one waits for knows its client: without this they keep each other
+            session.streams.clear()  # an awaited image refers to its client: this breaks the cycle
             session.link.close()
             logger.info("client %s left", session.name)
             self._end_if_left()

@@ -1,4 +1,4 @@
-"""One connected client as the server sees it: its errors, its stepped mode, its way back."""
+"""One connected client as the server sees it: its errors, its stepped mode, its link."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .streams import Streams
 logger = logging.getLogger(__name__)
 
 MAX_ERRORS = 50
-"""Error texts kept for simxGetLastErrors; the oldest go first."""
+"""Error texts kept for simxGetLastErrors; the oldest are dropped first."""
 
 MAX_LOGGED = 1000
-"""Failures of one client that reach the log; what comes after is for simxGetLastErrors alone."""
+"""Failures of one client that reach the log; later ones are available from simxGetLastErrors only."""
 
 
 class Link(Protocol):
-    """The way back to one client. May be used from any thread; never blocks for long."""
+    """The link back to one client. May be used from any thread; never blocks for long."""
 
     def deliver(self, payload: bytes) -> None:
         """Send replies; every one arrives, in order."""
@@ -39,19 +39,19 @@ class Link(Protocol):
         ...
 
     def publish_picture(self, stream_id: int, payload: bytes) -> None:
-        """Send the newest picture of one stream; a slow client may miss some."""
+        """Send the newest image of one stream; a slow client may miss some."""
         ...
 
     def close(self) -> None: ...
 
 
 MAX_DEPARTED = 20
-"""Clients that have left of which the metrics still tell; the oldest go first."""
+"""Former clients that the metrics still report; the oldest are dropped first."""
 
 
 @dataclass(frozen=True)
 class Departed:
-    """What stays known of a client that has left."""
+    """The data that is kept of a client that has left."""
 
     client: str
     name: str
@@ -60,25 +60,25 @@ class Departed:
     calls: int
     called: Mapping[str, int]
     left_at: float
-    """Age of the server then, in seconds."""
+    """Age of the server at that time, in seconds."""
 
 
 @dataclass(eq=False)
 class Interrupted:
-    """A batch of which the rest waits for a pass: what follows a trigger, or a paced call and what follows that."""
+    """A batch whose rest waits for a simulation step: the calls behind a trigger, or a paced call and later ones."""
 
     replies: list[Reply]
-    """To the calls before."""
+    """Replies to the calls before."""
 
     rest: list[Call]
     waits_for_trigger: bool = True
-    """Or else for any pass: the first call of the rest is paced."""
+    """If False, it waits for any simulation step: the first call of the rest is paced."""
 
     is_slice: bool = False
-    """It waits for no pass, but until others were served."""
+    """It does not wait for a simulation step, but until others were served."""
 
     call: Unfinished | None = None
-    """It waits for no pass, but for a step of this call, which stands in front of the rest."""
+    """It does not wait for a simulation step, but for a step of this call, which stands in front of the rest."""
 
 
 @dataclass
@@ -95,21 +95,21 @@ class ClientSession:
     streams: Streams = field(default_factory=Streams)
     is_stepping: bool = False
     lent_files: dict[str, tuple[str, bytes]] = field(default_factory=dict)
-    """Files of the client's side that a loading call will ask for: given path to name and content."""
+    """Files of the client's machine that a loading call will read: given path to name and content."""
     called: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
     """How often it has called each command."""
 
     message_id: int = 0
     client_time: int = 0
     interrupted: Interrupted | None = None
-    """The batch in whose middle a pass is waited for."""
+    """The batch that waits in its middle for a simulation step."""
 
     paced: PacedCalls = field(default_factory=PacedCalls)
     is_onlooker: bool = False
-    """Shows the simulation, as a page in the browser does; nobody waits for it to leave."""
+    """Only shows the simulation, as the web viewer does; the end of the server does not wait for it."""
 
     before_trigger: list[Reply] = field(default_factory=list)
-    """To the calls in front of the last trigger, which come with its answer, or before those to the next batch."""
+    """Replies to the calls before the last trigger, sent with its answer or before those to the next batch."""
 
     _triggers: list[Future[None]] = field(default_factory=list)
     _logged: set[str] = field(default_factory=set)
@@ -119,35 +119,35 @@ class ClientSession:
         return self.client.startswith(VIEWER)
 
     def is_news(self, failure: str) -> bool:
-        """Whether to log a failure: each once, for scripts poll and stream what is not there yet, or any more."""
+        """Return whether to log a failure: each only once, because scripts poll values that are missing for a while."""
         if failure in self._logged or len(self._logged) >= MAX_LOGGED:
             return False
         self._logged.add(failure)
         return True
 
     def has_lost(self, messages: int, reason: str) -> None:
-        """So many of its messages were not executed: its errors say so, and the log once."""
+        """Record that messages were not executed: in the client's errors each time, in the log once."""
         self.errors.append(f"{messages} messages were not executed: {reason}")
         if self.is_news(reason):
             logger.warning("%d messages of client %s were not executed: %s", messages, self.name, reason)
 
     def abandon_call(self) -> None:
-        """Give up a call of which a step is under way, and the rest of its batch."""
+        """Abandon a call with a step under way, and the rest of its batch."""
         batch, self.interrupted = self.interrupted, None
         if batch is not None and batch.call is not None:
             batch.call.abandon()
 
     def set_stepping(self, enable: bool) -> None:
-        """Arm or end stepped mode. Ending it lets waiting triggers go."""
+        """Arm or end stepped mode. Ending it answers waiting triggers."""
         self.is_stepping = enable
         if not enable:
             self.release_triggers()
 
     def trigger(self, *, is_running: bool) -> Future[None]:
-        """Allow one pass; the future is done after it.
+        """Allow one simulation step; the future is done after it.
 
         Raises:
-            CommandError: stepped mode is off, or no pass can come.
+            CommandError: stepped mode is off, or no simulation step can come.
         """
         if not self.is_stepping:
             raise CommandError("stepped mode is off; call simxSynchronous(clientID, True) first")
@@ -159,11 +159,11 @@ class ClientSession:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether the simulation must wait for a trigger of this client."""
+        """Return whether the simulation must wait for a trigger of this client."""
         return self.is_stepping and not self._triggers
 
     def release_triggers(self, after: Sequence[Future[Any]] = ()) -> None:
-        """The pass was made (or will never be): answer the triggers, as soon as `after` is done as well."""
+        """Answer the triggers, because the step was made (or never will be), as soon as `after` is done as well."""
         triggers, self._triggers = self._triggers, []
         if triggers:
             _answer(triggers, list(after))
@@ -171,7 +171,7 @@ class ClientSession:
 
 def _answer(triggers: list[Future[None]], after: list[Future[Any]]) -> None:
     if after:
-        first, *rest = after  # a future that knew itself by its callback would keep its picture
+        first, *rest = after  # a future that refers to itself by its callback would keep its image
         first.add_done_callback(lambda _: _answer(triggers, rest))
         return
     for future in triggers:

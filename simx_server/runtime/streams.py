@@ -1,8 +1,8 @@
-"""Streams: calls that are executed again after each pass, until cancelled.
+"""Streams: calls that are executed again after each simulation step, until cancelled.
 
-Each distinct question is computed once per pass, however many clients ask it, and its answer packed once, to be put
-behind the id that it has for each client. All small values of one client leave together in one message, so they belong
-to one instant; a value that is not due this time is repeated from before. Pictures travel by themselves when they are
+Each distinct question is computed once per simulation step, however many clients ask it. Its answer is packed once and
+put behind the id that it has for each client. All small values of one client leave together in one message, so they
+belong to one instant; a value that is not due this time is repeated from before. Images travel separately when they are
 rendered.
 """
 
@@ -24,7 +24,7 @@ Question = tuple[Any, ...]
 
 @dataclass(slots=True, weakref_slot=True, eq=False)
 class Shared:
-    """A question that any number of streams ask after each pass, and its answer."""
+    """A question that any number of streams ask after each simulation step, and its answer."""
 
     question: Question
     command: Command
@@ -36,7 +36,7 @@ class Shared:
     """The newest answer."""
 
     round: int = -1
-    """When it was answered last."""
+    """The round of the last answer."""
 
 
 @dataclass(eq=False)
@@ -50,20 +50,20 @@ class Stream:
     """Least wall time between two executions, seconds."""
 
     head: bytes
-    """What its answers begin with, packed."""
+    """The packed start of its answers."""
 
     shared: Shared | None = None
-    """If it is due each time and small, and others may ask the same."""
+    """Set if the stream is due each time and small, and others may ask the same."""
 
     next_due: float = 0.0
     last: bytes | None = None
     """The newest answer, packed."""
 
     pending: Future[Any] | None = None
-    """A picture that is being rendered: until it is done, no other is asked for."""
+    """An image that is being rendered: until it is done, no other is requested."""
 
     def question(self) -> Question | None:
-        """What makes two streams the same question; None when the answer is one client's own."""
+        """Return the key that equal streams share; None when the answer belongs to one client only."""
         if self.command.takes_what_it_reads or self.command.stream_ends_with_hit or not self.command.key:
             return None
         if len(self.command.key) != len(self.command.arguments):
@@ -71,7 +71,7 @@ class Stream:
         return (self.command.name, *self.arguments)
 
     def is_due(self, now: float, *, every_image: bool) -> bool:
-        """Whether to execute it now. `every_image`: the client steps and waits for each, so none is left out."""
+        """Return whether to execute it now. `every_image`: the client steps and waits for each, so none is left out."""
         is_behind = self.pending is not None and not self.pending.done() and not every_image
         if now < self.next_due or is_behind:
             return False
@@ -93,19 +93,19 @@ class Streams:
     last_sent: bytes | None = None
     next_repeat: float = 0.0
     is_cut: bool = False
-    """There was no time for all of `shared` the last time."""
+    """Time ran out before all of `shared` were computed in the last round."""
 
     next_single: int = 0
-    """The first of `single` for which there was no time, or 0."""
+    """The first of `single` that was left out because time ran out, or 0."""
 
     _shares: list[Shared] | None = None
-    """What the streams of `shared` share, in their order; None when they are others now."""
+    """The shared parts of the streams of `shared`, in their order; None after a change of these streams."""
 
     _parts: list[bytes] = field(default_factory=list)
-    """Their heads and newest answers, by turns."""
+    """Their heads and newest answers, alternating."""
 
     def shares(self) -> list[Shared]:
-        """What these streams share with others', in the order they were armed."""
+        """Return what these streams share with others, in the order they were armed."""
         if self._shares is None:
             both = [
                 (stream.head, stream.shared) for stream in self.shared.values() if stream.shared is not None
@@ -115,7 +115,7 @@ class Streams:
         return self._shares
 
     def parts(self) -> list[bytes]:
-        """The newest shared answers as they travel, each behind its stream's head."""
+        """Return the newest shared answers as they travel, each behind its stream's head."""
         self._parts[1::2] = [share.packed for share in self.shares()]
         return self._parts.copy()
 
@@ -128,7 +128,7 @@ class Streams:
         self._shares = None
 
     def single_in_turn(self) -> list[Stream]:
-        """Those of `single`, what had to wait in front."""
+        """Return the streams of `single`, starting with those that had to wait."""
         streams = list(self.single.values())
         if self.next_single:
             first = next((i for i, each in enumerate(streams) if each.stream_id == self.next_single), 0)
@@ -136,7 +136,7 @@ class Streams:
         return streams
 
     def separate(self, share: Shared) -> None:
-        """These answers turn out to be such as come later."""
+        """Move the streams with this answer to `single`, because the answer comes later."""
         for stream in [each for each in self.shared.values() if each.shared is share]:
             stream.shared = None
             del self.shared[stream.stream_id]
@@ -144,7 +144,7 @@ class Streams:
         self._shares = None
 
     def pictures_on_the_way(self) -> list[Future[Any]]:
-        """Those asked for and not rendered yet."""
+        """Return the images that are requested and not rendered yet."""
         pending = (stream.pending for stream in self.single.values())
         return [picture for picture in pending if picture is not None and not picture.done()]
 
@@ -156,7 +156,7 @@ class Streams:
             self._shares = None
 
     def clear(self) -> None:
-        """End all."""
+        """End all streams."""
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
         self._shares = None

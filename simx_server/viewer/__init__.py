@@ -1,21 +1,20 @@
-"""The page in the browser: the live scene, everything in it, and who drives it.
+"""The web viewer: the live scene, everything in it, and its clients.
 
-The page is a process of its own (`python -m simx_server.viewer`), a client as any other: whatever it costs, physics
-is not slowed, and when it fails the simulation goes on.
+The web viewer is a separate process (`python -m simx_server.viewer`) and a client like any other: it does not slow down
+the physics, and the simulation goes on when it fails. ::
 
-=====================  ===============================================================================
-`feed.py`              in the server: what is there, copied, as an add-on that the page calls
-`messages.py`          what the feed tells, as types
-`launching.py`         in the server: ``--view`` starts the page's process, and ends it
-`page/command.py`      the page's process: flags, parts
-`page/gate.py`         the door: who may see the page
-`page/composition.py`  makes the parts below, and keeps them up to date
-`page/link.py`         its connections: `Eye` asks the feed, `Hands` do what people click
-`page/mirror.py`       a copy of the server's model and state
-`page/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
-`page/panels/`         one file a tab
-=====================  ===============================================================================
+    `feed.py`              in the server: copies the scene and its state, as an add-on that the viewer calls
+    `messages.py`          the types of the feed's answers
+    `launching.py`         in the server: ``--view`` starts the viewer's process, and ends it
+    `windows.py`           in the server: the windows of scripts
+    `page/command.py`      the viewer's process: flags, parts
+    `page/gate.py`         access control: token and origin of browsers
+    `page/composition.py`  makes the parts below, and updates them
+    `page/link.py`         its connections: `Eye` reads from the feed, `Hands` execute clicks
+    `page/mirror.py`       a copy of the server's model and state
+    `page/world.py`        the copy in 3-D, of `bodies.py` and `drawings.py`
+    `page/panels/`         one file per tab
 
-Dependence: what is in `page/` uses `simx_client` as any client does, and viser, the extra ``viewer``; the server
-imports nothing of it.
+Dependence: `page/` uses `simx_client` as any client does, and viser, the extra ``viewer``; the server imports nothing
+of it.
 """

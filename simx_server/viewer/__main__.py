@@ -1,4 +1,4 @@
-"""``python -m simx_server.viewer``: the page in a process of its own."""
+"""``python -m simx_server.viewer``: the web viewer in a separate process."""
 
 import sys
 

@@ -1,17 +1,17 @@
-"""What a page needs to show a simulation, copied out of the server when the page asks. Physics thread.
+"""Copy the data that the web viewer shows out of the server, on request. Physics thread.
 
-An add-on that is called with simxCallScriptFunction (type 2, name `ADD_ON`). It reads, and makes single passes:
+An add-on that is called with simxCallScriptFunction (type 2, name `ADD_ON`). It reads, and makes single steps:
 
 ==========  ==========================================  ===========================================================
 function    integers                                    answer
 ==========  ==========================================  ===========================================================
-look        known model, known version of its arrays    buffer: `Look`, for each picture of the scene
-survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times a second
-onePass                                                 starts if need be, makes one pass, pauses
+look        known model, known version of its arrays    buffer: `Look`, for each update of the scene
+survey      known tree, known drawings                  buffer: `Survey`, for the panels, a few times per second
+onePass                                                 starts if necessary, makes one simulation step, pauses
 speed       (one float) times real time, or infinity
 ==========  ==========================================  ===========================================================
 
-Answers are msgpack maps. What the asker knows already is None: models are large, and trees rarely change.
+Answers are msgpack maps. A field that the caller knows already is None: models are large, and trees rarely change.
 """
 
 from __future__ import annotations
@@ -62,32 +62,35 @@ _MOST_TEXT = 200
 """Bytes of a string signal that are shown."""
 
 _MOST_LETTERS = 2000
-"""Of a message, or a line of a console."""
+"""Letters of a message, or of a line of a console."""
 
 _MOST_LINES = 100
-"""Of a console or the status bar."""
+"""Lines of a console or the status bar."""
 
 _MOST_ITEMS = 10_000
-"""Items of drawing objects that are handed out; a browser does not show more in good time."""
+"""Items of drawing objects in an answer; a browser does not show more in good time."""
 
 T = TypeVar("T")
 
 _MOST_SIGNALS = 1000
-"""Of a kind, that are handed out."""
+"""Signals of a kind in an answer."""
 
 _MOST_COMPRESSED = 8 << 20
-"""Bytes of a model that is compressed: more would keep the simulation waiting for longer than their way to the page."""
+"""Bytes of a model that is compressed: for larger ones, compression takes longer than the transfer, and the simulation
+waits for it.
+"""
 
 _METRICS_EVERY = 1.0
-"""Seconds. They are of the last five, and with many commands they cost more than all the rest."""
+"""Seconds. The metrics cover the last five, and with many commands they cost more than all the rest."""
 
 _models = count(1 + secrets.randbelow(1 << 30))
-"""Numbers models so that no two are taken for the same: of several servers of a process, nor of a server that takes
-the place of another before its page has noticed."""
+"""Numbers models so that two models never have the same number: in several servers of a process, or in a server that
+replaces another one before its viewer has noticed.
+"""
 
 
 class Feed(Part):
-    """The add-on. `realm` and `ports` are told to the page, which shows how to connect."""
+    """The add-on. It sends `realm` and `ports` to the viewer, which shows how to connect."""
 
     def __init__(self, engine: Engine, realm: str, ports: Sequence[int]) -> None:
         self._engine = engine
@@ -104,10 +107,10 @@ class Feed(Part):
             },
         )
         self._model = 0
-        """0: nobody has asked for the present one yet."""
+        """0: the present model was not requested yet."""
         self._binary = b""
         self._arrays: list[tuple[str, np.ndarray, bytes]] = []
-        """Name, live view and first content of the model's: comparing bytes is 30 times as fast as finding them."""
+        """Name, live view and first content of the model's arrays: comparing bytes is 30 times faster than a search."""
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
         self._pausing_at: int | None = None
@@ -116,7 +119,7 @@ class Feed(Part):
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
-        """Raises CommandError: no such function, another count of numbers, or what the function says."""
+        """Call a function of the add-on. Raises CommandError: unknown function, wrong count of numbers, or refused."""
         self._engine.look_on()
         answer = self._functions.find(function, ints, floats)(*ints, *floats)
         return [], [], [], b"" if answer is None else msgpack.packb(answer)
@@ -149,7 +152,7 @@ class Feed(Part):
         self._model = 0
 
     def _changed_arrays(self) -> dict[str, bytes]:
-        """Those a command has written since the model was first handed out."""
+        """Return the arrays that commands have written since the model was first sent."""
         now = ((name, value.tobytes(), first) for name, value, first in self._arrays)
         return {name: value for name, value, first in now if value != first}
 
@@ -187,7 +190,7 @@ class Feed(Part):
         return self._metrics
 
     def _tree_version(self) -> int:
-        """Changes with all that the tree shows."""
+        """Return a checksum that changes with everything that the tree shows."""
         shown = [
             (item.handle, item.name, item.alias, item.parent, item.id)
             for item in self._sim.scene.objects.values()
@@ -226,7 +229,7 @@ class Feed(Part):
         }
 
     def _interface(self) -> dict[str, Any]:
-        """What programs show; of what grows, the end."""
+        """Return what programs show; of growing texts, the end."""
         shown = self._world.user_interface.describe()
         shown["status_bar"] = [text[:_MOST_LETTERS] for text in shown["status_bar"][-_MOST_LINES:]]
         for console in shown["consoles"]:
@@ -257,7 +260,7 @@ class Feed(Part):
             for drawn, items in self._world.drawings.shown(_MOST_ITEMS)
         ]
 
-    # --- one pass --------------------------------------------------------------------------------
+    # --- one step --------------------------------------------------------------------------------
 
     def _one_pass(self) -> None:
         sim = self._sim
@@ -289,7 +292,7 @@ class Feed(Part):
 
 
 def _binary(model: mujoco.MjModel) -> bytes:
-    """The model as MuJoCo's own file in zlib's format, small unless it is large."""
+    """Return the model as MuJoCo's file in zlib's format, compressed unless it is large."""
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return zlib.compress(buffer.data, 1 if buffer.size <= _MOST_COMPRESSED else 0)
@@ -300,7 +303,7 @@ def _some(signals: Mapping[str, T]) -> dict[str, T]:
 
 
 def _tree(sim: Simulation) -> list[SceneItem]:
-    """As ``--tree --json``, and what each object is in the model."""
+    """Return the objects as ``--tree --json`` does, with the model element of each."""
     objects = sim.scene.objects
     return [
         {  # pyright: ignore[reportReturnType]: the listing's own form is that of --tree

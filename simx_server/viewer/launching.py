@@ -1,4 +1,4 @@
-"""``--view``: the page's process beside the server's, which begins and ends with it."""
+"""``--view``: start the web viewer's process with the server, and end it with the server."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ logger = logging.getLogger(__name__)
 
 NEEDED = ("viser", "mjviser")
 _END_TIMEOUT = 3.0
-"""Seconds; a page that hangs is killed by its watchdog before, and the server itself has no more than five."""
+"""Time-out in seconds; the watchdog of a hanging viewer kills it earlier, and the server has no more than five."""
 _ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE")
-"""Variables that would lead the page to another server than its own, or have it look at nothing."""
+"""Variables that would lead the viewer to another server, or hide the simulation from it."""
 
 
 def missing() -> str | None:
-    """What to install before there can be a page; None when all is there."""
+    """Return what to install before the web viewer can run; None when nothing is missing."""
     absent = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     return f"--view needs {' and '.join(absent)}; install with: {extra_line('viewer')}" if absent else None
 
 
 def listen(address: str, flag: str) -> socket.socket:
-    """A socket that listens at ``HOST:PORT``, for the page.
+    """Return a socket that listens at ``HOST:PORT``, for the web viewer.
 
-    The server has it before it is ready, and its page inherits it: a port that is taken is told at once, and a browser
-    that comes before the page is up waits for it.
+    The server opens it before it is ready, and the viewer inherits it: a taken port is reported at once, and a browser
+    that comes before the viewer is up waits for it.
 
     Args:
-        flag: by which `address` was given, for what the error says.
+        flag: the flag that gave `address`, for the error text.
 
     Raises:
-        OSError: it cannot be used; the text says why and what to do.
+        OSError: it cannot be used; the text gives the reason and the next step.
     """
     host, _, port = address.rpartition(":")
     host = host.strip("[]")
@@ -48,7 +48,7 @@ def listen(address: str, flag: str) -> socket.socket:
         family, _, _, _, place = found[0]
         return socket.create_server(place[:2], family=family)
     except OSError as error:
-        # What create_server says itself holds the address again.
+        # The text of create_server itself repeats the address.
         reason = error.strerror if isinstance(error, socket.gaierror) else os.strerror(error.errno or 0)
         raise OSError(
             f"no page at {address}: {reason}; choose another port with {flag} PORT, 0 for a free one, "
@@ -58,12 +58,12 @@ def listen(address: str, flag: str) -> socket.socket:
 
 @contextmanager
 def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> Iterator[None]:
-    """Within the block there is a page. It tells where on stdout; when it fails, that is logged.
+    """Run the web viewer within the block. It prints its address on stdout; a failure is logged.
 
     Args:
-        listener: from `listen`; taken over.
+        listener: from `listen`; the function closes it.
         ports: where this server answers on 127.0.0.1.
-        temporary_port: a connection there would start the simulation, so the page takes another if there is one.
+        temporary_port: a connection there would start the simulation, so the viewer takes another if there is one.
     """
     server = f"127.0.0.1:{next((each for each in ports if each != temporary_port), ports[0])}"
     host, port = listener.getsockname()[:2]
@@ -74,12 +74,12 @@ def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> 
         "--at",
         f"[{host}]:{port}" if ":" in host else f"{host}:{port}",
     ]
-    # Not for Windows, where no process inherits a socket; there the page opens its own at the same place.
+    # Not on Windows, where processes do not inherit sockets; there the viewer opens a socket at the same address.
     inherited = () if os.name == "nt" else (listener.fileno(),)
     with listener:
         if not inherited:
             listener.close()
-        # The page reads its stdin, and leaves when that is closed: also when this process was killed. Ctrl-C in a
+        # The viewer reads its stdin, and exits when that is closed, also after this process was killed. Ctrl-C in a
         # terminal is for this process alone.
         process = subprocess.Popen(
             [sys.executable, *command, "--until-eof", *(f"--listener={each}" for each in inherited)],
@@ -109,7 +109,7 @@ def _watch(process: subprocess.Popen[bytes], is_over: threading.Event, again: st
     code = process.wait()
     if not is_over.is_set():
         logger.error(
-            "the page in the browser has ended (exit code %d); the simulation goes on; for another page: %s",
+            "the web viewer has ended (exit code %d); the simulation goes on; for another page: %s",
             code,
             again,
         )

@@ -1,4 +1,4 @@
-"""What the feed tells the page: the maps that travel, as types. Metres, radians, seconds, world frame."""
+"""The types of the feed's answers to the web viewer. Metres, radians, seconds, world frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ADD_ON = "simxView"
 LOOK, SURVEY, ONE_PASS, SPEED = "look", "survey", "onePass", "speed"
 
 OWN_NAME = "simx-page"
-"""Begins the names of the page's own clients."""
+"""Prefix of the names of the viewer's own clients."""
 
 State = Literal["stopped", "running", "paused"]
 
@@ -21,11 +21,11 @@ class Look(TypedDict):
     """The scene of one instant."""
 
     model: int
-    """Another number for each model; with `arrays_version` to be given with the next question."""
+    """A different number for each model; the next call passes it together with `arrays_version`."""
 
     arrays_version: int
     binary: bytes | None
-    """MuJoCo's model file, compressed by zlib; None when the asker has it."""
+    """MuJoCo's model file, compressed by zlib; None when the caller has it."""
 
     arrays: dict[str, bytes] | None
     """Arrays of the model that differ from `binary`; None: as before."""
@@ -52,11 +52,11 @@ class SceneItem(TypedDict):
     depth: int
     is_model: bool
     element: str
-    """What it is in the model (body, joint, camera, ...), and its `id` there."""
+    """The type of its model element (body, joint, camera, ...); `id` is its number there."""
 
     id: int
     joint: str
-    """revolute, prismatic or spherical; empty for what is no joint."""
+    """revolute, prismatic or spherical; empty for objects other than joints."""
 
     resolution: list[int]
     """(columns, rows) of a vision sensor; else empty."""
@@ -93,7 +93,7 @@ class Signals(TypedDict):
     floats: dict[str, float]
     strings: dict[str, StringView]
     count: int
-    """Of all there are; of thousands only the first are told."""
+    """Number of all signals; of thousands only the first are included."""
 
 
 class StreamView(TypedDict):
@@ -112,13 +112,13 @@ class Drawing(TypedDict):
     size: float
     color: tuple[float, float, float]
     points: int
-    """Per item; an item begins with their coordinates in the world."""
+    """Points per item; an item starts with their world coordinates."""
 
     items: Sequence[Sequence[float]]
 
 
 class Survey(TypedDict):
-    """All that the panels show."""
+    """Everything that the panels show."""
 
     tree_version: int
     tree: list[SceneItem] | None
@@ -129,20 +129,20 @@ class Survey(TypedDict):
     joints: dict[int, JointView]
     signals: Signals
     interface: dict[str, Any]
-    """As `user_interface.UserInterface.describe`, the end of what grows."""
+    """As `user_interface.UserInterface.describe`, the end of growing texts."""
 
     messages: int
-    """Ever added to the status bar."""
+    """Messages ever added to the status bar."""
 
     speed: float | None
-    """Times real time; infinity for as fast as it goes; None when there is no pace."""
+    """Times real time; infinity for as fast as possible; None without a pacer."""
 
     time_step: float
     steppers: list[str]
     """Names of the clients that step the simulation."""
 
     is_waiting: bool
-    """Time stands still until one of them triggers a pass."""
+    """The simulation waits until one of them triggers a step."""
 
     metrics: Metrics
     streams: list[StreamView]

@@ -1,7 +1,7 @@
-"""Windows that scripts show with ``cv2.imshow`` where they have no display: kept here for the web viewer.
+"""Keep the windows that scripts show with ``cv2.imshow`` without a display, for the web viewer.
 
-An add-on, as the feed is. The format is in `simx_client.protocol.windows`. Everything in it comes from outside, so
-every value is checked and bounded. A script that has not been heard of for a while has gone, and its windows with it.
+This is an add-on, as the feed is. The format is in `simx_client.protocol.windows`. All its content comes from outside,
+so every value is checked and bounded. After a time without calls, a script counts as gone, and its windows are removed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from simx_server.errors import CommandError
 from simx_server.parts.add_ons import Functions, Results
 
 KEPT = 5.0
-"""Seconds without a word after which a script, or a viewer, has gone."""
+"""Seconds without a call after which a script, or a viewer, has gone."""
 
 MOST_OWNERS, MOST_WINDOWS, MOST_TRACKBARS = 16, 16, 32
 MOST_HELD = 16 << 20
@@ -30,7 +30,7 @@ MOST_SENT = 4 << 20
 
 MOST_LETTERS = 200
 MOST_EVENTS = 256
-"""Keys and the like that wait for a script; the oldest go first."""
+"""Keys and other events that wait for a script; the oldest are dropped first."""
 
 _JPEG = b"\xff\xd8\xff"
 _INT32 = range(-(1 << 31), 1 << 31)
@@ -60,7 +60,7 @@ class Windows:
     """The add-on. Physics thread.
 
     Args:
-        has_viewer: this server starts one, which may not have asked yet.
+        has_viewer: this server starts one, which may not have called yet.
         clock: seconds.
     """
 
@@ -81,7 +81,7 @@ class Windows:
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes
     ) -> Results:
-        """Raises CommandError: no such function, or a buffer that cannot be used."""
+        """Call a function of the add-on. Raises CommandError: unknown function, or a buffer that cannot be used."""
         act = self._functions.find(function, ints, floats)
         try:
             told = msgpack.unpackb(buffer, strict_map_key=False)
@@ -155,7 +155,7 @@ class Windows:
                         w.TITLE: window.title,
                         w.TEXT: window.text,
                         w.TRACKBARS: window.trackbars,
-                        # Without its image the version that the viewer has, so that it asks again.
+                        # The old version is sent without the image, so that the viewer asks again.
                         w.VERSION: window.version if image is not None or there == window.version else 0,
                         w.IMAGE: image,
                     }

@@ -1,11 +1,11 @@
-"""``simx-server --doctor``: whether this machine has what the server needs, and what to do where it has not.
+"""``simx-server --doctor``: check that this machine has what the server needs, with advice where it has not.
 
-    findings     what a check has found: ok, warning or problem, and the next step
+    findings     the result of a check: ok, warning or problem, and the next step
     machine      Python, packages, extras, cores, memory, the workspace
-    network      ports, Zenoh talking to itself
-    graphics     OpenGL back ends, a test picture
-    child        checks that may crash or hang run in processes of their own
-    page         all of them, for people and for programs
+    network      ports, a Zenoh connection on this machine
+    graphics     OpenGL back ends, a test image
+    child        separate processes for checks that may crash or hang
+    page         all checks, for people and for programs
 
-What needs a process of its own: `zenoh_probe`, `picture_probe`, and `sensors.gl_probe`.
+Run in a separate process: `zenoh_probe`, `image_probe`, and `sensors.gl_probe`.
 """

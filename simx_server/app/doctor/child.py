@@ -1,4 +1,4 @@
-"""Checks that may crash or hang, in processes of their own: a broken driver must not end the doctor."""
+"""Run checks that may crash or hang in separate processes: a broken driver must not end the doctor."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ _PACKAGE_ROOT = Path(__file__).resolve().parents[3]
 
 
 class ProbeFailed(Exception):
-    """The probe did not come to its end; the text says how it ended."""
+    """The probe did not finish; the text says how it ended."""
 
 
 def run_probe(module: str, *arguments: str, timeout: float) -> dict[str, Any]:
-    """Run ``python -m MODULE ARGUMENTS``: the JSON object that it prints last.
+    """Run ``python -m MODULE ARGUMENTS`` and return the JSON object that it prints last.
 
     Args:
         timeout: seconds.
 
     Raises:
-        ProbeFailed: it crashed, said no, or took too long.
+        ProbeFailed: it crashed, failed, or took too long.
     """
     environment = os.environ.copy()
     environment["PYTHONPATH"] = os.pathsep.join(

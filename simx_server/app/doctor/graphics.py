@@ -1,4 +1,4 @@
-"""Which OpenGL back ends render here, and a test picture of the scene."""
+"""Check which OpenGL back ends render on this machine, and render a test image of the scene."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .child import ProbeFailed, run_probe
 from .findings import OK, PROBLEM, WARNING, Finding
 
 PICTURE_PATIENCE = 120.0
-"""Seconds, for a large scene on a busy machine."""
+"""Time-out in seconds, for a large scene on a busy machine."""
 
 
 def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_in_child) -> Iterator[Finding]:
-    """Each back end in a process of its own, all at the same time."""
+    """Check each back end in a separate process, all at the same time."""
     try:
         asked = requested_backend()
     except ValueError as error:
@@ -44,7 +44,7 @@ def check_backends(probe: Callable[[str, threading.Event], str | None] = probe_i
 
 
 def check_picture(scene: str | None) -> Finding:
-    """Render the first vision sensor of the scene that a server would load, in a process of its own."""
+    """Render the first vision sensor of the scene that a server would load, in a separate process."""
     arguments = () if scene is None else (scene,)
     try:
         found = run_probe("simx_server.app.doctor.image_probe", *arguments, timeout=PICTURE_PATIENCE)

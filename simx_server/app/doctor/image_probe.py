@@ -1,4 +1,4 @@
-"""Run as a child process: what does the first vision sensor of a scene see, turned to its objects? Prints JSON."""
+"""Render the first vision sensor of a scene, turned to its objects, and print JSON. Runs as a child process."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 PATIENCE = 100.0
-"""Seconds for one picture."""
+"""Time-out in seconds for one image."""
 
 
 def main(arguments: list[str]) -> int:
-    """Exit status 1 and a reason on stderr when there is no picture."""
+    """Print the result; return exit status 1 with a reason on stderr when the image cannot be made."""
     import_mujoco()
     from simx_server.errors import CommandError
     from simx_server.sensors.vision.image import RenderError
@@ -72,7 +72,7 @@ def _look(scene: str | None) -> dict[str, Any]:
 
 
 def _look_at_all(world: World, sensor: int) -> None:
-    """Put a vision sensor where it sees most of the scene: as it stands in the file it may look into the sky."""
+    """Move a vision sensor so that it sees most of the scene: in its original pose it may see only the sky."""
     import mujoco
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Python, the packages, and what the machine gives: cores, memory, a folder to write to."""
+"""Check Python, the packages and the resources of the machine: cores, memory, a writable folder."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .findings import OK, PROBLEM, WARNING, Finding
 
 LEAST_PYTHON = (3, 11)
 LEAST_MEMORY = 512 << 20
-"""Bytes; a server with the tutorial's scene and pictures takes about 300 MB."""
+"""Bytes; a server with the tutorial's scene and images takes about 300 MB."""
 
 LEAST_DISK = 100 << 20
 _FOR_DEVELOPERS = "dev"
 
 
 def check_python() -> Finding:
-    """Version, implementation, system."""
+    """Check version, implementation and system."""
     version = platform.python_version()
     text = f"{platform.python_implementation()} {version} on {platform.platform()}, {sys.executable}"
     if sys.version_info[:2] < LEAST_PYTHON:
@@ -34,7 +34,7 @@ def check_python() -> Finding:
 
 
 def check_packages(requirements: Iterable[str] | None = None) -> Iterator[Finding]:
-    """What the package requires, and its extras. `requirements`: as its metadata has them, by default those."""
+    """Check the required packages and the extras; `requirements`: metadata lines, by default those of this package."""
     wanted = declared() if requirements is None else by_extra(requirements)
     if not wanted:
         text = f"{DISTRIBUTION} is not installed, so nobody knows what it requires"
@@ -74,7 +74,7 @@ def _version(name: str) -> str | None:
 
 
 def check_cores() -> Finding:
-    """How many this process may use."""
+    """Check how many cores this process may use."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if cores < 2:
         text = "1 core: physics, pictures, Zenoh and the script share it"
@@ -85,7 +85,7 @@ def check_cores() -> Finding:
 
 
 def check_memory(free: int | None = None) -> Finding:
-    """Free memory, bytes; by default what Linux calls available."""
+    """Check the free memory in bytes; by default Linux's available memory."""
     free = _available_memory() if free is None else free
     if free is None:
         return Finding(OK, "memory", f"not known on {platform.system()}")
@@ -106,7 +106,7 @@ def _available_memory() -> int | None:
 
 
 def check_workspace(folder: Path) -> Finding:
-    """The only folder where clients may write."""
+    """Check the only folder where clients may write."""
     try:
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".simx-doctor-"):
             free = shutil.disk_usage(folder).free

@@ -1,4 +1,4 @@
-"""The ports that scripts know, and whether Zenoh works here."""
+"""Check the ports that scripts use, and a Zenoh connection on this machine."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .findings import OK, PROBLEM, WARNING, Finding
 
 LOOPBACK = "127.0.0.1"
 ZENOH_PATIENCE = 30.0
-"""Seconds; it takes less than one where nothing is wrong."""
+"""Time-out in seconds; without problems it takes less than one."""
 
 
 def check_ports(ports: Iterable[int]) -> Iterator[Finding]:
-    """Each is free, or somebody has it."""
+    """Check whether each port is free or taken."""
     for port in ports:
         if not port:
             continue
@@ -48,7 +48,7 @@ def _trouble_with(port: int) -> OSError | None:
 
 
 def _holder(port: int) -> str:
-    """The process that listens on a port, as far as the system tells (Linux, own processes); else nothing."""
+    """Return the process that listens on a port, if the system shows it (Linux, own processes); else an empty text."""
     inode = _listening_inode(port)
     if inode is None:
         return ""
@@ -77,7 +77,7 @@ def _listening_inode(port: int) -> str | None:
 
 
 def check_zenoh() -> Finding:
-    """One session listens, another asks it something."""
+    """Open one session that listens and another that sends it a query."""
     try:
         found = run_probe("simx_server.app.doctor.zenoh_probe", timeout=ZENOH_PATIENCE)
     except ProbeFailed as error:

@@ -1,4 +1,4 @@
-"""All checks, one after the other, for people and for programs."""
+"""Run all checks in order and print them, for people or for programs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Check = Callable[[], Iterable[Finding]]
 
 
 def checks(settings: Settings) -> list[Check]:
-    """What is looked at, in this order."""
+    """Return the checks in order."""
     return [
         lambda: [machine.check_python()],
         machine.check_packages,
@@ -38,7 +38,7 @@ def checks(settings: Settings) -> list[Check]:
 
 
 def print_findings(settings: Settings, *, as_json: bool) -> int:
-    """Check everything with these settings, and print it. Returns the exit code: 1 with any problem."""
+    """Run all checks with these settings, and print the findings. Returns the exit code: 1 with any problem."""
     found: list[Finding] = []
     paint = Paint(sys.stdout)
     for finding in run(checks(settings)):
@@ -56,14 +56,14 @@ def print_findings(settings: Settings, *, as_json: bool) -> int:
 
 
 def run(wanted: Iterable[Check]) -> Iterator[Finding]:
-    """The findings in order. Two checks at a time: most of them wait for a child process."""
+    """Yield the findings in order. Two checks run at a time: most of them wait for a child process."""
     with ThreadPoolExecutor(2, thread_name_prefix="simx-doctor") as pool:
         for findings in pool.map(lambda check: list(check()), list(wanted)):
             yield from findings
 
 
 def as_lines(finding: Finding, paint: Paint) -> list[str]:
-    """For people: level, topic, what was found, and below it what to do."""
+    """Return the lines for people: level, topic, finding, and below it the next step."""
     head = f"{paint(format(finding.level, '8'), COLOURS[finding.level])} {finding.topic:14} "
     lines = textwrap.wrap(finding.text, WIDTH - _EDGE, break_long_words=False, break_on_hyphens=False) or [""]
     if finding.advice:
@@ -73,7 +73,7 @@ def as_lines(finding: Finding, paint: Paint) -> list[str]:
 
 
 def summary(found: Iterable[Finding], paint: Paint) -> str:
-    """One line at the end."""
+    """Return the closing line."""
     levels = [each.level for each in found]
     problems, warnings = levels.count(PROBLEM), levels.count(WARNING)
     counts = [

@@ -1,4 +1,4 @@
-"""Run as a child process: can one Zenoh session of this machine ask another something? Prints JSON."""
+"""Send a query from one Zenoh session of this machine to another, and print JSON. Runs as a child process."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from simx_client.protocol import link
 KEY = "simx/doctor"
 QUESTIONS = 20
 PATIENCE = 5.0
-"""Seconds for one answer."""
+"""Time-out in seconds for one answer."""
 
 
 def main() -> int:
-    """Exit status 1 and a reason on stderr when no answer comes."""
+    """Print the result; return exit status 1 with a reason on stderr when no answer comes."""
     zenoh: Any = link.import_zenoh()
-    with socket.socket() as place:  # a free port: nobody else is given it in the next moments
+    with socket.socket() as place:  # a free port: the system does not assign it again in the next moments
         place.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{place.getsockname()[1]}"
     ends = (
@@ -42,9 +42,9 @@ def main() -> int:
 
 
 def _ask(session: Any) -> float:
-    """Seconds of one question and its answer. Raises TimeoutError."""
+    """Return the seconds of one query and its answer. Raises TimeoutError."""
     deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:  # until the two know of each other
+    while time.monotonic() < deadline:  # until the two have found each other
         began = time.perf_counter()
         if any(reply.ok is not None for reply in session.get(KEY, timeout=PATIENCE)):
             return time.perf_counter() - began

@@ -1,7 +1,7 @@
-"""Pictures of a run for people: one picture of a scene, and a film of what runs. See docs/pictures-of-a-run.md.
+"""Images of a run for people: one image of a scene, and a film of a run. See docs/pictures-of-a-run.md.
 
-`shot` is what a camera is asked for, `snapshot` writes one picture of it; `film` asks for one whenever a frame is due,
-on the physics thread, and `film_file` encodes what comes of that, on a thread of its own.
+`shot` defines the camera, `snapshot` writes one image of it; `film` requests one whenever a frame is due, on the
+physics thread, and `film_file` encodes the images on a separate thread.
 """
 
 from .film import Film

@@ -1,12 +1,11 @@
-"""A film of what runs: on the physics thread, a picture is asked for whenever a frame is due.
+"""Film a run: on the physics thread, request an image whenever a frame is due.
 
-Frame n of a run shows the first complete pass at or after n / fps seconds of simulated time, so the film plays at the
-simulation's own time whatever the pace was. Several runs follow one another; while nothing runs, nothing is filmed.
-
-Physics never waits for a picture. Where the clock on the wall sets the pace, a frame that rendering and encoding
-cannot keep up with is the one before once more. Where nothing does, at ``--speed max`` and in stepped mode, the next
-pass is not due until there is room again (`Part.holds_step`), so every frame is there, but perhaps for
-the first of a run that follows at once; calls are answered meanwhile.
+Frame n of a run shows the first complete simulation step at or after n / fps seconds of simulated time, so the film
+plays in simulated time whatever the pace was. Several runs follow one another; while the simulation is stopped, no
+frames are made. Physics never waits for an image. When the wall clock sets the pace, a frame for which rendering or
+encoding is too slow repeats the one before. Without a pace, at ``--speed max`` and in stepped mode, the next simulation
+step waits until there is space again (`Part.holds_step`), so every frame is made, except perhaps the first of a run
+that follows at once; calls are answered meanwhile.
 """
 
 from __future__ import annotations
@@ -29,30 +28,30 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MOST_FPS = 25
-"""Frames per simulated second where nobody has said how many."""
+"""Frames per simulated second when no rate is given."""
 
 MOST_WAITING = 8
-"""Frames that were asked for and are not encoded yet; 22 MB of 1280 x 720."""
+"""Frames that were requested and are not encoded yet; 22 MB of 1280 x 720."""
 
 
 class Film(Part):
     """Listens to a simulation. Physics thread only. Close it at the end, before rendering is closed."""
 
     def __init__(self, sim: Simulation, path: Path, shot: Shot, fps: float | None = None) -> None:
-        """Begin a film.
+        """Start a film.
 
         Args:
-            fps: frames per simulated second; None: one for each pass, MOST_FPS at most.
+            fps: frames per simulated second; None: one for each simulation step, MOST_FPS at most.
 
         Raises:
             OutputError: the file cannot be written, or the package for films is missing.
-            CommandError: no picture can be made here.
+            CommandError: images cannot be made here.
         """
         self._sim = sim
         self._shot = shot
         per_pass = Fraction(1 / sim.time_step).limit_denominator(1000)
         self.fps = min(Fraction(MOST_FPS), per_pass) if fps is None else Fraction(fps).limit_denominator(1000)
-        # Choosing the way to draw takes a second or two, which the first frames would lack.
+        # Choosing the renderer takes a second or two, which the first frames would lack.
         first_picture(shot)
         self._writer = FilmWriter(path, shot.size, self.fps)
         self._begin = self._next = 0
@@ -67,14 +66,14 @@ class Film(Part):
         sim.attach(self)
 
     def close(self) -> None:
-        """Encode what waits and end the file."""
+        """Encode the waiting frames and end the file."""
         self._writer.end(self._next)
         if self._writer.has_failed:
             return
         repeated = self.behind + self._writer.not_made
         logger.info(
             "'%s' has %d frames of %s, %.2f s of simulated time; %d of them repeat the one before, as rendering could "
-            "not keep up, and %d, as there was no such camera",
+            "not keep up, and %d, as the camera was missing",
             self._writer.path, self._next, self._shot.name, self._next / self.fps, repeated, self.unseen,
         )  # fmt: skip
 
@@ -88,7 +87,7 @@ class Film(Part):
             self._take(number)
 
     def _take(self, number: int) -> None:
-        """Whatever is left out here, the writer fills up with the picture before."""
+        """Request an image for a frame. The writer fills frames without an image with the one before."""
         count, self._next = number + 1 - self._next, number + 1
         if self._writer.has_failed:
             return

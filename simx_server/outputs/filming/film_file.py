@@ -1,8 +1,7 @@
-"""The file of a film: H.264 in fragments of MP4, encoded on a thread of its own.
+"""The file of a film: H.264 in fragments of MP4, encoded on a separate thread.
 
-A fragment is there as a whole or not at all, and each goes to the file when it is complete. So what a kill leaves can
-be played; it lacks the fragment that was under way, half a second of film. PyAV gives up the interpreter's lock while
-it encodes.
+A fragment is written as a whole when it is complete. So after a kill the file can be played; it lacks the unfinished
+fragment, half a second of film. PyAV releases the interpreter's lock while it encodes.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ FRAGMENT = 0.5
 """Seconds of film."""
 
 KEY_FRAMES = 2.0
-"""Seconds of film from one to the next: what a player may skip to."""
+"""Seconds of film from one to the next: the positions that a player may skip to."""
 
 QUALITY = 23
 """Constant rate factor of H.264: less is better and larger, 18 looks perfect."""
@@ -40,12 +39,12 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
     KIND, REMAINS = "film", "played"
 
     def __init__(self, path: Path, size: tuple[int, int], fps: Fraction) -> None:
-        """Begin a film of `size` (width, height; odd sides become even). Raises OutputError."""
+        """Start a film of `size` (width, height; odd sides become even). Raises OutputError."""
         self._av = package("av", "--video", "video")
         self._width, self._height = (side + side % 2 for side in size)
         self._fps = fps
         self.not_made = 0
-        """Frames whose picture failed; the encoder counts."""
+        """Frames whose image failed; the encoder counts."""
 
         self._count = self._done = 0
         """Frames of the whole film once it is closed, and encoded ones."""
@@ -64,7 +63,7 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         self._put((number, picture))
 
     def end(self, count: int) -> None:
-        """End the film, which has so many frames."""
+        """End the film, which has this many frames."""
         self._count = count
         self.close()
 
@@ -80,10 +79,10 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
         codec = stream.codec_context
         codec.time_base = 1 / self._fps
         codec.gop_size = max(1, round(KEY_FRAMES * self._fps))
-        # One thread and nothing kept back: the other cores are for physics, and what is not out yet a kill would take.
+        # One thread and no buffered frames: the other cores are for physics, and a kill would lose buffered frames.
         codec.thread_count = 1
         codec.options = {"preset": "veryfast", "tune": "zerolatency", "crf": str(QUALITY)}
-        # Players take large pictures for BT.709 and small ones for BT.601 unless they are told.
+        # Without this, players assume BT.709 for large images and BT.601 for small ones.
         codec.colorspace = codec.color_primaries = codec.color_trc = 1
         container.start_encoding()
         return container, stream
@@ -117,7 +116,7 @@ class FilmWriter(FileThread[tuple[int, Future[Pixels]]]):
             return None
 
     def _fitted(self, pixels: Pixels) -> Pixels:
-        """In the film's size: a sensor may have got another, and H.264 wants even ones."""
+        """Return the pixels in the film's size: a sensor may have got another, and H.264 needs even ones."""
         height, width = pixels.shape[:2]
         right, below = self._width - width, self._height - height
         if right == below == 0:

@@ -1,4 +1,4 @@
-"""What is pictured: a camera or vision sensor of the scene, or an overview, upright as people look at it."""
+"""Define what is filmed: a camera or vision sensor of the scene, or an overview, upright as people look at it."""
 
 from __future__ import annotations
 
@@ -18,30 +18,34 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 DEFAULT_SIZE = 1280, 720
-"""Pixels, for what has no resolution of its own."""
+"""Pixels, for cameras without a resolution."""
 
 USERS_CAMERA = "DefaultCamera"
-"""Through this one V-REP's window showed a scene; where it is, it is the overview."""
+"""V-REP's window showed a scene through this camera; in scenes that have it, it is the overview."""
 
 PAPER = (0.86, 0.89, 0.92)
-"""RGB 0..1 where there is nothing, unless a sensor looks."""
+"""RGB 0..1 of the background, except for vision sensors."""
 
 LONGEST_WAIT = 120.0
-"""Seconds for a first picture: some machines choose their way to draw for a long time."""
+"""Seconds for a first image: some machines need long to choose their renderer."""
 
 Pixels = NDArray[np.uint8]
 """(height, width, 3) RGB, the top row first."""
 
 
 class Shot:
-    """One camera, to be asked again and again. Physics thread only.
+    """One camera, for any number of images. Physics thread only.
 
-    A vision sensor in its own size gives what the remote API gives, images that clients or scripts have set included;
-    in another size what it sees is rendered anew. One that shows depth gives that in grey.
+    A vision sensor in its own size gives the image of the remote API, including images that clients or scripts have
+    set; in another size its view is rendered again. One that shows depth gives that in grey.
     """
 
     def __init__(self, world: World, camera: str | None = None, size: tuple[int, int] | None = None) -> None:
-        """`camera`: a name or path, None for the overview; `size`: width and height, None for the camera's own.
+        """Make a shot.
+
+        Args:
+            camera: a name or path, None for the overview.
+            size: width and height in pixels, None for the camera's own.
 
         Raises:
             CommandError: the scene has no such camera.
@@ -54,13 +58,13 @@ class Shot:
         item = self._find()
         self.name = item.name if item is not None else "overview"
         self.size = size or self._own_size(item) or DEFAULT_SIZE
-        """Width and height of the pictures; those of a sensor change when its resolution is changed."""
+        """Width and height of the images; those of a sensor change when its resolution is changed."""
 
     def ask(self) -> Future[Pixels]:
-        """The picture of the present state; it is made on the render thread.
+        """Request the image of the present state; it is made on the render thread.
 
         Raises:
-            CommandError: the scene has no such camera any more, or nothing can be seen through it.
+            CommandError: the scene has no such camera any more, or it cannot show anything.
         """
         item = self._find()
         vision = self._vision
@@ -72,7 +76,7 @@ class Shot:
         return then(vision.look(item.handle, self.size, background), _upright)
 
     def _find(self) -> SceneObject | None:
-        """What looks; None: the overview that no camera has."""
+        """Return the camera or sensor; None for the overview without a camera."""
         scene = self._sim.scene
         if self._camera is None:
             handle = scene.by_name(USERS_CAMERA)
@@ -95,14 +99,14 @@ class Shot:
         return settings.width, settings.height
 
     def _overview(self) -> CameraView:
-        """MuJoCo's free camera as it stands at first, which a scene may set by `<statistic>` and `<global>`.
+        """Return MuJoCo's free camera in its initial pose, which a scene may set by `<statistic>` and `<global>`.
 
-        It stays where it is while a scene is edited.
+        It stays in place while a scene is edited.
         """
         model = self._sim.model
         eye, clip = model.vis.global_, model.vis.map
         width, height = self.size
-        fovy = float(eye.fovy)  # of an orthographic view it is metres
+        fovy = float(eye.fovy)  # for an orthographic view in metres
         if self._viewpoint is None or self._viewpoint[0] != self._sim.scene_id:
             free = mujoco.MjvCamera()
             mujoco.mjv_defaultFreeCamera(model, free)
@@ -126,16 +130,16 @@ class Shot:
 
 
 def first_picture(shot: Shot) -> Pixels:
-    """Wait for a picture, and for the choice of the way to draw.
+    """Wait for an image, and for the choice of the renderer.
 
     Raises:
-        CommandError: no picture can be made here.
+        CommandError: images cannot be made here.
     """
     return awaited(shot, shot.ask())
 
 
 def awaited(shot: Shot, picture: Future[Pixels]) -> Pixels:
-    """What was asked of a shot. Raises CommandError: it could not be made."""
+    """Return the image that was requested from a shot. Raises CommandError if it could not be made."""
     try:
         return picture.result(LONGEST_WAIT)
     except TimeoutError:

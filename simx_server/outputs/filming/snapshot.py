@@ -1,4 +1,4 @@
-"""One picture, as a file: of a scene, or of what a replay goes through. Nobody is served."""
+"""Write one image to a file: of a scene, or of a moment in a replay, without serving clients."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ logger = logging.getLogger(__name__)
 
 
 def write_snapshot(world: World, path: Path, shot: Shot, duration: float | None) -> None:
-    """Write a PNG of the scene as it was loaded, or as it is after so many simulated seconds of running.
+    """Write a PNG of the scene as it was loaded, or as it is after this many simulated seconds of running.
 
-    They go by as fast as they can. A file that is there already is replaced.
+    The run is as fast as possible. An existing file is replaced.
 
     Raises:
         OutputError: the run ended before, or the file cannot be written.
-        CommandError: the picture could not be made.
+        CommandError: the image could not be made.
     """
     try:
         if duration is not None:
@@ -39,19 +39,19 @@ def write_snapshot(world: World, path: Path, shot: Shot, duration: float | None)
 
 
 class Moment(Part):
-    """A picture of one moment of what goes by. Physics thread only."""
+    """An image of one moment in a replay. Physics thread only."""
 
     def __init__(self, world: World, shot: Shot, second: float | None = None) -> None:
-        """Wait for it.
+        """Wait for the moment.
 
         Args:
-            second: the first complete pass at or after so much simulated time, of all runs one after the other; None:
-                the end of the last run, before the stop takes it back.
+            second: the first complete simulation step at or after this simulated time, of all runs one after the other;
+                None: the end of the last run, before the stop resets it.
 
         Raises:
-            CommandError: no picture can be made here.
+            CommandError: images cannot be made here.
         """
-        first_picture(shot)  # what is wrong is told now, and not after a long run
+        first_picture(shot)  # report problems now, and not after a long run
         self._sim = sim = world.simulation
         self._shot = shot
         self._second = second
@@ -60,11 +60,11 @@ class Moment(Part):
         sim.attach(self)
 
     def write(self, path: Path) -> None:
-        """Write it as a PNG; to be called when all has gone by. A file that is there already is replaced.
+        """Write the image as a PNG, after the replay. An existing file is replaced.
 
         Raises:
             OutputError: the moment did not come, or the file cannot be written.
-            CommandError: the picture could not be made.
+            CommandError: the image could not be made.
         """
         if self._second is None and (self._picture is None or self._sim.is_running):
             self._take()
@@ -87,7 +87,7 @@ class Moment(Part):
     def _take(self) -> None:
         try:
             self._picture = self._shot.ask()
-        except CommandError as problem:  # no reason to end the run
+        except CommandError as problem:  # the run goes on
             self._picture = Future()
             self._picture.set_exception(problem)
 

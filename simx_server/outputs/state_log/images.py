@@ -1,4 +1,4 @@
-"""A camera's pictures in a state log: asked for on the physics thread, which waits for none."""
+"""Add a camera's images to a state log: the physics thread requests them and never waits for one."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .messages import plain, set_time
 logger = logging.getLogger(__name__)
 
 MOST_AWAITED = 4
-"""Pictures that were asked for and are not made."""
+"""Images that were requested and are not made."""
 
 
 class Pictures:
-    """Those of one camera. Physics thread only."""
+    """The images of one camera. Physics thread only."""
 
     def __init__(self, shot: Shot, fps: float, writer: McapWriter) -> None:
-        """`fps`: pictures per simulated second."""
+        """Make an empty list of images; `fps`: images per simulated second."""
         self._shot = shot
         self._fps = fps
         self._writer = writer
@@ -33,20 +33,20 @@ class Pictures:
         self._last = -1
         self._is_told = False
         self.unseen = 0
-        """Pictures that are not in the log because rendering failed or could not keep up."""
+        """Images that are not in the log because rendering failed or could not keep up."""
 
     @property
     def are_awaited(self) -> bool:
-        """As many are on their way as may be."""
+        """Return whether the number of requested images has reached its limit."""
         self._look_after()
         return len(self._asked) >= MOST_AWAITED
 
     def take(self, elapsed: float, time_ns: int) -> None:
-        """Ask for one, when it is due.
+        """Request an image, when it is due.
 
         Args:
-            elapsed: simulated seconds since the log began.
-            time_ns: the log's time of it.
+            elapsed: simulated seconds since the start of the log.
+            time_ns: the time of the image in the log.
         """
         number = math.floor(elapsed * self._fps + 1e-6)
         if number <= self._last:
@@ -63,12 +63,12 @@ class Pictures:
         self._asked.append(then(picture, lambda pixels: self._put(pixels, time_ns)))
 
     def finish(self) -> None:
-        """Wait for those on their way."""
+        """Wait for the requested images."""
         wait(self._asked, LONGEST_WAIT)
         self._look_after()
 
     def _look_after(self) -> None:
-        """What has become of those that were asked for."""
+        """Remove the finished images, and report failures."""
         asked, self._asked = self._asked, []
         for picture in asked:
             if not picture.done():
@@ -83,7 +83,7 @@ class Pictures:
         self._is_told = True
 
     def _put(self, pixels: Pixels, time_ns: int) -> None:
-        """On the render thread."""
+        """Put an image into the log. Render thread."""
         frame = plain(self._shot.name)
 
         def compressed() -> bytes:

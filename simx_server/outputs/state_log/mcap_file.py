@@ -1,7 +1,7 @@
-"""The file of a state log: MCAP, written by a thread of its own.
+"""The file of a state log: MCAP, written by a separate thread.
 
-A chunk is closed twice a second, so a kill costs at most the last second. Such a file lacks the index at its end, and
-is read from its beginning.
+A chunk is closed twice per second, so a kill costs at most the last second. Such a file lacks the index at its end, and
+readers start at its first byte.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class McapWriter(FileThread[tuple[str, str, int, Callable[[], bytes]]]):
     KIND, REMAINS = "state log", "read from its beginning"
 
     def __init__(self, path: Path) -> None:
-        """Begin a log. Raises OutputError."""
+        """Start a log. Raises OutputError."""
         self.messages = Messages()
         mcap = package("mcap.writer", "--state-log", "log")
         super().__init__(NewFile(path, "--state-log"))

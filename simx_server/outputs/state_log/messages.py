@@ -1,6 +1,6 @@
-"""The messages of a state log: Foxglove's own schemas where there is one, and a few of ours; all in protobuf.
+"""The messages of a state log: Foxglove's schemas where there is one, and a few of ours; all in protobuf.
 
-Every schema is in the file, so a viewer needs to know none of them to show numbers and texts.
+Every schema is in the file, so a viewer can show numbers and texts without knowing the schemas.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ OWN: dict[str, dict[str, str]] = {
     "FloatSignal": {"value": "double", "is_set": "bool"},
     "StringSignal": {"value": "string", "is_set": "bool"},
 }
-"""Name to fields and their types; before them all stands the time. `is_set` is false when a signal was cleared."""
+"""Name to fields and their types; the first field of each is the time. `is_set` is false when a signal was cleared."""
 
 _TYPES = {"double": 1, "int64": 3, "bool": 8, "string": 9, "uint32": 13}
-"""As protobuf numbers them in `FieldDescriptorProto.Type`; a message is 11."""
+"""Numbers from protobuf's `FieldDescriptorProto.Type`; a message is 11."""
 
 
 class Messages:
     """The classes of all messages, by the schema's full name, and the schemas themselves."""
 
     def __init__(self) -> None:
-        """Raises OutputError: a package is missing."""
+        """Load the classes. Raises OutputError: a package is missing."""
         self._classes = {
             f"foxglove.{name}": getattr(_package(f"foxglove_schemas_protobuf.{name}_pb2"), name)
             for name in FOXGLOVE
@@ -43,11 +43,11 @@ class Messages:
             self._classes[f"simx.{name}"] = message
 
     def new(self, schema: str) -> Any:
-        """An empty message."""
+        """Return an empty message."""
         return self._classes[schema]()
 
     def schema(self, name: str) -> bytes:
-        """A `FileDescriptorSet` with the message and all it consists of, serialised."""
+        """Return a `FileDescriptorSet` with the message and all its parts, serialised."""
         files = _package("google.protobuf.descriptor_pb2").FileDescriptorSet()
         seen: set[str] = set()
 
@@ -80,7 +80,9 @@ def _own_classes() -> dict[str, Any]:
         )
         for number, (field, kind) in enumerate(fields.items(), 2):
             message.field.add(name=field, number=number, type=_TYPES[kind], label=1)
-    pool = _package("google.protobuf.descriptor_pool").DescriptorPool()  # its own: other logs have the same
+    pool = _package(
+        "google.protobuf.descriptor_pool"
+    ).DescriptorPool()  # a separate one: other logs have the same
     pool.AddSerializedFile(timestamp.serialized_pb)
     pool.AddSerializedFile(file.SerializeToString())
     get_class = _package("google.protobuf.message_factory").GetMessageClass
@@ -88,10 +90,10 @@ def _own_classes() -> dict[str, Any]:
 
 
 def plain(text: str) -> str:
-    """As protobuf and MCAP take it: what is no UTF-8 in names and texts of old programs becomes a question mark."""
+    """Return a text that protobuf and MCAP accept: invalid characters from old programs become question marks."""
     return text.encode("utf-8", "replace").decode()
 
 
 def set_time(timestamp: Any, time_ns: int) -> None:
-    """Nanoseconds since 1970 into a `google.protobuf.Timestamp`."""
+    """Write nanoseconds since 1970 into a `google.protobuf.Timestamp`."""
     timestamp.seconds, timestamp.nanos = divmod(time_ns, 1_000_000_000)

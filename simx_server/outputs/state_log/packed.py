@@ -1,8 +1,8 @@
-"""A protobuf message that is sent again and again with other numbers: serialised once, then written over in place.
+"""Send a protobuf message repeatedly with other numbers: serialise it once, then overwrite the numbers in place.
 
-Serialising the poses of a hundred objects takes protobuf's Python half a millisecond, in which physics would stand
-still, since both need the interpreter. In the serialised message every double has its eight bytes and every time can
-have ten, so numpy puts new ones there in some microseconds.
+Serialising the poses of a hundred objects takes protobuf's Python half a millisecond. Physics would wait for that long,
+because both need the interpreter. In the serialised message every double has its eight bytes and every time can have
+ten, so numpy writes new ones there in some microseconds.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _MARK = 0xFFF8_0000_0000_0000
-"""Not a number, of which there are many: the lower bits count. No text in UTF-8 has a byte 0xff."""
+"""One of the many values that are not a number: the lower bits count. No text in UTF-8 has a byte 0xff."""
 
 _SECONDS, _NANOSECONDS = 1 << 28, 1 << 28
-"""The least numbers of five bytes: a time of these begins as one written over them."""
+"""The smallest numbers with five bytes, as many as every written time has."""
 
 
 class Packed:
@@ -44,7 +44,7 @@ class Packed:
         self._times = np.array(starts, np.intp)[:, np.newaxis] + np.arange(1, len(stamp))
 
     def filled(self, values: NDArray[np.float64], time_ns: int) -> bytes:
-        """The message with these doubles and, everywhere, this time (nanoseconds since 1970)."""
+        """Return the message with these doubles and, everywhere, this time (nanoseconds since 1970)."""
         self._bytes[self._doubles] = np.ascontiguousarray(values).view(np.uint8).reshape(-1, 8)
         seconds, nanoseconds = divmod(time_ns, 1_000_000_000)
         self._bytes[self._times] = [*_varint(seconds), 0x10, *_varint(nanoseconds)]
@@ -52,12 +52,12 @@ class Packed:
 
 
 def _varint(number: int) -> list[int]:
-    """In five bytes, also a number that needs fewer: readers take the leading zeros."""
+    """Return a number in five bytes, even one that needs fewer: readers accept the leading zeros."""
     return [(number >> shift) & 0x7F | (0x80 if shift < 28 else 0) for shift in range(0, 35, 7)]
 
 
 def _find_all(data: bytes, patterns: Sequence[bytes]) -> list[int]:
-    """Where each begins, one after the other."""
+    """Return the start of each pattern, one after the other."""
     found: list[int] = []
     start = 0
     for pattern in patterns:

@@ -1,8 +1,8 @@
-"""Where all objects are, as numbers that cost the physics thread little.
+"""Compute the poses of all objects at little cost to the physics thread.
 
-Nearly every object is fixed to a body: where it is on that body is found once for a model, and composed with the poses
-of the bodies on the writing thread. Of the others (a second joint of a body, what hangs on a tendon, a camera that
-follows something) the poses are asked for in each pass.
+Nearly every object is fixed to a body: its pose in that body is found once for a model, and composed with the poses of
+the bodies on the writing thread. The poses of the others (a second joint of a body, a joint of a tendon, a camera that
+follows something) are read in each simulation step.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ class State:
     quats_wxyz: Array
     """(nbody, 4)."""
     others: list[Pose]
-    """World poses of what is fixed to no body, in the order of `Places.others`."""
+    """World poses of objects that are not fixed to a body, in the order of `Places.others`."""
 
 
 class Places:
-    """The frames of one model: names, and how to come to their poses."""
+    """The frames of one model: their names, and how to compute their poses."""
 
     def __init__(self, sim: Simulation) -> None:
-        """Physics thread."""
+        """Find the frames. Physics thread."""
         sim.refresh()
         fixed: list[tuple[str, int, Pose]] = []
         self.others: list[SceneObject] = []
@@ -58,12 +58,12 @@ class Places:
         self._quats = np.array([pose[1] for _, _, pose in fixed]).reshape(-1, 4)
 
     def state(self, sim: Simulation) -> State:
-        """The present one. Physics thread, kinematics fresh."""
+        """Return the present state. Physics thread; the kinematics must be up to date."""
         others = [object_pose(sim, item) for item in self.others]
         return State(sim.data.xpos.copy(), sim.data.xquat.copy(), others)
 
     def poses(self, state: State) -> Array:
-        """(frames, 7): world position and quaternion xyzw of each frame, in the order of `names`. Any thread."""
+        """Return world positions and quaternions xyzw, shape (frames, 7), in the order of `names`. Any thread."""
         quats = state.quats_wxyz[self._bodies]
         found = np.empty((len(self.names), 7))
         count = len(self._bodies)
@@ -89,7 +89,7 @@ def _is_fixed(sim: Simulation, item: SceneObject) -> bool:
 
 
 def _product(first: Array, second: Array) -> Array:
-    """(n, 4) of quaternions wxyz, row by row."""
+    """Return the products of quaternions wxyz, row by row, shape (n, 4)."""
     w, v = first[:, :1], first[:, 1:]
     other_w, other_v = second[:, :1], second[:, 1:]
     vector = w * other_v + other_w * v + cross(v, other_v)
@@ -97,7 +97,7 @@ def _product(first: Array, second: Array) -> Array:
 
 
 def _turned(quats: Array, points: Array) -> Array:
-    """(n, 3): points turned by quaternions wxyz; p + 2 w (v x p) + 2 v x (v x p)."""
+    """Return points rotated by quaternions wxyz, shape (n, 3); p + 2 w (v x p) + 2 v x (v x p)."""
     w, v = quats[:, :1], quats[:, 1:]
     once = cross(v, points)
     return points + 2 * (w * once + cross(v, once))

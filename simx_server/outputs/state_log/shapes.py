@@ -1,7 +1,7 @@
-"""What a scene looks like, as primitives of Foxglove's `SceneUpdate`: one entity for each body that shows something.
+"""Describe a scene as primitives of Foxglove's `SceneUpdate`: one entity for each visible body.
 
-The same geoms are there as for cameras. A capsule is a cylinder with two spheres, an infinite plane a square of
-`PLANE` metres; height fields, flexes, skins and textures have no primitive and are left out.
+The geoms are the same as for cameras. A capsule is a cylinder with two spheres, an infinite plane a square of `PLANE`
+metres; height fields, flexes, skins and textures have no primitive and are left out.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 PLANE = 10.0
-"""Metres: what is shown of an infinite plane."""
+"""Side in metres of the square that stands for an infinite plane."""
 
 _THIN = 0.001
 _GEOM = mujoco.mjtGeom
 
 
 def scene_update(sim: Simulation, root: str, update: Any) -> Any:
-    """Fill a `SceneUpdate`: everything before is deleted, everything there is now is added. Times are left open.
+    """Fill a `SceneUpdate` that deletes everything and adds all visible bodies. Times are left open.
 
-    `root`: the frame of what is fixed to the world. Other bodies that show something are V-REP objects.
+    Args:
+        root: the frame of geoms that are fixed to the world. Other visible bodies are V-REP objects.
     """
     update.deletions.add().type = 1  # all
     model, entities = sim.model, {}
@@ -107,14 +108,14 @@ def _fill(
 
 
 def _beside(position: list[float], quat: list[float], along_z: float) -> list[float]:
-    """A point of a geom's z axis."""
+    """Return a point on a geom's z axis."""
     shifted = np.empty(3)
     mujoco.mju_rotVecQuat(shifted, np.array((0.0, 0.0, along_z)), np.array(quat))
     return (shifted + position).tolist()
 
 
 def _colour(model: mujoco.MjModel, geom: int) -> list[float]:
-    """RGBA, each 0..1: the material's, unless the geom's own was set to other than MuJoCo's grey."""
+    """Return RGBA, each 0..1: the material's, unless the geom's own was set to other than MuJoCo's grey."""
     material = int(model.geom_matid[geom])
     own = model.geom_rgba[geom].tolist()
     return model.mat_rgba[material].tolist() if material >= 0 and own == [0.5, 0.5, 0.5, 1.0] else own

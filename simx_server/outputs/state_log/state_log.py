@@ -1,11 +1,11 @@
-"""What a simulation does, told to a state log: the listener on the physics thread.
+"""Write the events of a simulation to a state log: the listener on the physics thread.
 
-Times in the log are the wall clock's at its begin plus the simulated time since, of all runs one after the other. So a
-viewer plays it at the simulation's own pace, and while nothing runs no time goes by. Those of a replay begin as the
+Times in the log are the wall clock's at its start plus the simulated time since, of all runs one after the other. So a
+viewer plays it in simulated time, and pauses between runs take no time. The times of a replay start as those of the
 recording did.
 
-Where the log cannot keep up, passes are left out in real time and counted; at ``--speed max`` and in stepped mode the
-next pass comes when there is room, as with films.
+Where the log cannot keep up, simulation steps are left out in real time and counted; at ``--speed max`` and in stepped
+mode the next step comes when there is space, as with films.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ ROOT = "world"
 """The frame in which all others are given."""
 
 MOST_WAITING = 2000
-"""Messages that may wait for the writing thread; five of them are a pass."""
+"""Messages that may wait for the writing thread; a simulation step makes five."""
 
 LOOKS_EVERY = 1.0
-"""Simulated seconds between two descriptions of the scene while its model is written again and again."""
+"""Simulated seconds between two descriptions of the scene while its model is edited repeatedly."""
 
 INFO, ERROR = 2, 4
 """Levels of `foxglove.Log`."""
@@ -66,16 +66,16 @@ class StateLog(Part):
         *,
         began: int | None = None,
     ) -> None:
-        """Begin a log.
+        """Start a log.
 
         Args:
-            shot: whose pictures are in it as well; None: no pictures.
-            fps: pictures per simulated second; None: one for each pass, MOST_FPS at most.
-            began: nanoseconds since 1970 from which simulated time is counted; None: now.
+            shot: the camera for images in the log; None: no images.
+            fps: images per simulated second; None: one for each simulation step, MOST_FPS at most.
+            ``began``: nanoseconds since 1970 at simulated time zero; None: now.
 
         Raises:
             OutputError: the file cannot be written, or a package is missing.
-            CommandError: no picture can be made here.
+            CommandError: images cannot be made here.
         """
         sim = world.simulation
         self._sim = sim
@@ -90,11 +90,11 @@ class StateLog(Part):
         """Simulated seconds of the runs that are over."""
 
         self._is_counted = True
-        """The present run's time is in there."""
+        """The present run's time is included."""
 
         self._run = 0
         self.left_out = 0
-        """Passes that are not in the log because writing could not keep up."""
+        """Simulation steps that are not in the log because writing could not keep up."""
 
         self._is_broken = False
         self._told = world.status_bar.count
@@ -103,7 +103,7 @@ class StateLog(Part):
         self._looks_at = -math.inf
         self._model: mujoco.MjModel | None = None
         self._placed = self._looked = -1
-        """The model's version when its places and its looks were found."""
+        """The model's version when its poses and its appearance were found."""
 
         self._places: Places
         self._frame_names: list[str] = []
@@ -166,19 +166,19 @@ class StateLog(Part):
 
     @property
     def unseen(self) -> int:
-        """Pictures that are not in the log because rendering failed or could not keep up."""
+        """Return the number of images that are not in the log because rendering failed or could not keep up."""
         return 0 if self._pictures is None else self._pictures.unseen
 
     @property
     def _now(self) -> int:
-        """Nanoseconds since 1970."""
+        """Return the log's time in nanoseconds since 1970."""
         elapsed = self._before + (0.0 if self._is_counted else self._sim.time)
         return self._zero + round(elapsed * 1e9)
 
-    # --- what is noted ---------------------------------------------------------------------------
+    # --- samples ---------------------------------------------------------------------------------
 
     def _sample(self) -> None:
-        """Everything that is so now. A fault of the log is no reason to end a run."""
+        """Log the present state. An error of the log does not end a run."""
         if self._is_broken or self._writer.has_failed:
             return
         try:
@@ -223,7 +223,7 @@ class StateLog(Part):
         )  # fmt: skip
 
     def _learn(self, now: int) -> None:
-        """Where things are on their bodies, and what they look like, when the model is another or was written."""
+        """Find the poses of objects on their bodies, and their appearance, when the model is new or was edited."""
         sim, version = self._sim, self._sim.model_version
         is_another, self._model = self._model is not sim.model, sim.model
         if is_another or self._placed != version:
@@ -256,7 +256,7 @@ class StateLog(Part):
         return Packed(message, places, [frame.timestamp for frame in message.transforms])
 
     def _pack_joints(self) -> tuple[list[int], Packed]:
-        """Handles of all joints that have one number, and their message."""
+        """Return the handles of all joints that have one number, and their message."""
         sim = self._sim
         joints = [sim.scene.get(handle) for handle in sim.scene.of_kind(ObjectKind.JOINT)]
         joints = [item for item in joints if sim.joints.joint_type(item.handle) != JOINT_TYPES["ball"]]
@@ -268,7 +268,7 @@ class StateLog(Part):
         return [item.handle for item in joints], Packed(message, places, [message.timestamp])
 
     def _tell_signals(self, now: int) -> None:
-        """Those that have changed."""
+        """Log the signals that have changed."""
         for kind, schema in _SIGNALS.items():
             present, before = getattr(self._present_signals, kind), self._signals[kind]
             if present == before:
@@ -282,7 +282,7 @@ class StateLog(Part):
             self._signals[kind] = dict(present)
 
     def _tell_messages(self) -> None:
-        """What came into the status bar since."""
+        """Log the new messages of the status bar."""
         bar = self._status_bar
         new, self._told = bar.count - self._told, bar.count
         for message in bar.messages[-new:] if new else ():

@@ -1,1 +1,1 @@
-"""What the server counts and reports about itself."""
+"""Counters of the server and the reports made from them."""

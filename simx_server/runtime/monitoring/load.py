@@ -1,4 +1,4 @@
-"""How loaded a server is: simulated time and processor time per second of the wall clock, of late."""
+"""Measure the load of a server: recent simulated time and processor time per second of the wall clock."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 INTERVAL = 1.0
-"""Seconds between two samples while passes are made."""
+"""Seconds between two samples while simulation steps are made."""
 
 LEAST = 0.5
-"""Seconds a figure should cover at least."""
+"""Seconds that a figure should cover at least."""
 
 
 class Load(NamedTuple):
@@ -29,7 +29,7 @@ class _Sample(NamedTuple):
 
 
 class LoadMeter:
-    """Counts passes. Used by the physics thread alone."""
+    """Counts simulation steps. Used by the physics thread alone."""
 
     def __init__(
         self,
@@ -41,16 +41,20 @@ class LoadMeter:
         self._samples: deque[_Sample] = deque([self._sample()], maxlen=3)
 
     def passed(self, time_step: float) -> None:
-        """A pass of so many simulated seconds was made."""
+        """Record that a simulation step was made.
+
+        Args:
+            time_step: its simulated seconds.
+        """
         self._simulated += time_step
         since = self._now() - self._samples[-1].wall
         if since >= INTERVAL:
-            if since > 2 * INTERVAL:  # what was before a pause says nothing about now
+            if since > 2 * INTERVAL:  # samples before a pause do not describe the present
                 self._samples.clear()
             self._samples.append(self._sample())
 
     def load(self) -> Load:
-        """Over the last one or two seconds of a running simulation; of one that rests, since the last question."""
+        """Return the load over the last one or two seconds; for a stopped simulation, since the last call."""
         present = self._sample()
         old_enough = [sample for sample in self._samples if present.wall - sample.wall >= LEAST]
         since = old_enough[-1] if old_enough else self._samples[0]

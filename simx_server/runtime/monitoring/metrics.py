@@ -1,7 +1,7 @@
-"""What a server counts of itself all the time: passes, calls, failures, pictures, and how long each took.
+"""Count what a server does: simulation steps, calls, failures and images, and how long each took.
 
-Cheap enough to be always on: a command costs two looks at the clock and one count in a list, some 0.3 us. Everything
-belongs to the physics thread, except where it says otherwise. What is told of it is put together in `report.py`.
+The counters are cheap enough to be always on: a command costs two clock readings and one count in a list, about 0.3 us.
+Everything belongs to the physics thread, except where it says otherwise. `report.py` makes reports from the counters.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ INTERVAL = 1.0
 """Seconds between two samples."""
 
 SAMPLES = 6
-"""Kept, so that recent figures cover five to six seconds."""
+"""Samples kept, so that recent figures cover five to six seconds."""
 
 UNKNOWN = "(unknown)"
-"""In the place of names that are no command: what clients invent must not fill the memory."""
+"""The name for all unknown commands: names that clients invent must not fill the memory."""
 
 MAX_TEXT = 300
 """Characters of an error that are kept."""
 
 MAX_CAMERAS = 256
-"""Counted by name; all further ones together."""
+"""Cameras counted by name; all further ones are counted together."""
 
 OTHERS = "(others)"
 
@@ -40,7 +40,7 @@ BOUNDS = tuple(1e-6 * 2 ** (step / 4) for step in range(108))
 """Seconds, from a microsecond to two minutes; each is 19 % more than the one before."""
 
 _MIDDLES = (BOUNDS[0], *(bound * 2**0.125 for bound in BOUNDS))
-"""What a count between two bounds is taken for: the geometric middle."""
+"""The value that stands for a count between two bounds: the geometric middle."""
 
 
 class Histogram:
@@ -51,7 +51,7 @@ class Histogram:
     def __init__(self) -> None:
         self.counts = [0] * (len(BOUNDS) + 1)
         self.seconds = 0.0
-        """Of all together."""
+        """Sum of all durations."""
 
         self.longest = 0.0
 
@@ -63,7 +63,7 @@ class Histogram:
 
 
 def percentiles(counts: Sequence[int], shares: Sequence[float] = (0.5, 0.9, 0.99)) -> list[float]:
-    """Seconds that such shares of the counted durations stay below, within 10 %; 0 when there are none."""
+    """Return the seconds below which these shares of the counted durations stay, within 10 %; 0 when there are none."""
     reached = list(accumulate(counts))
     if not reached[-1]:
         return [0.0] * len(shares)
@@ -71,7 +71,7 @@ def percentiles(counts: Sequence[int], shares: Sequence[float] = (0.5, 0.9, 0.99
 
 
 class Failures:
-    """Calls of one command that ended in an error. Pictures fail on the render thread."""
+    """Calls of one command that ended in an error. Images fail on the render thread."""
 
     __slots__ = ("failed", "internal", "last", "silent")
 
@@ -83,7 +83,7 @@ class Failures:
         """Without one: there is nothing to read yet, or any more."""
 
         self.internal = 0
-        """Of those that failed: a mistake of the server's own."""
+        """The part of the failed calls with an internal error of the server."""
 
         self.last = ""
 
@@ -108,7 +108,7 @@ class Sample(NamedTuple):
 
 
 class PictureTimes:
-    """How long pictures took, by camera. The render thread adds."""
+    """How long images took, by camera. The render thread adds."""
 
     def __init__(self) -> None:
         self.by_camera: dict[str, Histogram] = {}
@@ -139,7 +139,7 @@ class LogCount(logging.Handler):
 
     @contextmanager
     def attached(self) -> Generator[None]:
-        """Within the block what this package and the client's log is counted."""
+        """Count what this package and the client log within the block."""
         loggers = [logging.getLogger(name) for name in ("simx_server", "simx_client")]
         for each in loggers:
             each.addHandler(self)
@@ -158,7 +158,7 @@ class LogCount(logging.Handler):
 
 
 class Metrics:
-    """The counters of one engine."""
+    """The counters of one server loop."""
 
     def __init__(
         self,
@@ -166,7 +166,7 @@ class Metrics:
         now: Callable[[], float] = time.monotonic,
         processor: Callable[[], float] = time.process_time,
     ) -> None:
-        """Begin at zero.
+        """Make counters at zero.
 
         Args:
             now: the wall clock, seconds.
@@ -182,13 +182,13 @@ class Metrics:
         self.pass_times = Histogram()
         self.calls = 0
         self.client_calls: dict[str, int] = {}
-        """Of the clients that are there."""
+        """By client, for those that are connected."""
 
         self.dropped = 0
-        """Messages of clients that were not executed, as too many waited."""
+        """Messages of clients that were not executed, because too many waited."""
 
         self.command_times: dict[str, Histogram] = {}
-        """By name of a command: on the physics thread, for calls and streams alike."""
+        """By command name: time on the physics thread, for calls and streams alike."""
 
         self.failures: dict[str, Failures] = {}
         self._failing = threading.Lock()
@@ -204,7 +204,7 @@ class Metrics:
     # --- counting --------------------------------------------------------------------------------
 
     def executed(self, command: str, seconds: float, times: int = 1) -> None:
-        """A command has kept the physics thread so long; so many times."""
+        """Record how many seconds a command has kept the physics thread, and how many times."""
         histogram = self.command_times.get(command)
         if histogram is None:
             name = command if command in ANSWERED else UNKNOWN
@@ -212,16 +212,16 @@ class Metrics:
         histogram.add(seconds, times)
 
     def called(self, client: str, calls: int) -> None:
-        """A client sent so many calls."""
+        """Record that a client sent this many calls."""
         self.calls += calls
         self.client_calls[client] = self.client_calls.get(client, 0) + calls
 
     def left(self, client: str) -> None:
-        """A client has gone."""
+        """Forget a client that has left."""
         self.client_calls.pop(client, None)
 
     def failed(self, command: str, text: str, *, is_internal: bool = False) -> None:
-        """A call ended in an error, an empty text for a silent one. Any thread."""
+        """Record that a call ended in an error, with an empty text for a silent one. Any thread."""
         name = command if command in ANSWERED else UNKNOWN
         with self._failing:
             failures = self.failures.setdefault(name, Failures())
@@ -233,13 +233,18 @@ class Metrics:
                 failures.silent += 1
 
     def passed(self, time_step: float, seconds: float) -> None:
-        """A pass of so many simulated seconds was made in so many seconds."""
+        """Record that a simulation step was made.
+
+        Args:
+            time_step: its simulated seconds.
+            seconds: the wall time that it took.
+        """
         self.passes += 1
         self.simulated += time_step
         self.pass_times.add(seconds)
 
     def tick(self) -> None:
-        """To be called at least once in a second."""
+        """Take a sample when one is due. Call this at least once per second."""
         if self._now() >= self._next_sample:
             self._samples.append(self.sample())
             self._next_sample = self._samples[-1].wall + INTERVAL
@@ -248,15 +253,15 @@ class Metrics:
 
     @property
     def age(self) -> float:
-        """Seconds since the engine was made."""
+        """Return the seconds since the server loop was made."""
         return self._now() - self.began
 
     def recent(self) -> Sample:
-        """The counters as they were some seconds ago: of the samples, the oldest."""
+        """Return the oldest sample: the counters as they were some seconds ago."""
         return self._samples[0]
 
     def sample(self) -> Sample:
-        """The counters now."""
+        """Return the counters now."""
         with self._failing:
             failed = sum(one.failed for one in self.failures.values())
         return Sample(
@@ -278,15 +283,18 @@ class Metrics:
 
 
 class Tally:
-    """Counts executions that come one behind the other. Those of one command are counted together, each with the mean
-    of their durations: counting one by itself costs as much as reading a value."""
+    """Counts executions that follow each other.
+
+    Those of one command are counted together, each with the mean of their durations: counting each one separately costs
+    as much as reading a value.
+    """
 
     __slots__ = ("_began", "_called", "_metrics", "command", "count")
 
     def __init__(self, metrics: Metrics, called: dict[str, int] | None = None) -> None:
         self._metrics = metrics
         self._called = called
-        """How often a client called each command, unless streams are counted."""
+        """How often a client called each command; None when streams are counted."""
 
         self._began = 0.0
         self.command: Command | None = None
@@ -294,7 +302,7 @@ class Tally:
         """Executions of the present command so far; the executor adds them."""
 
     def turn_to(self, command: Command | None) -> None:
-        """Count what was executed; what comes now is another command."""
+        """Count what was executed, before another command follows."""
         now = time.perf_counter()
         if self.count and self.command is not None:
             name = self.command.name
@@ -304,7 +312,7 @@ class Tally:
         self.command, self._began, self.count = command, now, 0
 
     def end(self) -> None:
-        """Count what was executed; nothing comes any more, or for a while."""
+        """Count what was executed, when nothing follows for now."""
         self.turn_to(None)
 
 

@@ -1,4 +1,4 @@
-"""What an engine tells of itself to operators: its counters as health and metrics. Physics thread."""
+"""Report the counters of a server to operators, as health and metrics. Physics thread."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .metrics import Failures, Histogram, Sample, percentiles
 
 
 def health(engine: Engine, realm: str) -> Health:
-    """What a supervisor wants to know. Any thread, as long as the physics thread is busy."""
+    """Return the health report for a supervisor. Any thread, as long as the physics thread is busy."""
     return {
         "protocol": PROTOCOL_VERSION,
         "realm": realm,
@@ -46,7 +46,7 @@ def health(engine: Engine, realm: str) -> Health:
 
 
 def metrics(engine: Engine, realm: str, ports: Sequence[int]) -> Metrics:
-    """All counters, since the start and of late."""
+    """Return all counters, since the start and for the last seconds."""
     counted = engine.metrics
     before, now = counted.recent(), counted.sample()
     window = max(now.wall - before.wall, 1e-6)
@@ -206,7 +206,7 @@ def _process(before: Sample, now: Sample, window: float) -> Process:
 
 
 def _memory() -> int:
-    """Resident bytes: now on Linux, at most so far on other systems of that family."""
+    """Return the resident bytes: present ones on Linux, the most so far on other Unix systems; 0 on Windows."""
     statistics = Path("/proc/self/statm")
     if statistics.is_file():
         return int(statistics.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")

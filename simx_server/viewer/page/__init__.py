@@ -1,1 +1,1 @@
-"""The page's process, which is a client as any other; of the server's own modules it uses rules and types only."""
+"""The web viewer's process, a client like any other; of the server's modules it uses rules and types only."""

@@ -1,4 +1,4 @@
-"""One body in the browser: its geoms as meshes below a frame that moves."""
+"""Show one body in the browser: its geoms as meshes below a frame that moves."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from PIL import Image
 _SELECTED = (255, 140, 0)
 _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _ENDLESS = 20.0
-"""Metres that half of a plane without an end is long here."""
+"""Half the side in metres at which an infinite plane is drawn."""
 
 _FIRST_HIDDEN_GROUP = 3
-"""Geoms of this group and above only collide; MuJoCo's own viewer leaves them out, too."""
+"""Geoms of this group and above only collide; MuJoCo's viewer leaves them out, too."""
 
 _CONVERTED = frozenset(
     int(kind)
@@ -37,7 +37,7 @@ _CONVERTED = frozenset(
 
 
 def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
-    """What of a body is to be seen, in the body's frame; those of one texture are one mesh."""
+    """Yield the visible meshes of a body, in the body's frame; geoms with one texture are one mesh."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     seen = [geom for geom in range(first, first + count) if _is_seen(model, geom)]
     papered = {geom: texture for geom in seen if (texture := _paper(model, geom)) >= 0}
@@ -50,7 +50,7 @@ def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
 
 
 def appearance(model: mujoco.MjModel, body: int) -> bytes:
-    """Changes with all that `meshes_of` depends on, in one model."""
+    """Return a key that changes with everything that `meshes_of` depends on, in one model."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     geoms = slice(first, first + count)
     materials = model.geom_matid[geoms]
@@ -78,7 +78,7 @@ def _is_seen(model: mujoco.MjModel, geom: int) -> bool:
 
 
 def _has_own_color(model: mujoco.MjModel, geom: int) -> bool:
-    """MuJoCo draws a geom in the colour of its material, unless its own is another than the default."""
+    """Return whether a geom has its own colour: MuJoCo uses the material's while the own one is the default."""
     return int(model.geom_matid[geom]) < 0 or not np.allclose(model.geom_rgba[geom], _DEFAULT_RGBA)
 
 
@@ -88,7 +88,7 @@ def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
 
 @contextmanager
 def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Iterator[None]:
-    """Within the block those that have a colour of their own have no material: the converter prefers that."""
+    """Remove the material of geoms with their own colour within the block: the converter prefers the material."""
     kept = model.geom_matid.copy()
     for geom in geoms:
         if _has_own_color(model, geom):
@@ -100,7 +100,7 @@ def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Iterator[None]:
 
 
 def _paper(model: mujoco.MjModel, geom: int) -> int:
-    """The texture of a plane that has one, which the converter leaves out; else -1."""
+    """Return the texture of a plane, which the converter leaves out; -1 if it has none."""
     material = int(model.geom_matid[geom])
     if material < 0 or int(model.geom_type[geom]) != mujoco.mjtGeom.mjGEOM_PLANE:
         return -1
@@ -111,7 +111,7 @@ def _paper(model: mujoco.MjModel, geom: int) -> int:
 
 
 def _papered_plane(model: mujoco.MjModel, geom: int, texture: int) -> trimesh.Trimesh:
-    """A rectangle with a picture, repeated as the material says."""
+    """Return a rectangle with an image, repeated as the material defines."""
     material = int(model.geom_matid[geom])
     half = np.where(model.geom_size[geom, :2] > 0, model.geom_size[geom, :2], _ENDLESS)
     unit = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
@@ -152,12 +152,12 @@ class Body:
         self._box: viser.LineSegmentsHandle | None = None
 
     def on_click(self, act: Callable[[int], None]) -> None:
-        """`act` is given the body's number, on a thread of viser's."""
+        """Call `act` with the body's number after a click, on a thread of viser's."""
         for mesh in self._meshes:
             mesh.on_click(lambda _: act(self._number))
 
     def move(self, position: np.ndarray, quat_wxyz: np.ndarray) -> None:
-        """To a place in the world."""
+        """Move the body to a pose in the world."""
         self._frame.position, self._frame.wxyz = position, quat_wxyz
 
     def mark(self, is_selected: bool) -> None:
@@ -175,11 +175,11 @@ class Body:
         )
 
     def remove(self) -> None:
-        self._frame.remove()  # with all that is below it
+        self._frame.remove()  # with everything below it
 
 
 def _edges(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The twelve edges of a box: (12, 2, 3)."""
+    """Return the twelve edges of a box, shape (12, 2, 3)."""
     corners = np.array([[(low, high)[(index >> axis) & 1][axis] for axis in range(3)] for index in range(8)])
     pairs = [(one, one | 1 << axis) for one in range(8) for axis in range(3) if not one & 1 << axis]
     return corners[np.array(pairs)]

@@ -1,4 +1,4 @@
-"""The page's process: ``simx-server --view`` starts one, and people do to look at a server that runs already."""
+"""The web viewer's process: ``simx-server --view`` starts one; users start one for a server that runs already."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ logger = logging.getLogger(__name__)
 
 PROGRAM = "python -m simx_server.viewer"
 _CLOSING = 1.0
-"""Seconds that the page has to close in good order: it may be loading a scene, or wait for an answer."""
+"""Seconds for a clean end: the viewer may be loading a scene, or wait for an answer."""
 
 _END_TIMEOUT = 2.0
-"""Seconds in which the page ends when its server has, or it is killed."""
+"""Seconds in which the viewer ends after its server; then it is killed."""
 
 EXAMPLES = f"""\
 examples:
@@ -48,7 +48,7 @@ examples:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Serve a page until interrupted. Returns the exit code."""
+    """Serve the web viewer until interrupted. Returns the exit code."""
     options = make_parser().parse_args(argv)
     log_format.configure(options.log_level, options.log_format, several=False)
     if problem := missing():
@@ -60,9 +60,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         logger.error("%s", error)
         return FAILURE
     if options.until_eof:
-        for name in ("simx_client", "simx_server.viewer"):  # that it ends the server says itself
+        for name in ("simx_client", "simx_server.viewer"):  # the server itself reports its end
             logging.getLogger(name).setLevel(logging.ERROR)
-    sys.argv[0] = OWN_NAME  # what the server knows this process's clients by
+    sys.argv[0] = OWN_NAME  # the name by which the server knows this process's clients
     lifeline = sys.stdin.fileno() if options.until_eof else None
     with listener, watched(0, lifeline, _END_TIMEOUT), ExitStack() as stack:
         try:
@@ -89,20 +89,20 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _listener(options: argparse.Namespace) -> socket.socket:
-    """Raises OSError."""
+    """Return the listening socket. Raises OSError."""
     if options.listener is not None:
         return socket.socket(fileno=options.listener)
     return listen(options.at, "--at")
 
 
 def _ended_by(page: Page) -> None:
-    """Let the page be ended by SIGINT or SIGTERM, the process by a second one or when the page takes long."""
+    """End the viewer on SIGINT or SIGTERM; end the process on a second one or when the viewer takes long."""
     has_come = False
     is_told = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal has_come
-        if has_come:  # it waits for an answer, or for a lock that this signal has found taken
+        if has_come:  # it waits for an answer, or for a lock that was taken when this signal came
             os._exit(INTERRUPTED)
         has_come = True
         page.end()
@@ -111,7 +111,7 @@ def _ended_by(page: Page) -> None:
     def end_late() -> None:
         is_told.wait()
         time.sleep(_CLOSING)
-        os._exit(DONE)  # a page has nothing that could be lost
+        os._exit(DONE)  # the viewer has no data to lose
 
     threading.Thread(target=end_late, name="simx-page-end", daemon=True).start()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -119,10 +119,10 @@ def _ended_by(page: Page) -> None:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The flags of the page's process."""
+    """Return the parser for the flags of the web viewer."""
     parser = Parser(
         PROGRAM,
-        description="A page in the browser that shows a running server and has it operated.",
+        description="A web viewer that shows and operates a running server.",
         epilog=EXAMPLES,
     )
     parser.add_argument(

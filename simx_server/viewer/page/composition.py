@@ -1,4 +1,4 @@
-"""Composes the page, and keeps it up to date. One thread owns it; what people click goes through `Hands`."""
+"""Compose the web viewer, and keep it up to date. One thread owns it; clicks go through `Hands`."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ from .world import World
 logger = logging.getLogger(__name__)
 
 LOOKS = 1 / 25
-"""Seconds between two looks at the scene."""
+"""Seconds between two updates of the scene."""
 
 SURVEYS = 0.2
 """Seconds between two updates of the panels."""
 
 PANEL_WIDTH = 464
-"""Pixels: the controls and the tabs stand in one row each, beside the scroll bar."""
+"""Pixels: the controls and the tabs have one row each, beside the scroll bar."""
 
 UNSEEN = 0.5
-"""Seconds between two looks while no browser is there."""
+"""Seconds between two updates while no browser is connected."""
 
 
 class Panel(Protocol):
-    """What stands in a tab."""
+    """The content of a tab."""
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News from the server, a few times a second; on the page's thread."""
+        """Show new data from the server, a few times per second; on the viewer's thread."""
         ...
 
     def close(self) -> None:
-        """The page ends."""
+        """Release resources at the end of the viewer."""
         ...
 
 
@@ -60,7 +60,7 @@ P = TypeVar("P", bound=Panel)
 
 
 class Page:
-    """A page that viser serves. `run` until `end`."""
+    """The web viewer's content, served by viser. `run` until `end`."""
 
     def __init__(self, browser: viser.ViserServer, address: str) -> None:
         self._browser = browser
@@ -102,14 +102,14 @@ class Page:
             self._world = World(browser, hands, mirror)
 
     def _placed(self, name: str, make: Callable[[], P]) -> P:
-        """A panel in the container that is open now, below the mark of its failures."""
+        """Make a panel in the container that is open now, below the mark of its failures."""
         guard = Guarded(self._browser.gui, name)
         panel = make()
         self._parts.append((guard, panel))
         return panel
 
     def run(self) -> None:
-        """Keep the page up to date until `end`."""
+        """Keep the viewer up to date until `end`."""
         next_survey = 0.0
         is_away = False
         while not self._ending.is_set():
@@ -121,7 +121,7 @@ class Page:
             try:
                 look = self._eye.look()
                 if not self._view.update(partial(self._follow, look)):
-                    self._eye.forget_look()  # else it would be without what this one brought
+                    self._eye.forget_look()  # otherwise it would miss the content of this one
                     pause = AGAIN
                 if began >= next_survey:
                     next_survey = began + max(SURVEYS, pause)
@@ -146,14 +146,14 @@ class Page:
         self._cameras.follow()
 
     def _survey(self, look: Look) -> bool:
-        """Whether all that shows a survey could. Raises Away."""
+        """Update the panels; return whether all updates succeeded. Raises Away."""
         survey = self._eye.survey()
         done = [self._surveyed.update(partial(self._world.survey, survey))]
         done += [guard.update(partial(panel.update, survey, look)) for guard, panel in self._parts]
         return all(done)
 
     def end(self) -> None:
-        """Let `run` return. Any thread."""
+        """Make `run` return. Any thread."""
         self._ending.set()
 
     def close(self) -> None:
@@ -163,7 +163,7 @@ class Page:
         self._eye.close()
 
     def _tell(self, problem: str) -> None:
-        """Something that was clicked could not be done: every browser says so for a while."""
+        """Report in every browser for a while that a click could not be executed."""
         logger.warning("%s", problem)
         for client in self._browser.get_clients().values():
             client.add_notification("This was not done", problem, color="red", auto_close_seconds=10)

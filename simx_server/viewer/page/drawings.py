@@ -1,4 +1,4 @@
-"""Drawing objects in the browser: points, lines and triangles that scripts draw."""
+"""Show drawing objects in the browser: points, lines and triangles that scripts draw."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from simx_server.viewer.messages import Drawing
 _KIND = 0x1F
 _PATH = "/drawings"
 _POINT_SIZE = 0.008
-"""Metres; sizes of points are given in pixels of a window that is not there."""
+"""Metres; V-REP gives sizes of points in pixels of its window, which does not exist here."""
 
 
 class Drawings:
-    """All of them, made anew when they have changed."""
+    """All drawing objects, made again after each change."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self.frame = scene.add_frame(_PATH, show_axes=False)
-        """Above all of them, so it hides and shows them."""
+        """The parent frame of all of them, which hides and shows them."""
 
     def update(self, drawings: list[Drawing]) -> None:
         """Show these, and no others."""
@@ -50,6 +50,7 @@ class Drawings:
             faces = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
             self._scene.add_mesh_simple(path, corners, faces, color=color, side="double")
         else:
-            # Of kinds that stand on points (spheres, cubes, discs) the size is in metres, of plain points in pixels.
+            # For kinds that are bodies at points (spheres, cubes, discs) the size is in metres, for plain points in
+            # pixels.
             size = drawing["size"] if kind else _POINT_SIZE
             self._scene.add_point_cloud(path, places[:, 0], color, point_size=size, point_shape="circle")

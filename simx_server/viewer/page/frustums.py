@@ -1,4 +1,4 @@
-"""What each vision sensor looks at, in the 3-D view: a pyramid, or a box for an orthographic one."""
+"""Show the field of view of each vision sensor in the 3-D view: a pyramid, or a box for an orthographic one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PATH = "/cameras"
 _COLOUR = (31, 111, 139)
 _PART_OF_SCENE = 0.06
 _SMALLEST, _LARGEST = 0.03, 0.3
-"""Metres; in between, the size goes with the scene's."""
+"""Metres; in between, the size is proportional to the scene's."""
 
 _MOVED = 1e-5
 """Metres, or a rotation matrix's difference, below which nothing is sent."""
@@ -25,20 +25,20 @@ _FROM_MUJOCO = np.diag([1.0, -1.0, -1.0])
 """viser's cameras look along their z with y down, MuJoCo's along -z with y up."""
 
 Seen = Mapping[int, tuple[int, Optics]]
-"""By handle: number in the model, how it looks."""
+"""By handle: number in the model, optics."""
 
 
 class Frustums:
-    """All of them. One thread; `select` is given a handle that was clicked, on a thread of viser's."""
+    """All frustums. One thread; `select` gets the handle of a clicked one, on a thread of viser's."""
 
     def __init__(self, scene: viser.SceneApi, select: Callable[[int], None]) -> None:
         self._scene, self._select = scene, select
         self.frame = scene.add_frame(_PATH, show_axes=False)
-        """Above all of them, so it hides and shows them."""
+        """The parent frame of all of them, which hides and shows them."""
         self._drawn: dict[int, _Frustum] = {}
 
     def update(self, seen: Seen, copy: Copy) -> None:
-        """Draw these, and no others, where they are in `copy`."""
+        """Draw these, and no others, at their poses in `copy`."""
         extent = float(np.clip(copy.model.stat.extent * _PART_OF_SCENE, _SMALLEST, _LARGEST))
         for handle, drawn in list(self._drawn.items()):
             if seen.get(handle) != (drawn.number, drawn.optics) or drawn.extent != extent:
@@ -51,15 +51,15 @@ class Frustums:
         self.move(copy)
 
     def move(self, copy: Copy) -> None:
-        """To where they are in `copy`; nothing is sent for those that are there already."""
+        """Move them to their poses in `copy`; nothing is sent for those that have not moved."""
         for frustum in self._drawn.values():
-            # The model may be newer than what is known of the cameras.
+            # The model may be newer than the known cameras.
             if frustum.number < copy.model.ncam:
                 frustum.move(copy.data)
 
 
 class _Frustum:
-    """One; `extent` is its size in metres."""
+    """One frustum; `extent` is its size in metres."""
 
     def __init__(self, scene: viser.SceneApi, path: str, number: int, optics: Optics, extent: float) -> None:
         self.number, self.optics, self.extent = number, optics, extent
@@ -91,4 +91,4 @@ class _Frustum:
             self._frame.wxyz = SO3.from_matrix(matrix.reshape(3, 3) @ _FROM_MUJOCO).wxyz
 
     def remove(self) -> None:
-        self._frame.remove()  # with what is below it
+        self._frame.remove()  # with everything below it

@@ -1,12 +1,14 @@
-"""The door of the page: who may see it. Behind it viser listens where nobody is told.
+"""Control access to the web viewer. viser listens behind this gate, at an address that is not published.
 
-- A page of this host alone (a loopback address) asks for nothing but a browser that was really sent here: a web site
-  that its user has open elsewhere can reach it by a name of its own (DNS rebinding), open a WebSocket to it or show it
-  in a frame beneath other things to click, so `Host`, `Origin` and what browsers say of frames must name this place.
-- A page for others asks for a token once. It stands in the address that is told at the start; then it is a cookie.
+- A viewer for this host alone (a loopback address) accepts every browser that was directed here by its user. A web site
+  that the user has open elsewhere could reach it by its own host name (DNS rebinding), open a WebSocket to it, or show
+  it in a frame beneath other things to click; so `Host`, `Origin` and the browser's frame headers must name this
+  address.
+- A viewer for others requires a token once. It is part of the address that is printed at the start; then it is a
+  cookie.
 
-What it lets through is copied as it is: one connection here, one there. The head of a request is looked at for each
-connection only once, so connections are closed after each answer (but for WebSockets, which stay).
+Accepted connections are copied unchanged: one connection here, one there. The gate reads the head of a request only
+once per connection, so connections are closed after each answer (except WebSockets, which stay).
 """
 
 from __future__ import annotations
@@ -26,14 +28,14 @@ logger = logging.getLogger(__name__)
 
 _MOST_HEAD = 16_384
 _HEAD_TIMEOUT = 10.0
-"""Seconds for a browser to say what it wants."""
+"""Time-out in seconds for the head of a request."""
 
 _CHUNK = 65_536
 _MOST_CONNECTIONS = 200
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this host reaches that address."""
+    """Return whether only this host can reach an address."""
     if host == "localhost":
         return True
     try:
@@ -43,7 +45,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Refused(Exception):
-    """The answer that a request gets in place of the page."""
+    """The answer that a request gets instead of the web viewer."""
 
     def __init__(self, status: str, text: str, *headers: str) -> None:
         super().__init__(text)
@@ -63,21 +65,21 @@ class Refused(Exception):
 
 
 class Gate:
-    """Lets browsers in at a socket that listens already, until `close`."""
+    """Accepts browsers at a listening socket, until `close`."""
 
     def __init__(self, listener: socket.socket, behind: tuple[str, int], token: str | None = None) -> None:
-        """Takes the socket over.
+        """Make a gate, which owns the socket from now on.
 
         Args:
-            listener: what comes there before this is kept waiting by the system.
-            behind: host and port of what is guarded.
-            token: what to ask for; None chooses one if others can reach `listener`.
+            listener: the system keeps earlier connections waiting there.
+            behind: host and port of the guarded server.
+            token: the token to require; None chooses one if others can reach `listener`.
         """
         host, self.port = listener.getsockname()[:2]
         self.token = token or (None if is_loopback(host) else secrets.token_urlsafe(16))
-        """None: it asks for none."""
+        """None: no token is required."""
         self.url = f"http://{_shown(host)}:{self.port}/"
-        """Where a browser goes; for a page for others, with the token."""
+        """The address for a browser; for other hosts, with the token."""
         if self.token is not None:
             self.url += f"?token={self.token}"
         self._cookie = f"simx_token_{self.port}"  # cookies of one host are for all its ports
@@ -91,12 +93,12 @@ class Gate:
         self._thread.start()
 
     def close(self) -> None:
-        """Cut every connection and listen no more."""
+        """Cut every connection and stop listening."""
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
     def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)  # gather asks for it
+        asyncio.set_event_loop(self._loop)  # gather needs it
         try:
             self._loop.run_forever()
         finally:
@@ -125,15 +127,15 @@ class Gate:
         except (OSError, TimeoutError, asyncio.IncompleteReadError):
             logger.debug("a browser went away, or did not say what it wants")
         except asyncio.CancelledError:
-            logger.debug("a browser is cut off, since the page ends")  # asyncio would tell it as an error
+            logger.debug("a browser is cut off, since the page ends")  # asyncio would report it as an error
         finally:
             self._connections -= 1
             writer.close()
 
-    # --- what is looked at -----------------------------------------------------------------------
+    # --- checks ----------------------------------------------------------------------------------
 
     def _checked(self, head: bytes) -> bytes:
-        """The head as it goes on. Raises Refused."""
+        """Return the head in the form that is passed on. Raises Refused."""
         lines = head.decode("latin-1").split("\r\n")
         try:
             method, target, _ = lines[0].split(" ")
@@ -171,7 +173,7 @@ class Gate:
     def _check_token(self, token: str, target: str, headers: dict[str, str]) -> None:
         shown = parse_qs(_split(target).query).get("token", [""])[-1]
         if shown and hmac.compare_digest(shown.encode(), token.encode()):
-            # Out of the address bar, where it could be seen or copied along with the address.
+            # Removed from the address bar, where it could be seen or copied along with the address.
             cookie = f"{self._cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
             raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
         try:
@@ -185,7 +187,7 @@ class Gate:
                 "http://HOST:PORT/?token=...\n",
             )
 
-    # --- what is let through ---------------------------------------------------------------------
+    # --- accepted connections --------------------------------------------------------------------
 
     async def _pass_on(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         back_reader, back_writer = await asyncio.open_connection(*self._behind)
@@ -196,7 +198,7 @@ class Gate:
                 asyncio.ensure_future(_copy(back_reader, writer)),
             ]
             try:
-                # What the page says last must arrive; a browser that has gone ends it, too.
+                # The viewer's last data must arrive; a closed browser also ends the connection.
                 await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
             finally:
                 for way in ways:
@@ -207,7 +209,7 @@ class Gate:
 
 
 async def _head(reader: asyncio.StreamReader) -> bytes:
-    """Raises Refused, IncompleteReadError."""
+    """Return the head of a request. Raises Refused, IncompleteReadError."""
     try:
         return await reader.readuntil(b"\r\n\r\n")
     except asyncio.LimitOverrunError:
@@ -224,7 +226,7 @@ async def _copy(source: asyncio.StreamReader, sink: asyncio.StreamWriter) -> Non
 
 
 def _split(address: str) -> SplitResult:
-    """Raises Refused."""
+    """Split an address. Raises Refused."""
     try:
         parts = urlsplit(address)
         _ = parts.hostname
@@ -234,7 +236,7 @@ def _split(address: str) -> SplitResult:
 
 
 def _shown(host: str) -> str:
-    """As it stands in an address."""
+    """Return a host in the form that an address needs."""
     if ipaddress.ip_address(host).is_unspecified:
         return "localhost"
     return f"[{host}]" if ":" in host else host

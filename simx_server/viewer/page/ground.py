@@ -1,4 +1,4 @@
-"""Which bodies are the ground: people click there to turn the view, and mean nothing by it."""
+"""Find the bodies that are the ground: a click there turns the view and selects nothing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _WIDE = 0.5
 
 
 def is_ground(copy: Copy, body: int) -> bool:
-    """Return whether a body stands still for ever and is a plane, or flat and as wide as half of the scene."""
+    """Return whether a body never moves and is a plane, or flat and as wide as half of the scene."""
     model, data = copy.model, copy.data
     if model.body_weldid[body] != 0:
         return False

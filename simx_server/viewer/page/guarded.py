@@ -1,4 +1,4 @@
-"""What keeps one part of the page that fails from ending the others."""
+"""Keep the web viewer running when one of its parts fails."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ logger = logging.getLogger(__name__)
 
 _STYLE = "padding:0.3em 1em;font-size:0.85em;color:#e03131;overflow-wrap:anywhere"
 _MOST_LETTERS = 300
-"""Of what a failure says."""
+"""Letters of an error text."""
 
 
 class Guarded:
-    """Brings one part up to date. A failure is logged once, and marked where this is made, until it is over."""
+    """Updates one part. A failure is logged once, and marked where this is made, until it is over."""
 
     def __init__(self, gui: viser.GuiApi, name: str) -> None:
         self._name = name
@@ -24,11 +24,11 @@ class Guarded:
         self._logged: set[type[Exception]] = set()
 
     def update(self, act: Callable[[], object]) -> bool:
-        """Do it, and say whether that went well."""
+        """Run an update; return whether it succeeded."""
         try:
             act()
         except Exception as problem:
-            if type(problem) not in self._logged:  # it would be so for each picture of the scene
+            if type(problem) not in self._logged:  # it would be logged with each update of the scene
                 self._logged.add(type(problem))
                 logger.exception("%s of the page cannot be brought up to date; the rest is", self._name)
             self._mark.content = (

@@ -1,4 +1,4 @@
-"""What a vision sensor sees, asked over the remote API: upright, depth as colours, advice when it sees nothing."""
+"""Read the image of a vision sensor over the remote API: upright, depth as colours, advice when it is empty."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from simx_client.protocol import constants as c
 from simx_server.sensors.vision.image import fovy_from_perspective_angle
 
 _DEPTH_STOPS = np.array([(253, 231, 37), (53, 183, 121), (49, 104, 142), (68, 1, 84)], float)
-"""Red, green and blue from the nearest to the farthest; lightness falls, so that it reads in grey as well."""
+"""Red, green and blue from the nearest to the farthest; lightness falls, so that the order shows in grey as well."""
 
 _NOTHING = (24, 24, 24)
 _ENLARGED = 192
-"""Pixels of the larger side that small pictures are brought near to."""
+"""Pixels of the larger side to which small images are enlarged."""
 
 _FEW_PIXELS = 64
-"""Sensors of no more pixels see one colour in the course of things."""
+"""Sensors with no more pixels often see only one colour."""
 
 
 @dataclass(frozen=True)
 class Optics:
-    """How a vision sensor looks: pixels and metres."""
+    """The optics of a vision sensor: pixels and metres."""
 
     width: int
     height: int
     near: float
     far: float
     across: float
-    """The larger side of the picture: radians, of an orthographic one metres."""
+    """The larger side of the image: in radians, for an orthographic one in metres."""
 
     is_orthographic: bool
 
     @property
     def fovy(self) -> float:
-        """Radians from the lower to the upper edge, of a perspective one."""
+        """Return the angle in radians from the lower to the upper edge, for a perspective image."""
         return math.radians(fovy_from_perspective_angle(self.across, self.width, self.height))
 
     def __str__(self) -> str:
@@ -50,14 +50,14 @@ class Optics:
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """A picture, the top row first: (height, width, 3) and metres along the axis, (height, width)."""
+    """An image, the top row first: (height, width, 3), and metres along the axis, (height, width)."""
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32] | None
 
 
 def ask_optics(client: Client, handle: int, *, is_orthographic: bool) -> Optics:
-    """Raises RemoteError: it is no vision sensor; TimedOut."""
+    """Return the optics of a vision sensor. Raises RemoteError: the object is not a vision sensor; TimedOut."""
     extent = (
         c.sim_visionfloatparam_ortho_size if is_orthographic else c.sim_visionfloatparam_perspective_angle
     )
@@ -71,19 +71,19 @@ def ask_optics(client: Client, handle: int, *, is_orthographic: bool) -> Optics:
 
 
 def ask_sight(client: Client, path: str, *, with_depth: bool) -> Sight:
-    """Raises SimxError: there is no such vision sensor, no picture can be made, or the server is away."""
+    """Return the image of a vision sensor. Raises SimxError: it is missing, cannot render, or the server is away."""
     camera = client.camera(path)
     return Sight(camera.rgb(), camera.depth() if with_depth else None)
 
 
 def enlarged(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """A small picture with each pixel several times, so that it can be looked at: browsers show pixel for pixel."""
+    """Return a small image with each pixel repeated: browsers show images at their original size."""
     times = _ENLARGED // max(picture.shape[:2])
     return picture if times < 2 else picture.repeat(times, axis=0).repeat(times, axis=1)
 
 
 def depth_colours(depth: NDArray[np.float32], far: float) -> tuple[NDArray[np.uint8], str]:
-    """A picture of depths in metres, and what its colours mean."""
+    """Return an image of depths in metres, and the meaning of its colours."""
     is_seen = depth < far * (1 - 1e-5)
     picture = np.full((*depth.shape, 3), _NOTHING, np.uint8)
     if not is_seen.any():
@@ -101,7 +101,7 @@ def depth_colours(depth: NDArray[np.float32], far: float) -> tuple[NDArray[np.ui
 
 
 def advice(name: str, sight: Sight, optics: Optics) -> str:
-    """What to do about a picture that shows nothing; empty when it shows something."""
+    """Return advice about an image that shows nothing; empty when it shows something."""
     depth = sight.depth
     if depth is not None and (depth >= optics.far * (1 - 1e-5)).all():
         return (

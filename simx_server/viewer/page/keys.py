@@ -1,4 +1,4 @@
-"""Joints under the keys of the browser: upper row forwards, lower row back. W, A, S, D, Q and E move the view."""
+"""Move joints with the keys of the browser: upper row forwards, lower row back. W, A, S, D, Q and E move the view."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _STEPS = {
     ("revolute", True): 0.25,
     ("prismatic", True): 0.01,
 }
-"""What one press adds to a position (radians, metres), or (True) to a velocity."""
+"""The change of one press to a position (radians, metres), or (True) to a velocity."""
 
 _ONE_RIDE = 1.0
-"""Seconds within which a press goes on from where the one before led, not from what the server told last."""
+"""Seconds within which a press continues from the goal of the one before, instead of the server's last value."""
 
 
 class Keys:
@@ -40,7 +40,7 @@ class Keys:
     def __init__(self, gui: viser.GuiApi, hands: Hands) -> None:
         self._gui, self._hands = gui, hands
         self._pressed: dict[int, tuple[float, float]] = {}
-        """Handle to where the last press has it go, and when that was: presses come faster than surveys."""
+        """Handle to the goal of the last press, and its time: presses come faster than surveys."""
 
         self._joints: dict[int, JointView] = {}
         self._items: list[SceneItem] = []
@@ -52,7 +52,7 @@ class Keys:
         self._legend = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the joints."""
         self._joints = survey["joints"]
         if survey["tree"] is not None:
             self._items = [each for each in survey["tree"] if each["joint"]]
@@ -68,10 +68,10 @@ class Keys:
             self._offer()
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _offer(self) -> None:
-        """Keys for what is driven now, in the browser's list of commands as well; the legend says which."""
+        """Add keys for the present joints, also in the browser's list of commands; the legend shows them."""
         for command in self._commands:
             command.remove()
         self._commands.clear()

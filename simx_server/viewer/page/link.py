@@ -1,6 +1,6 @@
-"""The page's connections: `Eye` looks, `Hands` do what people click. Each is a client of its own, as any other.
+"""The web viewer's connections: `Eye` reads, `Hands` execute clicks. Each is a client like any other.
 
-A server that is away is tried again until it is back: the page outlives it.
+They retry a server that is away until it is back: the viewer continues without it.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 TIMEOUT = 5.0
-"""Seconds for an answer. A script that runs long, or a large scene being loaded, holds the server up."""
+"""Time-out in seconds for an answer. A long-running script, or loading a large scene, delays the server."""
 
 AGAIN = 1.0
-"""Seconds between two tries to reach a server that is away."""
+"""Seconds between two attempts to reach a server that is away."""
 
 
 class Away(Exception):
-    """The server cannot be reached now; the text says why."""
+    """The server cannot be reached now; the text gives the reason."""
 
 
 class Link:
@@ -43,7 +43,7 @@ class Link:
         self._problem = "not tried yet"
 
     def client(self) -> Client:
-        """Raises Away."""
+        """Return the client, connected. Raises Away."""
         if self._client is None:
             if time.monotonic() < self._next_try:
                 raise Away(self._problem)
@@ -56,7 +56,7 @@ class Link:
         return self._client
 
     def ask(self, question: Callable[[Client], T]) -> T:
-        """Raises Away, and SimxError when the server refuses."""
+        """Call a function with the client. Raises Away, and SimxError when the server refuses."""
         client = self.client()
         try:
             return question(client)
@@ -73,34 +73,34 @@ class Link:
 
 
 class Eye:
-    """Asks what there is to see. Remembers what it was told, and asks for news only."""
+    """Reads the scene. It remembers what it has received, and requests changes only."""
 
     def __init__(self, address: str) -> None:
         self._link = Link(address)
         self._model = self._arrays = self._tree = self._drawings = -1
 
     def look(self) -> Look:
-        """Raises Away."""
+        """Read the state of the scene. Raises Away."""
         seen = cast(Look, self._ask(LOOK, self._model, self._arrays))
         self._model, self._arrays = seen["model"], seen["arrays_version"]
         return seen
 
     def survey(self) -> Survey:
-        """Raises Away."""
+        """Read the data for the panels. Raises Away."""
         seen = cast(Survey, self._ask(SURVEY, self._tree, self._drawings))
         self._tree, self._drawings = seen["tree_version"], seen["drawings_version"]
         return seen
 
     def forget_look(self) -> None:
-        """The next look holds everything."""
+        """Make the next look return everything."""
         self._model = self._arrays = -1
 
     def forget_survey(self) -> None:
-        """The next survey holds everything."""
+        """Make the next survey return everything."""
         self._tree = self._drawings = -1
 
     def forget(self) -> None:
-        """The next answers hold everything."""
+        """Make the next answers return everything."""
         self.forget_look()
         self.forget_survey()
 
@@ -128,16 +128,16 @@ def make(client: Client, note: Callable[[Calls], object]) -> None:
 
 
 class Hands:
-    """Do what people click, in order, on a thread of their own; what fails is told, never raised."""
+    """Execute clicks in order, on a separate thread; failures are reported, never raised."""
 
     def __init__(self, address: str, tell: Callable[[str], None]) -> None:
-        """`tell` is given, on that thread, what went wrong, as a sentence."""
+        """Make hands; `tell` gets each failure as a sentence, on that thread."""
         self._link = Link(address)
         self._tell = tell
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="simx-hands")
 
     def do(self, action: Callable[[Client], object]) -> None:
-        """Have it done soon; returns at once."""
+        """Schedule an action; returns at once."""
         self._thread.submit(self._do, action)
 
     def _do(self, action: Callable[[Client], object]) -> None:

@@ -1,4 +1,4 @@
-"""A copy of the server's model and state in the page's process, from what the feed tells."""
+"""A copy of the server's model and state in the viewer's process, from the feed's answers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simx_server.scene.editing.model_state import STATE, editable_arrays
 from simx_server.viewer.messages import Look
 
 _SHAPES = ("geom_", "mat_", "site_size")
-"""Beginnings of the names of arrays that change what a body looks like, not only where it is."""
+"""Prefixes of arrays that change what a body looks like, not only its pose."""
 
 
 @dataclass(eq=False)
@@ -32,11 +32,11 @@ class Mirror:
         """The arrays as they were in the model file."""
 
     def update(self, look: Look) -> tuple[bool, bool]:
-        """Take over a look. Returns (another model, bodies look different)."""
+        """Copy the state from a look. Returns (another model, bodies look different)."""
         binary, arrays = look["binary"], look["arrays"]
         if binary is not None:
             model = mujoco.MjModel.from_binary_path("scene.mjb", {"scene.mjb": zlib.decompress(binary)})
-            # Bodies asleep would keep forces of other times.
+            # Sleeping bodies would keep forces of other times.
             model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
             self.copy = Copy(model, mujoco.MjData(model))
             self._first = {name: value.copy() for name, value in editable_arrays(model)}

@@ -1,4 +1,4 @@
-"""viser's server as the page wants it: where only the gate finds it, silent, and as quick after days as at first."""
+"""Set up viser's server for the web viewer: hidden behind the gate, silent, and as fast after days as at first."""
 
 from __future__ import annotations
 
@@ -17,38 +17,39 @@ _MANY = 1_000_000
 
 
 def open_browser_server() -> viser.ViserServer:
-    """One that only the gate is to know: viser lets in whoever comes, web sites in this machine's browsers too.
+    """Return a server that only the gate should know: viser accepts everyone, also web sites in local browsers.
 
-    These can try all ports of 127.0.0.1 in turn, but not all addresses of loopback; where there is only one
-    (on other systems than Linux), the port is all that is hidden.
+    These can try all ports of 127.0.0.1 in turn, but not all addresses of loopback; on systems with only one such
+    address (other than Linux), only the port is hidden.
     """
     for host in (
         f"127.{'.'.join(str(each) for each in secrets.token_bytes(2))}.{1 + secrets.randbelow(254)}",
         "127.0.0.1",
     ):
         with socket.socket() as claimed, contextlib.suppress(OSError):
-            # viser tries the ports after a taken one by itself, so nothing is lost if another takes this one now.
+            # viser tries the next ports after a taken one, so a race for this port does no harm.
             claimed.bind((host, 0))
             port = int(claimed.getsockname()[1])
             break
     else:
         raise OSError("no port of this machine is free")
-    # It tells its own address even when it is not to be verbose; stdout is for the page's.
+    # viser prints its address even when it is not verbose; stdout is for the gate's.
     with contextlib.redirect_stdout(io.StringIO()):
         return viser.ViserServer(host=host, port=port, verbose=False)
 
 
 def set_title(browser: viser.ViserServer, title: str) -> None:
     """Set the title of the browser's tab, here and in every browser that comes later."""
-    # viser has no call for it. In JSON every text is a text of JavaScript too.
+    # viser has no call for it. A text in JSON is also a text in JavaScript.
     script = RunJavascriptMessage(f"document.title = {json.dumps(title)};")
     browser.gui._websock_interface.queue_message(script)
 
 
 def renumber(browser: viser.ViserServer) -> None:
-    """Have what viser keeps for browsers that come numbered from 0 again, if there were many and none is there.
+    """Number viser's stored messages from 0 again, if there were many and no browser is connected.
 
-    For each that comes it looks up every number it ever gave, and the others wait: days of motion are seconds.
+    For each new browser viser looks up every number that it ever used, and the others wait: days of motion take
+    seconds.
     """
     buffer = browser._websock_server._broadcast_buffer
     with contextlib.suppress(RuntimeError):  # it has stopped
@@ -56,7 +57,7 @@ def renumber(browser: viser.ViserServer) -> None:
 
 
 def _renumber(buffer: AsyncMessageBuffer) -> None:
-    """On viser's thread, where browsers are served."""
+    """Number the messages again, on viser's thread, which serves browsers."""
     with buffer.buffer_lock:
         kept = buffer.message_from_id
         if buffer.generator_cursors or buffer.message_counter < len(kept) + _MANY:

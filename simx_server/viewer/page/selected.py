@@ -1,4 +1,4 @@
-"""What is selected, in the 3-D view: its name, and axes where its own frame is."""
+"""Mark the selected objects in the 3-D view: the name, and axes at the object's frame."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ class Selected:
             self._marks[item["handle"]] = (item, frame)
 
     def move(self, copy: Copy) -> None:
-        """To where the objects are."""
+        """Move the marks to the poses of the objects."""
         for item, frame in self._marks.values():
             if (place := _place(copy, item)) is not None:
                 frame.position, frame.wxyz = place
 
 
 def _place(copy: Copy, item: SceneItem) -> tuple[np.ndarray, np.ndarray] | None:
-    """Position and quat_wxyz in the world; None for what has no place of its own, as a tendon's joint."""
+    """Return position and quat_wxyz in the world; None for an object without a pose, such as a tendon's joint."""
     data, number = copy.data, item["id"]
     quat = np.zeros(4)
     match item["element"]:

@@ -1,4 +1,4 @@
-"""What of a joint people can set from the page, and setting it."""
+"""Set joints from the web viewer."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BY_TARGET = {Rule.POSITION, Rule.SPRING}
 
 
 def settable(item: SceneItem, view: JointView) -> Quantity | None:
-    """What moves the joint when it is set; None for what follows another joint, and for ball joints."""
+    """Return the quantity to set for moving the joint; None for a joint that follows another, and ball joints."""
     rule = Rule[view["moved_by"]]
     if view["position"] is None or rule is Rule.DEPENDENT:
         return None
@@ -31,16 +31,16 @@ def settable(item: SceneItem, view: JointView) -> Quantity | None:
 
 
 def present(view: JointView, quantity: Quantity) -> float:
-    """Its value as the server told last, in radians or metres, or those per second."""
+    """Return the server's last value, in radians or metres, or those per second."""
     values = {"position": view["position"], "target": view["target"], "velocity": view["target_velocity"]}
     return values[quantity] or 0.0
 
 
 def set_joint(client: Client, item: SceneItem, quantity: Quantity, value: float) -> None:
-    """Raises SimxError.
+    """Set a joint. Raises SimxError.
 
-    While the simulation is stopped no motor moves the joint, so it is put where it is to go as well; the target has it
-    stay there later on. Whether it is stopped is asked now: what the page heard last may be old.
+    While the simulation is stopped no motor moves the joint, so its position is set as well; the target keeps it there
+    later. The state is read now, because the viewer's last data may be old.
     """
     joint = item["handle"]
     is_put = quantity == "position"

@@ -30,7 +30,7 @@ _LONGEST_ARROW = 0.5
 
 
 class World:
-    """Owns all that is in the 3-D view. `update` and `survey` on the page's thread."""
+    """Owns the 3-D view. `update` and `survey` on the viewer's thread."""
 
     def __init__(self, browser: viser.ViserServer, hands: Hands, mirror: Mirror) -> None:
         self._browser, self._hands = browser, hands
@@ -39,16 +39,16 @@ class World:
         self._marks = Selected(browser.scene)
         self._bodies: dict[int, Body] = {}
         self._looks: list[bytes] = []
-        """By body, what it was made from."""
+        """By body, the appearance from which it was made."""
 
         self._places = np.empty((0, 7))
-        """By body, where browsers have it: position and quat_wxyz."""
+        """By body, its pose in the browsers: position and quat_wxyz."""
 
         self._tree: list[SceneItem] = []
         self._selected: tuple[int, ...] = ()
         self._forces: viser.ArrowsHandle | None = None
         self._arrows = np.empty((0, 2, 3))
-        """What `_forces` shows."""
+        """The content of `_forces`."""
 
         browser.scene.set_up_direction("+z")
         browser.scene.configure_environment_map("studio", background=False, environment_intensity=0.25)
@@ -63,7 +63,7 @@ class World:
         browser.on_client_connect(self._look_at_all)
 
     def update(self, look: Look) -> None:
-        """Take over what was looked at."""
+        """Show a new look."""
         is_new, is_reshaped = self._mirror.update(look)
         copy = self._mirror.copy
         assert copy is not None
@@ -82,7 +82,7 @@ class World:
                 self._look_at_all(client)
 
     def survey(self, survey: Survey) -> None:
-        """Take over what changes rarely."""
+        """Show the data that changes rarely."""
         if survey["tree"] is not None:
             self._tree = survey["tree"]
             self._mark(self._selected, anew=True)
@@ -109,7 +109,7 @@ class World:
                 before.remove()
             try:
                 meshes = list(meshes_of(model, number))
-            except Exception:  # of the converter, with a scene that nobody has tried
+            except Exception:  # from the converter, with a scene that was never tried
                 logger.exception("body '%s' cannot be drawn; the others are", model.body(number).name)
                 continue
             if meshes:
@@ -120,7 +120,7 @@ class World:
         self._mark(self._selected, anew=True)
 
     def _move(self, data: mujoco.MjData) -> None:
-        """Send where bodies are, of those that are elsewhere than before."""
+        """Send the poses of bodies that have moved."""
         places = np.concatenate([data.xpos, data.xquat], axis=1)
         moved = ~np.all(np.abs(places - self._places) <= _MOVED, axis=1)
         for number in np.flatnonzero(moved).tolist():
@@ -129,7 +129,7 @@ class World:
         self._places[moved] = places[moved]
 
     def _clicked(self, number: int) -> None:
-        """Select the object that a body is, or is part of. On the ground nothing is selected any more."""
+        """Select the object of a clicked body. A click on the ground clears the selection."""
         assert self._mirror.copy is not None
         if is_ground(self._mirror.copy, number):
             number = 0
@@ -165,7 +165,7 @@ class World:
                 "/contact_forces", arrows, _FORCE, shaft_radius=0.004, head_radius=0.01, head_length=0.02
             )
 
-    # --- where from ------------------------------------------------------------------------------
+    # --- camera ----------------------------------------------------------------------------------
 
     def _look_at_all(self, client: viser.ClientHandle | None) -> None:
         if client is None:
@@ -177,7 +177,7 @@ class World:
 
 
 def contact_forces(copy: Copy) -> np.ndarray:
-    """Arrows of the forces that contacts exert, in newtons as metres: (N, 2, 3), begin and end in the world."""
+    """Return arrows of contact forces, in newtons as metres, shape (N, 2, 3): start and end in the world."""
     model, data = copy.model, copy.data
     mujoco.mj_forward(model, data)
     arrows: list[np.ndarray] = []

@@ -1,1 +1,1 @@
-"""One file a tab. Each makes its elements when it is made, and brings them up to date when there are news."""
+"""One file per tab. Each panel makes its elements when it is made, and updates them when new data comes."""

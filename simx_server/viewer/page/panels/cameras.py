@@ -1,7 +1,7 @@
-"""Cameras: what each vision sensor sees, live, how it looks, and the line that reads it.
+"""Cameras: the live image of each vision sensor, its optics, and the line of code that reads it.
 
-Pictures are asked for by a thread of its own with a client of its own, of sensors that are switched on and while a
-browser is there: one that nobody looks at costs nothing.
+A separate thread with its own client requests images, of switched-on sensors and while a browser is connected: unseen
+cameras cost nothing.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ logger = logging.getLogger(__name__)
 
 _RATES = {"1 a second": 1.0, "2 a second": 2.0, "5 a second": 5.0, "10 a second": 10.0}
 _LIVE_AT_FIRST = 2
-"""So many cameras are on without being asked for."""
+"""Number of cameras that are on at first."""
 
 _MOST = 40
 """Vision sensors that are shown."""
 
 _ANYWAY = 1.0
-"""Seconds until a scene that stands still is looked at again: a sensor may have been set otherwise."""
+"""Seconds until the images of a still scene are updated: a sensor's settings may have changed."""
 
 _SMALL = "font-size:0.85em;padding:0 1em 0.3em 1em"
 
 
 class Cameras:
-    """The tab. `follow` for each look at the scene; `update` and `follow` on the page's thread."""
+    """The tab. `follow` for each look at the scene; `update` and `follow` on the viewer's thread."""
 
     def __init__(self, browser: viser.ViserServer, hands: Hands, address: str, mirror: Mirror) -> None:
         self._browser, self._gui, self._mirror = browser, browser.gui, mirror
@@ -65,20 +65,20 @@ class Cameras:
         )
         self._place = browser.gui.add_folder(None)
         self._lock = threading.Lock()
-        """Over `_cameras` and their elements, which both threads touch."""
+        """Lock of `_cameras` and their elements, which both threads use."""
 
         self._cameras: dict[int, _Camera] = {}
         self._scene: object = None
-        """Equal while the scene stands still."""
+        """Equal while the scene is still."""
 
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._work, name="simx-cameras", daemon=True)
         self._thread.start()
 
-    # --- the page's thread -----------------------------------------------------------------------
+    # --- the viewer's thread ---------------------------------------------------------------------
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the list of cameras."""
         self._scene = look["model"], look["arrays_version"], look["passes"], hash(look["state"])
         if survey["tree"] is not None:
             self._arrange([item for item in survey["tree"] if item["type"] == "vision sensor"])
@@ -92,7 +92,7 @@ class Cameras:
             self._frustums.update(seen, self._mirror.copy)
 
     def follow(self) -> None:
-        """Move the frustums to where the cameras are now."""
+        """Move the frustums to the present poses of the cameras."""
         if self._mirror.copy is not None:
             self._frustums.move(self._mirror.copy)
 
@@ -120,7 +120,7 @@ class Cameras:
             note = f"The first {_MOST} of {len(items)} vision sensors."
         _say(self._note, note)
 
-    # --- the thread that looks -------------------------------------------------------------------
+    # --- the thread that reads images ------------------------------------------------------------
 
     def _work(self) -> None:
         scene, next_anyway, wait = None, 0.0, 0.0
@@ -143,7 +143,7 @@ class Cameras:
         self._link.close()
 
     def _look(self, is_due: bool) -> None:
-        """Raises Away."""
+        """Update the images. Raises Away."""
         with self._lock:
             cameras = list(self._cameras.values())
         with_depth = self._depth.value
@@ -178,7 +178,7 @@ class Cameras:
         return bool(copy.model.cam_projection[camera.number] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC)
 
     def _change(self, camera: _Camera, change: Callable[[], None]) -> None:
-        """Unless it has gone meanwhile."""
+        """Apply a change, unless the camera has gone meanwhile."""
         with self._lock:
             if self._cameras.get(camera.handle) is camera:
                 change()
@@ -191,13 +191,13 @@ class _Camera:
         self.handle, self.path, self.name = item["handle"], item["path"], item["name"]
         self.number = item["id"]
         self.optics: Optics | None = None
-        """None until the server has told."""
+        """None until the server has sent it."""
 
         self.is_told = False
-        """How it looks, or why that cannot be said."""
+        """The optics, or the reason why they are not known."""
 
         self.is_shown = False
-        """A picture, or why there is none."""
+        """The image, or the reason why it is missing."""
 
         self._folder = gui.add_folder(item["name"], expand_by_default=is_live)
         nothing = np.zeros((1, 1, 3), np.uint8)
@@ -214,7 +214,7 @@ class _Camera:
         return self._live.value
 
     def tell(self, optics: Optics) -> None:
-        """How it looks, and how to read it."""
+        """Show the optics, and how to read the image."""
         self.optics, self.is_told = optics, True
         call = f"vrep.simxGetVisionSensorImage(client, {self.handle}, 0, vrep.simx_opmode_blocking)"
         self._details.content = (
@@ -223,7 +223,7 @@ class _Camera:
         )
 
     def show(self, sight: Sight, optics: Optics) -> None:
-        """A new picture."""
+        """Show a new image."""
         _put(self._rgb, sight.rgb)
         if sight.depth is None:
             self._depth.visible = self._range.visible = False
@@ -235,19 +235,19 @@ class _Camera:
         self.is_shown = True
 
     def fail(self, problem: str) -> None:
-        """There is no picture: say why."""
+        """Show the reason why the image is missing."""
         self.hide()
         _say(self._hint, problem, colour="#e03131")
         self.is_told = self.is_shown = True
 
     def hide(self) -> None:
-        """What was seen before is no picture of now."""
+        """Hide the image, because it is out of date."""
         for element in (self._rgb, self._depth, self._range, self._hint):
             element.visible = False
         self.is_shown = False
 
     def remove(self) -> None:
-        self._folder.remove()  # with all that is in it
+        self._folder.remove()  # with everything in it
 
 
 def _put(element: viser.GuiImageHandle, picture: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Who is connected, what they call, how long that takes, and what has gone wrong of late."""
+"""Show who is connected, what they call, how long that takes, and recent errors."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from simx_server.viewer.messages import OWN_NAME, Look, StreamView, Survey
 from .elements import harmless, put
 
 EVERY = 1.0
-"""Seconds between two updates: the server's own figures are not newer."""
+"""Seconds between two updates: the server's figures are not newer."""
 
 _COMMANDS = 20
-"""Commands that are shown: those called most of late, then those that took the most time."""
+"""Commands that are shown: those called most often in the last seconds, then those that took the most time."""
 
 _BY_CLIENT = 6
-"""Of the commands and streams of one client."""
+"""Commands and streams of one client that are shown."""
 
 _LEFT = 5
 """Clients that have left and are still shown."""
@@ -35,13 +35,13 @@ _NUMBER = f"{_CELL};text-align:right;white-space:nowrap"
 
 
 class Clients:
-    """Tables. The page's own clients stand apart: they are there because somebody looks."""
+    """Tables. The viewer's own clients are listed separately, because only the viewer causes their calls."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._next = 0.0
         self._before: dict[tuple[str, int], dict[str, int]] = {}
         self._before_at = 0.0
-        """When `_before`, what each client had called, was noted; on the clock of the server's age."""
+        """The time when `_before`, the calls of each client, was stored; in the server's age."""
 
         self._rates: dict[tuple[str, int], dict[str, float]] = {}
         self._summary = gui.add_html("")
@@ -55,7 +55,7 @@ class Clients:
             self._errors = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the tables."""
         now = time.monotonic()
         if now < self._next:
             return
@@ -78,10 +78,10 @@ class Clients:
         put(self._errors, content=_block(errors))
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _count(self, metrics: Metrics) -> None:
-        """How often each client has called each command of late, as the server tells only how often ever."""
+        """Compute how often each client has called each command recently, as the server returns only totals."""
         if metrics["age"] < self._before_at:  # another server
             self._before, self._rates, self._before_at = {}, {}, 0.0
         passed = metrics["age"] - self._before_at
@@ -122,7 +122,7 @@ class Clients:
 
 
 def _gone(left: Sequence[DepartedClient]) -> str:
-    """Clients that have left, the newest first, with what they called."""
+    """Return clients that have left, the newest first, with what they called."""
     shown = [
         f"<p style='margin:0 0 0.6em;opacity:0.5'><b>{harmless(each['name'], 60)}</b>: left {age(each['ago'])} ago, "
         f"{each['role']}, port {each['port']}, {each['calls']} calls in all"
@@ -135,12 +135,12 @@ def _gone(left: Sequence[DepartedClient]) -> str:
 
 
 def _by_count(counts: Mapping[str, int]) -> list[str]:
-    """Names of commands with how often they were called, the most frequent first."""
+    """Return names of commands with how often they were called, the most frequent first."""
     return [f"{harmless(name)} {counts[name]}" for name in sorted(counts, key=lambda name: -counts[name])]
 
 
 def _keyed(clients: Sequence[Client]) -> Iterator[tuple[tuple[str, int], Client]]:
-    """Each client with its name and its number among those of that name, in the order they joined."""
+    """Yield each client with its name and its number among those with that name, in the order they joined."""
     seen: defaultdict[str, int] = defaultdict(int)
     for client in clients:
         yield (client["name"], seen[client["name"]]), client
@@ -166,7 +166,7 @@ def _called(clients: Sequence[Client] | Sequence[DepartedClient]) -> set[str]:
 
 
 def _commands(metrics: Metrics, own: set[str]) -> str:
-    """All but those that the page alone calls, `own`."""
+    """Return a table of all commands but `own`, those that the viewer alone calls."""
     commands = {name: each for name, each in metrics["commands"].items() if name not in own}
     busiest = sorted(
         commands, key=lambda name: (-commands[name]["recent"]["per_second"], -commands[name]["seconds"])
@@ -179,7 +179,7 @@ def _commands(metrics: Metrics, own: set[str]) -> str:
 
 
 def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] | None = None) -> str:
-    """A table of how often and how long; empty for none."""
+    """Return a table of how often and how long; empty for none."""
     if not timings:
         return ""
     head = [what, "/s", "count", "p50", "p99", *(["failed"] if failed is not None else [])]
@@ -199,7 +199,7 @@ def _times(what: str, timings: Mapping[str, Timing], failed: Mapping[str, str] |
 
 
 def _of_late(times: Timing) -> Mapping[str, float]:
-    """Percentiles of late, else those since the start; seconds."""
+    """Return recent percentiles, else those since the start; seconds."""
     chosen = times["recent"] if times["recent"]["per_second"] else times
     return {"p50": chosen["p50"], "p99": chosen["p99"]}
 
@@ -218,7 +218,7 @@ def _errors(metrics: Metrics) -> Iterator[str]:
 
 
 def _few(what: str, texts: Sequence[str]) -> str:
-    """The first few of some texts of HTML, on a line of their own."""
+    """Return the first few of some texts of HTML, on a separate line."""
     if not texts:
         return ""
     more = f" and {len(texts) - _BY_CLIENT} more" if len(texts) > _BY_CLIENT else ""

@@ -1,4 +1,4 @@
-"""One custom UI of the legacy API as elements of the page: buttons, labels, sliders and edit boxes.
+"""One custom UI of the legacy API as elements of the web viewer: buttons, labels, sliders and edit boxes.
 
 A dialog is a custom UI, too: a click on one of its buttons answers it.
 """
@@ -22,17 +22,17 @@ _MAX_SLIDER = 1000
 _DOWN = "orange"
 
 UI = dict[str, Any]
-"""As `CustomUIs.describe` gives it."""
+"""The form that `CustomUIs.describe` returns."""
 
 
 def operate(client: Client, function: str, *numbers: int, text: str | None = None) -> None:
-    """What the mouse was in V-REP. Raises RemoteError."""
+    """Send an action of the mouse in V-REP's UI. Raises RemoteError."""
     strings = [] if text is None else [text]
     client.call(function, ADD_ON_NAME, numbers, (), strings, script_type=ADD_ON_TYPE)
 
 
 def key_of(ui: UI) -> tuple[object, ...]:
-    """Changes when the elements must be made anew."""
+    """Return a key that changes when the elements must be made again."""
     return ui["handle"], ui["title"], tuple((each["id"], each["kind"]) for each in ui["elements"])
 
 
@@ -43,14 +43,14 @@ class Card:
         self._hands, self._handle = hands, int(ui["handle"])
         self._elements: dict[int, Any] = {}
         self._texts: dict[int, str] = {}
-        """What the server has in each edit box."""
+        """The server's text of each edit box."""
 
         self._latest: dict[int, Latest[Any]] = {}
         for element in _in_order(ui["elements"]):
             self._elements[element["id"]] = self._make(gui, element)
 
     def update(self, ui: UI) -> None:
-        """What the program shows now; what somebody is changing is left alone."""
+        """Show the program's present values; an element that a user is changing stays as it is."""
         for element in ui["elements"]:
             flags = element["flags"]
             shown = self._elements[element["id"]]
@@ -72,15 +72,15 @@ class Card:
                 self._update_box(element["id"], shown, element["label"])
 
     def _update_box(self, box: int, shown: viser.GuiTextHandle, text: str) -> None:
-        """Send what was typed when no other letter has come for a while; else show what the program has set."""
+        """Send typed text after a pause in typing; otherwise show the text that the program has set."""
         latest = self._latest[box]
         if latest.is_held:
             return
         if shown.value != self._texts[box]:
-            latest.hold()  # until the server tells the new text
+            latest.hold()  # until the server returns the new text
             self._hands.do(self._type)
             return
-        put(shown, value=text)  # first: a click may send what differs meanwhile
+        put(shown, value=text)  # first: a click may send a difference meanwhile
         self._texts[box] = text
 
     def _make(self, gui: viser.GuiApi, element: dict[str, Any]) -> Any:
@@ -107,7 +107,7 @@ class Card:
         box.on_update(lambda event: typing.hold() if event.client else None)
         return box
 
-    # --- what people do; on threads of viser's ---------------------------------------------------
+    # --- actions of users; on threads of viser's -------------------------------------------------
 
     def _click(self, button: int) -> None:
         def act(client: Client) -> None:
@@ -117,7 +117,7 @@ class Card:
         self._hands.do(act)
 
     def _type(self, client: Client) -> None:
-        """Send what stands in the edit boxes and the server does not have."""
+        """Send the texts of the edit boxes that the server does not have."""
         for box, known in self._texts.items():
             text = self._elements[box].value
             if text != known:
@@ -126,7 +126,7 @@ class Card:
 
 
 def _in_order(elements: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """By row and column if all have a place, else as they are."""
+    """Return the elements by row and column if all have a position, else as they are."""
     if all(element["place"] for element in elements):
         return sorted(elements, key=lambda element: (element["place"][1], element["place"][0]))
     return list(elements)

@@ -1,4 +1,4 @@
-"""What panels share. An element is changed only when its content is another: each change goes to all browsers."""
+"""Helpers for all panels. An element is changed only when its content differs: each change goes to all browsers."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from simx_server.viewer.page.link import Hands
 T = TypeVar("T")
 
 HELD = 1.0
-"""Seconds after somebody has changed an element in which news from the server leave it alone."""
+"""Seconds after a user has changed an element in which updates from the server do not change it."""
 
 
 PAGE_STYLE = """<style>
 .mantine-ScrollArea-content { padding-right: 0.6em; }
 .mantine-ScrollArea-content .mantine-ScrollArea-content { padding-right: 0; }
 </style>"""
-"""Leaves room for the scroll bar, which viser lays over what stands at the right edge."""
+"""Space for the scroll bar, which viser draws over the right edge."""
 
 
 def put(element: Any, **properties: Any) -> None:
-    """Assign what is not so yet to an element of viser's."""
+    """Assign properties to an element of viser's, where they differ."""
     for name, value in properties.items():
         if getattr(element, name) != value:
             setattr(element, name, value)
 
 
 def harmless(text: str, most: int = 80) -> str:
-    """HTML of what a client may have written, shortened to so many letters."""
+    """Return a client's text as HTML, escaped and shortened to `most` letters."""
     return html.escape(text if len(text) <= most else text[: most - 1] + "…")
 
 
 class Latest(Generic[T]):
-    """Sends the newest of values that change fast, as while somebody drags a slider; those between are left out."""
+    """Sends the newest of values that change fast, as when a user drags a slider; those between are left out."""
 
     def __init__(self, hands: Hands, send: Callable[[Client, T], object]) -> None:
         self._hands, self._send = hands, send
@@ -45,15 +45,15 @@ class Latest(Generic[T]):
 
     @property
     def is_held(self) -> bool:
-        """Whether somebody has changed the value just now."""
+        """Return whether a user has changed the value just now."""
         return time.monotonic() - self._changed < HELD
 
     def hold(self) -> None:
-        """Somebody changes it just now."""
+        """Record that a user changes it just now."""
         self._changed = time.monotonic()
 
     def change(self, value: T) -> None:
-        """Send this soon, unless it changes again before. On threads of viser's."""
+        """Send this value soon, unless it changes again before. On threads of viser's."""
         self.hold()
         self._changes = number = self._changes + 1
         self._hands.do(lambda client: self._deliver(client, number, value))

@@ -1,6 +1,6 @@
-"""What programs show to people, and people's answers: dialogs, custom UIs, consoles, the status bar.
+"""Show what programs display, and send the answers of users: dialogs, custom UIs, consoles, the status bar.
 
-A dialog opens as a window of its own above the scene, as in V-REP: to answer it one may have to look at the scene.
+A dialog opens as a separate window above the scene, as in V-REP: a user may need to see the scene to answer it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _BELOW = 140
 
 
 class Interface:
-    """All of it."""
+    """The tab."""
 
     def __init__(self, gui: viser.GuiApi, hands: Hands) -> None:
         self._gui, self._hands = gui, hands
@@ -48,7 +48,7 @@ class Interface:
             self._status_bar = gui.add_html("")
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the elements."""
         shown = survey["interface"]
         uis: dict[int, UI] = {ui["handle"]: ui for ui in shown["custom_uis"]}
         dialogs = {
@@ -64,7 +64,7 @@ class Interface:
         put(self._status_bar, content=_lines(shown["status_bar"], survey["messages"]))
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _show_dialogs(self, dialogs: dict[int, dict[str, Any]], uis: dict[int, UI]) -> None:
         for handle in [each for each in self._windows if each not in dialogs]:
@@ -178,7 +178,7 @@ class _Console:
 def _lines(
     lines: Sequence[str], count: int = 0, style: str = "white-space:pre-wrap;overflow-wrap:anywhere;"
 ) -> str:
-    """Lines, with the newest in view; `count` is how many there ever were."""
+    """Return lines as HTML, with the newest in view; `count` is the number of lines ever written."""
     text = html.escape("\n".join(lines)) or "&nbsp;"
     left_out = count - len(lines)
     before = f"<i>({left_out} older lines are in the server's log)</i>\n" if left_out > 0 else ""

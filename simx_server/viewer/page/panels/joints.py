@@ -1,4 +1,4 @@
-"""Joints: where they are, a slider for what moves each, and how its motor is controlled."""
+"""Joints: their positions, a slider for each, and how its motor is controlled."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from simx_server.viewer.page.setting_joints import Quantity, present, set_joint,
 from .elements import Latest, put
 
 ROWS = 40
-"""Joints that are shown; if there are more, they are searched."""
+"""Joints that are shown; with more, the user searches."""
 
 _FILTERED = 8
-"""From so many joints on there is a box to search them."""
+"""Number of joints from which on there is a search box."""
 
 _UNLIMITED = 1e8
 """Metres; the range of a joint without limits is larger."""
@@ -41,7 +41,7 @@ _SMALL = "padding:0 1em 0.6em;font-size:0.8em;opacity:0.85;overflow-wrap:anywher
 
 
 class Scale(NamedTuple):
-    """What a slider sets, and in which unit it shows that."""
+    """The quantity that a slider sets, and its unit."""
 
     sets: Quantity | None
 
@@ -57,7 +57,7 @@ class Scale(NamedTuple):
     is_limited: bool
 
     def shown(self, value: float) -> float:
-        """A number of the server's for the slider: in its unit, within its range, on its steps."""
+        """Return a number of the server for the slider: in its unit, within its range, on its steps."""
         number = min(max(value * self.factor, self.low), self.high) if math.isfinite(value) else 0.0
         return round(number, 3 if self.step < 0.1 else 1)
 
@@ -78,7 +78,7 @@ class Joints:
         self._more = gui.add_html("", visible=False)
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the rows."""
         if survey["tree"] is not None:
             self._items = [item for item in survey["tree"] if item["handle"] in survey["joints"]]
         put(self._search, visible=len(self._items) >= _FILTERED)
@@ -95,10 +95,10 @@ class Joints:
                 row.update(view, controls=self._controls.value)
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _row(self, order: int, item: SceneItem, view: JointView) -> _Row:
-        """The one that is there, unless its slider must be another one."""
+        """Return the present row, or a new one if the slider must change."""
         scale = scale_of(item, view)
         row = self._rows.get(item["handle"])
         key = (order, item["name"], item["path"], scale, _has_control(view))
@@ -126,7 +126,7 @@ _Key = tuple[int, str, str, Scale, bool]
 
 
 class _Row:
-    """One joint: slider, control, and a line on how it is."""
+    """One joint: slider, control, and a line on its state."""
 
     def __init__(self, gui: viser.GuiApi, hands: Hands, item: SceneItem, key: _Key) -> None:
         order, name, path, scale, has_control = key
@@ -156,7 +156,7 @@ class _Row:
             self._line = gui.add_html("")
 
     def update(self, view: JointView, *, controls: bool) -> None:
-        """How the joint is now. While somebody moves the slider, that is left alone."""
+        """Show the state of the joint. While a user moves the slider, it stays as it is."""
         if self._slider is not None and not self._latest.is_held:
             assert self._scale.sets is not None
             put(self._slider, value=self._scale.shown(present(view, self._scale.sets)))
@@ -169,10 +169,10 @@ class _Row:
     def remove(self) -> None:
         self._folder.remove()
 
-    # --- what people do; on threads of viser's ---------------------------------------------------
+    # --- actions of users; on threads of viser's -------------------------------------------------
 
     def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        if event.client is not None:  # else it was moved by `update`
+        if event.client is not None:  # otherwise `update` has moved it
             self._latest.change(event.target.value / self._scale.factor)
 
     def _picked(self, event: viser.GuiEvent[viser.GuiDropdownHandle[str]]) -> None:
@@ -192,7 +192,7 @@ _SETS = {"position": "position", "target": "target position", "velocity": "targe
 
 
 def scale_of(item: SceneItem, view: JointView) -> Scale:
-    """What the slider of a joint sets, and its range. Without limits: 180 degrees or 1 m each way."""
+    """Return the quantity that a joint's slider sets, and its range. Without limits: 180 degrees or 1 m each way."""
     is_linear = item["joint"] == "prismatic"
     is_limited = view["range"] < _UNLIMITED
     low, high = view["minimum"], view["minimum"] + view["range"]
@@ -212,7 +212,7 @@ def scale_of(item: SceneItem, view: JointView) -> Scale:
     digits = 3 if step < 0.1 else 1
     bounds = round(low * factor, digits), round(high * factor, digits)
     if bounds[0] >= bounds[1]:
-        sets = None  # its limits leave it no room
+        sets = None  # its limits are equal
     return Scale(sets, unit, factor, *bounds, step, is_limited or view["cyclic"])
 
 
@@ -221,7 +221,7 @@ def _has_control(view: JointView) -> bool:
 
 
 def _line(view: JointView, scale: Scale) -> str:
-    """How a joint is, as words."""
+    """Return the state of a joint in words."""
     mode = f"{_MODES[JointMode(view['mode'])]} mode"
     if view["position"] is None:
         return f"ball joint, {mode}"

@@ -1,4 +1,4 @@
-"""The objects of the scene as a tree, by the names and handles that scripts ask for."""
+"""The objects of the scene as a tree, with the names and handles that scripts use."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simx_server.viewer.page.link import Hands, make
 from .elements import put
 
 ROWS = 80
-"""Buttons; a scene with more objects is searched, or its models are opened one at a time."""
+"""Buttons; with more objects, the user searches, or opens models one at a time."""
 
 _OPEN_DEPTH = 3
 """Objects deeper than this are folded at first."""
@@ -38,7 +38,7 @@ _HELP = "Click to select, once more to open or fold ▸. Type a name, path, type
 
 
 class Objects:
-    """The tree. What is selected is the selection of the remote API, which any client may change."""
+    """The tree. Its selection is the selection of the remote API, which any client may change."""
 
     def __init__(self, gui: viser.GuiApi, hands: Hands) -> None:
         self._hands = hands
@@ -47,11 +47,11 @@ class Objects:
         self._version = -1
         self._selection: list[int] = []
         self._is_open: dict[tuple[int, str], bool] = {}
-        """By handle and name, where somebody has opened or folded it."""
+        """By handle and name, where a user has opened or folded it."""
 
         self._shown: Sequence[SceneItem] = ()
         self._drawn: object = None
-        """What the rows were made of."""
+        """The data from which the rows were made."""
 
         self._search = gui.add_text("Search", "", hint=_HELP)
         self._details = gui.add_html("", visible=False)
@@ -64,7 +64,7 @@ class Objects:
             row.on_click(lambda _, index=index: self._click(index))
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the rows."""
         if survey["tree"] is not None:
             self._items = {item["handle"]: item for item in robots_first(survey["tree"])}
             self._parents = {item["parent"] for item in survey["tree"]}
@@ -80,9 +80,9 @@ class Objects:
             self._draw(query)
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
-    # --- what people do; on threads of viser's ---------------------------------------------------
+    # --- actions of users; on threads of viser's -------------------------------------------------
 
     def _click(self, index: int) -> None:
         if index >= len(self._shown):
@@ -121,7 +121,7 @@ class Objects:
         put(self._details, content=f"<div style='{_SMALL}'>{shown}</div>", visible=bool(shown))
 
     def _unfolded(self) -> Iterator[SceneItem]:
-        """In tree order, without what is below folded ones."""
+        """Yield the objects in tree order, without those below folded ones."""
         folded: int | None = None
         for item in self._items.values():
             if folded is not None and item["depth"] > folded:
@@ -130,7 +130,7 @@ class Objects:
             yield item
 
     def _matches(self, query: str) -> Iterator[SceneItem]:
-        """Those whose name has the words first, then those that match otherwise."""
+        """Yield the objects whose name has the words first, then those that match otherwise."""
         words = query.casefold().split()
         by_name = [item for item in self._items.values() if _has(item["name"], words)]
         named = {item["handle"] for item in by_name}
@@ -144,7 +144,7 @@ class Objects:
         return self._is_open.get(_key(item), item["depth"] < _OPEN_DEPTH and not item["is_model"])
 
     def _reveal(self, handles: Sequence[int]) -> None:
-        """Open what they are folded in."""
+        """Open the objects in which these are folded."""
         for handle in handles:
             parent = self._items[handle]["parent"]
             while parent in self._items:
@@ -175,10 +175,10 @@ _SMALL = "padding:0 0.75em 0.5em;font-size:0.85em;overflow-wrap:anywhere"
 
 
 def robots_first(tree: Sequence[SceneItem]) -> list[SceneItem]:
-    """Return the tree with the top objects in the order in which people look for them, what is below them unchanged.
+    """Return the tree with the top objects in the order in which users look for them, the objects below unchanged.
 
-    First what has joints, the most of them first; then other bodies, then what else has shapes, such as a floor; last
-    cameras, lights and dummies.
+    First objects with joints, those with the most joints first; then other bodies, then other objects with shapes, such
+    as a floor; last cameras, lights and dummies.
     """
     families: list[list[SceneItem]] = []
     for item in tree:

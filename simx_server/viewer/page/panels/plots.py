@@ -1,4 +1,4 @@
-"""Plots over simulated time: what is shown in the panels anyway, remembered for half a minute."""
+"""Plots over simulated time: values that the panels show, kept for half a minute."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _POSITIONS = {
     "light": "light_xpos",
     "joint": "xanchor",
 }
-"""By what an object is in the model: where its position is in the copy."""
+"""By type of model element: the array with its position in the copy."""
 
 _AT_REST = 0.01
 """Radians or metres that an axis spans at least."""
@@ -48,20 +48,20 @@ Axis = tuple[float, float]
 
 @dataclass(frozen=True)
 class Curve:
-    """What can be plotted. `read` gives one number for each of `names`, None while there is none."""
+    """A quantity to plot. `read` returns one number for each of `names`, None while there is none."""
 
     title: str
     names: tuple[str, ...]
     read: Callable[[Survey, Copy | None], Values | None]
     least: float = 0.0
-    """What the vertical axis spans at least, in the curve's unit: less is noise of what stands still."""
+    """Least span of the vertical axis, in the curve's unit: smaller changes are noise."""
 
     least_share: float = 0.0
-    """The same as a share of the largest value, for what has no unit."""
+    """The same as a share of the largest value, for values without a unit."""
 
 
 class Plots:
-    """The folder. What is clicked is noted, and done at the next `update`: one thread makes and removes elements."""
+    """The folder. Clicks are stored, and handled at the next `update`: one thread makes and removes elements."""
 
     def __init__(self, gui: viser.GuiApi, mirror: Mirror) -> None:
         self._gui, self._mirror = gui, mirror
@@ -79,7 +79,7 @@ class Plots:
         self._add.on_click(lambda _: self._want())
 
     def update(self, survey: Survey, look: Look) -> None:
-        """Offer what there is, make and remove what was clicked, and take a sample when time has moved on."""
+        """Offer the present quantities, make and remove clicked plots, and take a sample when time has moved on."""
         if survey["tree"] is not None:
             self._tree = survey["tree"]
         self._curves = _curves(self._tree, survey, look)
@@ -97,7 +97,7 @@ class Plots:
                 plot.sample(time, plot.curve.read(survey, self._mirror.copy))
 
     def _want(self) -> None:
-        """Note what is chosen now: it may be offered no more when the plot is made. A thread of viser's."""
+        """Store the present choice: it may no longer be offered when the plot is made. A thread of viser's."""
         curve = self._curves.get(self._choice.value)
         if curve is not None:
             self._wanted.append(curve)
@@ -143,7 +143,7 @@ class _Plot:
             self.is_unwanted = True
 
     def sample(self, time: float, values: Values | None) -> None:
-        """Add what is now; None, when there is nothing, adds nothing."""
+        """Add the present values; None adds nothing."""
         if values is None:
             return
         self._samples.append((time, values))
@@ -157,12 +157,12 @@ class _Plot:
         self._chart.data = data
 
     def clear(self) -> None:
-        """Time begins anew."""
+        """Remove all samples, because time starts again."""
         self._samples.clear()
         self._chart.data = self._data()
 
     def remove(self) -> None:
-        self._folder.remove()  # with all that is in it
+        self._folder.remove()  # with everything in it
 
     def _data(self) -> tuple[np.ndarray, ...]:
         rows = np.array([(time, *values) for time, values in self._samples], float)
@@ -170,9 +170,9 @@ class _Plot:
 
 
 def vertical_axis(values: np.ndarray, curve: Curve, before: Axis | None) -> Axis | None:
-    """Return the ends of the vertical axis; None where the chart finds them from the values, which differ enough.
+    """Return the ends of the vertical axis; None where the values differ enough for the chart to choose them.
 
-    The axis of what stands still stays as it was while the values lie within, so that noise does not move it.
+    The axis of constant values stays as it was while the values lie within, so that noise does not move it.
     """
     low, high = float(values.min()), float(values.max())
     least = max(curve.least, curve.least_share * max(abs(low), abs(high)))
@@ -193,7 +193,7 @@ def _scales(axis: Axis | None) -> dict[str, uplot.Scale]:
 
 
 def _curves(tree: list[SceneItem], survey: Survey, look: Look) -> dict[str, Curve]:
-    """By title: the selection, signals, joints."""
+    """Return the curves by title: the selection, signals, joints."""
     curves: list[Curve] = []
     selected = set(look["selection"])
     curves += [_position(item) for item in tree if item["handle"] in selected]
@@ -226,7 +226,7 @@ def _signal(kind: str, name: str) -> Curve:
     def read(survey: Survey, copy: Copy | None) -> Values | None:
         signals = survey["signals"]
         value = signals["floats"].get(name) if kind == "float" else signals["integers"].get(name)
-        # One that is not finite has no place on an axis.
+        # A value that is not finite has no place on an axis.
         return (float(value),) if value is not None and math.isfinite(value) else None
 
     least = (0.0, 1e-3) if kind == "float" else (2.0, 0.0)

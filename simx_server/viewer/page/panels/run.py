@@ -1,4 +1,4 @@
-"""Above all tabs: start, pause, stop, one pass, speed, where time stands, and what to do next."""
+"""The controls above all tabs: start, pause, stop, one step, speed, the simulated time, and what to do next."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class Run:
         self._address = address
         self._state = gui.add_html(_line("connecting…"))
         self._hint = gui.add_markdown("", visible=False)
-        self._style = gui.add_html(_style(set(), {*_ACTIONS, *_SPEEDS}))  # of the two groups after it
+        self._style = gui.add_html(_style(set(), {*_ACTIONS, *_SPEEDS}))  # for the two groups after it
         self._run = gui.add_button_group(
             "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
         )
         self._speed = gui.add_button_group("Speed", tuple(_SPEEDS), hint="times real time")
         self._messages = gui.add_html("")
         self._run.on_click(lambda event: hands.do(_ACTIONS[event.target.value]))
-        # What was clicked is read now, not when it is done: another click may come in between.
+        # The choice is read at the click, not when it is executed: another click may come in between.
         self._speed.on_click(lambda event: hands.do(partial(_set_speed, label=event.target.value)))
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the controls."""
         running = look["running"]
         speed = survey["speed"]
         recent = survey["metrics"]["passes"]["real_time_factor"]
@@ -63,7 +63,7 @@ class Run:
         put(self._messages, content=_line("<br>".join(html.escape(line) for line in lines), small=True))
 
     def away(self, reason: str) -> None:
-        """The server cannot be reached."""
+        """Show that the server cannot be reached."""
         where = html.escape(self._address)
         put(self._style, content=_style(set(), {*_ACTIONS, *_SPEEDS}))
         put(self._state, content=_line(f"<b>no server</b> at {where}; this page tries again every second"))
@@ -71,10 +71,10 @@ class Run:
         put(self._messages, content=_line(html.escape(reason), small=True))
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _advice(self, survey: Survey) -> str:
-        """What a newcomer could do now, as Markdown; empty when somebody is at work."""
+        """Return advice for a new user as Markdown; empty when a client is at work."""
         others = [each for each in survey["metrics"]["clients"] if not each["name"].startswith(OWN_NAME)]
         if others:
             return ""
@@ -94,7 +94,7 @@ class Run:
 
 
 def _buttons(state: State, speed: float | None, *, is_waiting: bool) -> tuple[set[str], set[str]]:
-    """Return which buttons are lit, as what they bring about is so now, and which are of no use now."""
+    """Return which buttons are lit, because they show the present state, and which have no effect now."""
     lit = {_LIT[state], *(label for label, each in _SPEEDS.items() if each == speed)}
     idle = {"Pause"} if state == "stopped" else set[str]()
     if is_waiting and state == "running":
@@ -105,7 +105,7 @@ def _buttons(state: State, speed: float | None, *, is_waiting: bool) -> tuple[se
 
 
 def _style(lit: Set[str], idle: Set[str]) -> str:
-    """HTML that paints buttons of the two groups that follow it: viser paints all of a group alike."""
+    """Return HTML that paints buttons of the two groups that follow it: viser paints all of a group alike."""
     rules: list[str] = []
     for beyond, labels in (("+ div", _ACTIONS), ("+ div + div", _SPEEDS)):
         for number, label in enumerate(labels, 1):
@@ -118,7 +118,7 @@ def _style(lit: Set[str], idle: Set[str]) -> str:
 
 
 def _line(text: str, *, small: bool = False) -> str:
-    """HTML as the elements around it look."""
+    """Return HTML with the look of the elements around it."""
     return (
         f"<div style='padding:0.3em 1em;font-size:{'0.8em;opacity:0.8' if small else '0.9em'}'>{text}</div>"
     )

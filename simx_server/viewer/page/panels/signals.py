@@ -1,4 +1,4 @@
-"""Signals: by name, type and value, to be set and cleared; plots; the streams that clients have armed."""
+"""Signals: their names, types and values, to set and clear; plots; the streams that clients have armed."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Signals:
         clear.on_click(lambda _: self._act(clear_signal))
 
     def update(self, survey: Survey, look: Look) -> None:
-        """News."""
+        """Update the table."""
         self._values = values = survey["signals"]
         rows = _rows(values)
         self._table.content = _as_table(("name", "type", "value"), rows, values["count"])
@@ -66,28 +66,28 @@ class Signals:
         )
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing."""
 
     def _choose(self) -> None:
-        """Put the signal that was chosen into the fields below. A thread of viser's."""
+        """Put the chosen signal into the fields below. A thread of viser's."""
         values = self._values
         texts = {name: _text(value) for name, value in values["strings"].items()}
         found = [(name, _INTEGER, str(value)) for name, value in values["integers"].items()]
         found += [(name, _FLOAT, f"{value:.9g}") for name, value in values["floats"].items()]
-        # Of one that is shown as bytes or in part, nothing is to be set again by mistake.
+        # A value shown as bytes or in part must not be set again by mistake.
         found += [(name, _STRING, "" if remark else text) for name, (text, remark) in texts.items()]
         for name, kind, value in found:
             if _label(name, kind) == self._which.value:
                 self._name.value, self._kind.value, self._value.value = name, kind, value
 
     def _act(self, action: Callable[[Client, str, str, str], None]) -> None:
-        """On what is in the fields now."""
+        """Run an action with the present fields."""
         name, kind, value = self._name.value, self._kind.value, self._value.value
         self._hands.do(lambda client: action(client, name, kind, value))
 
 
 def put_signal(client: Client, name: str, kind: str, value: str) -> None:
-    """Set a signal from what was typed. Raises ValueError: that is no such number; SimxError."""
+    """Set a signal from typed text. Raises ValueError: the text is not such a number; SimxError."""
     if kind == _STRING:
         client.signals.strings[name] = value
     elif kind == _FLOAT:
@@ -114,7 +114,7 @@ def clear_signal(client: Client, name: str, kind: str, value: str) -> None:
 
 
 def _rows(values: Values) -> list[tuple[str, str, str]]:
-    """(name, kind, value), by name."""
+    """Return (name, kind, value), by name."""
     rows = [(name, _INTEGER, str(value)) for name, value in values["integers"].items()]
     rows += [(name, _FLOAT, f"{value:.6g}") for name, value in values["floats"].items()]
     rows += [(name, _STRING, " ".join(_text(value)).rstrip()) for name, value in values["strings"].items()]
@@ -122,10 +122,10 @@ def _rows(values: Values) -> list[tuple[str, str, str]]:
 
 
 def _text(value: StringView) -> tuple[str, str]:
-    """A string signal as text, or its bytes when it is none; and what else there is to know."""
+    """Return a string signal as text, or its bytes if it is not a text; and a note about it."""
     beginning, size = value["beginning"], value["size"]
     try:
-        # The beginning may end within a letter.
+        # The excerpt may end within a letter.
         text = codecs.getincrementaldecoder("utf-8")().decode(beginning)
     except UnicodeDecodeError:
         text = None
@@ -139,7 +139,7 @@ def _label(name: str, kind: str) -> str:
 
 
 def _as_table(heads: Iterable[str], rows: Sequence[Sequence[str]], count: int) -> str:
-    """HTML; the texts are of clients, so each is escaped. `count`: of the rows, with those that were not told."""
+    """Return HTML; the texts are of clients, so each is escaped. `count`: number of rows, including omitted ones."""
     if not rows:
         return f"<div style='padding:0 1em'>{_NONE}</div>"
     style = "text-align:left;min-width:4em;padding:0.1em 0.6em 0.1em 0;vertical-align:top"

@@ -1,4 +1,4 @@
-"""Windows of scripts: what they show with ``cv2.imshow`` where they have no display, and keys for their ``waitKey``."""
+"""Show windows of scripts that call ``cv2.imshow`` without a display, and send keys to their ``waitKey``."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ from .elements import Latest, harmless, put
 logger = logging.getLogger(__name__)
 
 EVERY, EVERY_UNSEEN = 0.1, 1.0
-"""Seconds between two questions, and while no window is open or no browser there: the server is told that way that
-there is a viewer."""
+"""Seconds between two calls, and while no window is open or no browser is connected: these calls inform the server that
+there is a viewer.
+"""
 
 KEYS = {"Enter": 13, "Space": 32, "Esc": 27, "←": 0xFF51, "↑": 0xFF52, "↓": 0xFF54, "→": 0xFF53}
-"""What a text box cannot type: code of ``cv2.waitKeyEx``."""
+"""Keys that a text box cannot type: code of ``cv2.waitKeyEx``."""
 
 _STYLE = "padding:0 0.75em 0.5em"
 Key = tuple[str, int]
@@ -34,7 +35,7 @@ Key = tuple[str, int]
 
 
 class Windows:
-    """A part of the tab of cameras, empty while no script shows a window. A thread of its own asks and shows."""
+    """A part of the tab of cameras, empty while no script shows a window. A separate thread reads and shows images."""
 
     def __init__(self, browser: viser.ViserServer, hands: Hands, address: str) -> None:
         self._browser, self._gui, self._hands = browser, browser.gui, hands
@@ -46,7 +47,7 @@ class Windows:
         self._thread.start()
 
     def update(self, survey: Survey, look: Look) -> None:
-        """Nothing of it is news here."""
+        """Do nothing: a survey has no data for windows."""
 
     def close(self) -> None:
         self._ending.set()
@@ -73,7 +74,7 @@ class Windows:
         return msgpack.unpackb(answer.buffer)[w.WINDOWS]
 
     def show(self, windows: list[dict[str, Any]]) -> None:
-        """Bring the elements up to date with what the server has told."""
+        """Update the elements with the server's answer."""
         told: dict[Key, Mapping[str, Any]] = {(each[w.OWNER], each[w.NUMBER]): each for each in windows}
         for key in [key for key in self._windows if key not in told]:
             self._windows.pop(key).remove()
@@ -109,7 +110,7 @@ class _Window:
         put(self._folder, label=told[w.TITLE][:80] or "Window")
         if told[w.IMAGE]:
             self.version = told[w.VERSION]
-            # The browser decodes: bytes of a client are not taken apart in this process.
+            # The browser decodes: this process does not parse bytes of a client.
             data = base64.b64encode(told[w.IMAGE]).decode()
             self._image.content = (
                 f"<div style='{_STYLE}'><img alt=\"{title}\" style='max-width:100%' "
@@ -126,7 +127,7 @@ class _Window:
             if slider is not None:
                 slider.remove()
             with self._sliders_place:
-                # A slider that cannot move is none for viser.
+                # viser refuses a slider that cannot move.
                 slider = self._gui.add_slider(label, minimum, max(maximum, minimum + 1), 1, value)
             latest = Latest[int](self._hands, self._sending(label))
             slider.on_update(
@@ -142,7 +143,7 @@ class _Window:
     def remove(self) -> None:
         self._folder.remove()
 
-    # --- what people do; on threads of viser's ---------------------------------------------------
+    # --- actions of users; on threads of viser's -------------------------------------------------
 
     def _typed(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is None or not (text := self._box.value):
@@ -160,6 +161,6 @@ class _Window:
 
 
 def _send(client: Client, owner: str, event: list[Any]) -> None:
-    """Raises RemoteError: the script has gone."""
+    """Send an event to a script. Raises RemoteError: the script has gone."""
     told = msgpack.packb({w.OWNER: owner, w.EVENT: event})
     client.call(w.ACT, w.ADD_ON, buffer=told, script_type=w.ADD_ON_TYPE)
