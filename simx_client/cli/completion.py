@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
+from importlib.metadata import entry_points
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -21,7 +22,6 @@ from .arguments import is_callable
 from .command_parser import SCRIPT, command_parser
 
 PROGRAMS = {
-    "simx-server": "simx_server.app.cli",
     "simx-run": "simx_client.launch.run",
     "simx-check": "simx_client.checking.command",
 }
@@ -92,11 +92,10 @@ def main(argv: Sequence[str]) -> int:
 def programs() -> list[Program]:
     """Return all installed programs."""
     found: list[Program] = []
+    for entry in _servers():
+        found.append(_described(entry.PROGRAM, entry.make_parser(), entry.words_of_settings()))
     for name, module in PROGRAMS.items():
-        try:
-            found.append(_described(name, import_module(module).make_parser()))
-        except ImportError:
-            continue  # only the client is installed
+        found.append(_described(name, import_module(module).make_parser()))
     commands = import_module("simx_client.__main__").COMMANDS
     parts = {
         name: (meaning, _described(f"{SCRIPT}-{name}", import_module(module).make_parser()))
@@ -105,8 +104,10 @@ def programs() -> list[Program]:
     return [*found, Program(SCRIPT, commands=parts)]
 
 
-def _described(name: str, parser: argparse.ArgumentParser) -> Program:
-    known = _words_of_settings() if name == "simx-server" else {}
+def _described(
+    name: str, parser: argparse.ArgumentParser, known: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+) -> Program:
+    """Describe a program; `known` has the values of flags that take words, by field."""
     flags: list[Flag] = []
     rest = Value()
     for action in parser._actions:  # pyright: ignore[reportPrivateUsage]  # argparse has no other way to ask
@@ -139,15 +140,11 @@ def _is_watchable(command: Command) -> bool:
     return command.place is Place.REMOTE and command.only_reads and not command.gives_image
 
 
+def _servers() -> Iterator[Any]:
+    """Load what installed servers tell shells; the client alone finds none."""
+    for entry in entry_points(group="simx.completion"):
+        yield entry.load()
+
+
 def _scenes() -> tuple[str, ...]:
-    try:
-        library: Any = import_module("simx_server.files.library")
-    except ImportError:
-        return ()
-    return tuple(library.list_scenes())
-
-
-def _words_of_settings() -> dict[str, tuple[str, ...]]:
-    """Return the valid values of settings that take words, by field."""
-    settings: Any = import_module("simx_server.app.settings")
-    return {name: setting.words for name, setting in settings.SETTINGS.items()}
+    return tuple(scene for server in _servers() for scene in server.scenes())
