@@ -1,5 +1,6 @@
-"""Errors of commands and of images. The text of a command's error reaches `simxGetLastErrors`; the call returns
-code 8.
+"""Errors of commands and of images.
+
+The text of a command's error reaches `simxGetLastErrors`; the call returns code 8.
 
 Standard library only: ``simx-server --doctor`` works without any other package.
 """
@@ -27,8 +28,9 @@ class UnknownHandle(CommandError):
 
 
 class NotHandledYet(CommandError):
-    """A sensor without a result. `is_coming`: the first simulation step of a run, which handles it, is about to be
-    made.
+    """A sensor without a result.
+
+    `is_coming`: the first simulation step of a run, which handles it, is about to be made.
     """
 
     def __init__(self, text: str, *, is_coming: bool) -> None:

@@ -69,9 +69,7 @@ class Limits:
     stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
     """Counted since the server started; erased files do not count any more."""
     load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
-    """Counted beyond the memory of the server without the file; the scene's memory counts where a model is added to
-    it.
-    """
+    """Counted beyond the memory that the server holds without it; a model counts together with its scene."""
     load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")
     load_wait: int = _count(10, "seconds to load a file of a client's")
     """Wall-clock seconds."""
@@ -93,8 +91,9 @@ class Limits:
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> Limits:
-        """Return the defaults, changed by texts such as ``objects=500`` or ``message=32M``; the last one of a name
-        counts.
+        """Return the defaults, changed by texts such as ``objects=500`` or ``message=32M``.
+
+        The last text of a name counts.
 
         Raises:
             LimitError: a text sets no limit.

@@ -1,5 +1,4 @@
-"""Detect too many overlapping shapes: MuJoCo tests every pair of them, in a physics step that cannot be
-interrupted.
+"""Detect too many overlapping shapes, since MuJoCo tests every pair of them in an uninterruptible physics step.
 
 Physics keeps shapes apart. Hundreds in the same place come from copies, files and positions that were set.
 """
@@ -29,10 +28,10 @@ class _Boxes(NamedTuple):
 
 
 def is_crowded(model: mujoco.MjModel, data: mujoco.MjData, most: int) -> bool:
-    """Return whether the boxes of more than `most` pairs of colliding shapes overlap; one shape of each pair can
-    move.
+    """Return whether the boxes of more than `most` pairs of colliding shapes overlap.
 
-    Shapes of one body and of neighbouring links are counted too, because there are few.
+    One shape of each pair can move. Shapes of one body and of neighbouring links are counted too, because there are
+    few.
 
     Args:
         model: the compiled model.

@@ -27,8 +27,9 @@ class Joints(Machine):
     """
 
     def position(self, handle: int) -> float:
-        """Return the angle (rad) or displacement (m); cyclic joints: -pi..pi; a tendon joint: length plus its
-        offset.
+        """Return the angle (rad) or displacement (m).
+
+        A cyclic joint returns -pi..pi, a tendon joint its length plus its offset.
         """
         binding, state = self._single(handle)
         value = self._raw_position(binding) + state.offset
@@ -77,8 +78,7 @@ class Joints(Machine):
         return self._single(handle)[1].target_position
 
     def set_target_position(self, handle: int, value: float) -> None:
-        """Set where the position controller drives the joint; a joint without annotation is switched to it (and
-        on).
+        """Set the position controller's target; a joint without annotation is switched to it (and on).
 
         In hybrid operation the motor goes there until a position is set, as inverse kinematics does in each
         simulation step.
@@ -163,7 +163,7 @@ class Joints(Machine):
         return state.hybrid and state.mode != JointMode.FORCE
 
     def set_mode(self, handle: int, mode: JointMode) -> None:
-        """Set the mode. Leaving force mode freezes the joint; entering it activates the motor and its targets again."""
+        """Set the mode. Leaving force mode freezes the joint; entering it activates motor and targets again."""
         state = self._any(handle)[1]
         if mode != state.mode:
             state.mode = JointMode(mode)
@@ -212,8 +212,7 @@ class Joints(Machine):
         return intrinsic_pose(binding, self.position(handle))
 
     def separation(self, handle: int) -> Pose:
-        """Return how far the joint's parts have come apart: the child's pose in the frame given by the joint
-        values.
+        """Return how far the joint's parts are apart: the child's pose in the frame given by the joint values.
 
         MuJoCo's joints are exact, so this is the identity except for rounding.
 

@@ -36,7 +36,7 @@ class Settings:
 
 
 class Machine:
-    """Settings of all joints by handle, and the controllers that act on them. `Joints` is the interface for callers."""
+    """Settings of all joints by handle, and the controllers that use them. `Joints` is the interface for callers."""
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
@@ -95,8 +95,9 @@ class Machine:
         self._write_weights(always=True)
 
     def alignment(self, joint: int) -> Quaternion | None:
-        """Return the rotation from a body's axes to its joint's (a MuJoCo id), if something was placed against the
-        joint.
+        """Return the rotation from a body's axes to its joint's (a MuJoCo id).
+
+        None if nothing was placed against the joint.
         """
         handle = self._sim.scene.by_element("joint", joint)
         return self._states[handle].alignment if handle in self._states else None
@@ -163,7 +164,7 @@ class Machine:
         self._measured.forget()
 
     def ask(self, asked: Mapping[int, Ask]) -> None:
-        """Let these functions alone control the motors of their joints (by handle) from the next simulation step on."""
+        """Let these functions alone control the motors of their joints (by handle) from the next step on."""
         if asked.keys() == self._asked.keys() == set():
             return
         freed = self._asked.keys() - asked.keys()
@@ -271,8 +272,9 @@ class Machine:
             self._stepper.retarget(binding.handle, value)
 
     def _place(self, handle: int, move: Callable[[], None]) -> None:
-        """Move a joint with everything below it in the tree; physics alone moves the free bodies of a running
-        simulation.
+        """Move a joint with everything below it in the tree.
+
+        In a running simulation, physics alone moves free bodies.
         """
 
         def all_of_it() -> None:

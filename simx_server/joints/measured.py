@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 
 class Measured:
-    """Keeps positions from one simulation step to the next. Positions set between two steps count as motion, as in
-    V-REP.
+    """Keeps positions from one simulation step to the next.
+
+    Positions set between two steps count as motion, as in V-REP.
     """
 
     def __init__(self, sim: LiveScene) -> None:

@@ -72,8 +72,9 @@ def _intrinsic(index: int) -> Reader:
 
 
 def _error(index: int) -> Reader:
-    """Return a reader of x, y, z, alpha, beta, gamma (0..5), distance and angle (6, 7) by which the parts came
-    apart.
+    """Return a reader of how far the parts came apart.
+
+    Index 0..5: x, y, z, alpha, beta, gamma; 6, 7: distance and angle.
     """
 
     def read(joints: Joints, handle: int) -> float:

@@ -1,5 +1,4 @@
-"""Make one simulation step with the joint controllers: vectorised, without allocations or look-ups per physics
-step.
+"""Make one simulation step with the joint controllers: vectorised, no allocations or look-ups per physics step.
 
 A scene with constant commands over the simulation step is stepped in one call, which releases the interpreter lock
 only once.

@@ -51,8 +51,9 @@ DIVERGED = (
 
 
 class StepFailed(Exception):
-    """A simulation step cannot be completed; the text gives the reason and possible remedies. The run is to be
-    stopped.
+    """A simulation step cannot be completed, and the run is to be stopped.
+
+    The text gives the reason and possible remedies.
     """
 
 

@@ -179,7 +179,8 @@ def _limits(sim: Simulation, handle: int) -> tuple[float, float]:
 
 
 def is_in_ik_mode(sim: Simulation) -> Callable[[int], bool]:
-    """Return a function that tells which joints the groups of a scene move: those in IK mode, hybrid ones too, as
-    in V-REP.
+    """Return a function that returns whether the groups of a scene move a joint.
+
+    As in V-REP, they move the joints in IK mode, hybrid ones too.
     """
     return lambda handle: sim.joints.mode(handle) == JointMode.IK

@@ -1,5 +1,6 @@
-"""The inverse kinematics groups of a scene: `simx:ik:NAME`, handled in each simulation step as in V-REP's main
-script.
+"""The inverse kinematics groups of a scene: `simx:ik:NAME`.
+
+They are handled in each simulation step as in V-REP's main script.
 """
 
 from __future__ import annotations

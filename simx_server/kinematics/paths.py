@@ -122,8 +122,7 @@ class Planner:
             return Failure.TIME
 
     def shorten(self, path: list[Array], seconds: float, checks: int | None = None) -> list[Array]:
-        """Leave out states that are not needed: try straight lines between random points of the path, while that
-        helps.
+        """Leave out unnecessary states: try straight lines between random points of the path, while that helps.
 
         Args:
             path: states (n,).
@@ -262,8 +261,9 @@ class _Tree:
 
 
 def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
-    """Return `count` states evenly along the path, with its ends; the path itself when it has at least as many
-    states.
+    """Return `count` states evenly along the path, with its ends.
+
+    A path with at least as many states is returned unchanged.
     """
     if count <= len(path) or len(path) < 2:
         return list(path)

@@ -147,8 +147,10 @@ class Solver:
         )
 
     def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
-        """Return weighted error (m,), Jacobian (m, n), distance and angle of each element with the joints at
-        `values`.
+        """Return the errors with the joints at `values`.
+
+        Returns:
+            Weighted error (m,), Jacobian (m, n), distance and angle of each element.
         """
         data = self._scratch.place(self._joints.addresses, values)
         errors: list[Array] = []
@@ -193,8 +195,9 @@ class Solver:
         return np.concatenate(errors), np.concatenate(rows) * arm.used
 
     def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
-        """Return the change of one step; a joint that would leave its interval stays, and the others are solved
-        again.
+        """Return the change of one step.
+
+        A joint that would leave its interval stays, and the others are solved again.
         """
         joints = self._joints
         free = np.ones(len(values), dtype=bool)

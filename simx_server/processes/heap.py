@@ -10,7 +10,10 @@ from functools import cache
 from typing import Any
 
 ARENAS = 4
-"""Number of heap arenas. glibc creates eight for each core, and keeps the memory freed in them: 115 MB after floods."""
+"""Number of heap arenas.
+
+glibc creates eight for each core, and keeps the memory that is freed in them: 115 MB after floods.
+"""
 
 _M_ARENA_MAX = -8
 """Constant from glibc's malloc.h."""

@@ -122,10 +122,10 @@ class Watchdog:
             self._writers[number] = -1
 
     def leave(self) -> None:
-        """Note that this process's work is done: the watchdog ignores the next signal, but not one that has come
-        already.
+        """Note that this process's work is done.
 
-        For that the descriptor stays open until the process ends.
+        The watchdog ignores the next signal, but not one that has come already: for that the descriptor stays open
+        until the process ends.
         """
         signal.set_wakeup_fd(self._before)
         if not self._writers:

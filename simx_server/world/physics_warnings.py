@@ -31,8 +31,9 @@ def listen() -> None:
 
 @contextmanager
 def once_a_kind() -> Iterator[None]:
-    """Log only the first warning of each kind within the block; warnings that differ only in numbers are of one
-    kind.
+    """Log only the first warning of each kind within the block.
+
+    Warnings that differ only in numbers are of one kind.
     """
     token = _heard.set(set())
     try:

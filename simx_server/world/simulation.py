@@ -300,8 +300,9 @@ class Simulation:
             raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
-        """End a run whose physics cannot continue. The stop resets MuJoCo's data, which an error leaves half
-        computed.
+        """End a run whose physics cannot continue.
+
+        The stop resets MuJoCo's data, which an error leaves half computed.
         """
         text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
         what, _, advice = text.partition("; ")

@@ -78,10 +78,10 @@ class Velocities(Part):
                     kept[new] = known[old]
 
     def measure(self, handle: int) -> tuple[list[float], list[float], list[float]]:
-        """Return linear velocity (m/s), Euler-angle rates (rad/s), angular velocity (rad/s), world axes; zero at
-        start.
+        """Return linear velocity (m/s), Euler-angle rates (rad/s) and angular velocity (rad/s) in world axes.
 
-        The Euler rates are the angles of the rotation between the two poses, per length of the simulation step.
+        All are zero at the start. The Euler rates are the angles of the rotation between the two poses, per length
+        of the simulation step.
         """
         old, new = self._poses(self._sim.scene.get(handle))
         rate = 1.0 / self._sim.time_step
