@@ -14,7 +14,7 @@ class CommandError(Exception):
     """A command failed; the text gives the problem, the valid values and a remedy."""
 
     silent = False
-    """The text is not needed: the caller asked for none, or only has to wait. The return code is 8 all the same."""
+    """The text is not needed: the caller suppressed it, or only has to wait. The return code is 8 all the same."""
 
 
 class UnknownHandle(CommandError):
@@ -43,7 +43,7 @@ _SHOWN = 200
 
 
 class UnknownName(CommandError):
-    """A name or path that matches no object. `silent`: the caller asked for no error text (`name@silentError`)."""
+    """A name or path that matches no object. `silent`: the caller suppressed the error text (`name@silentError`)."""
 
     def __init__(self, text: str, nearest: Sequence[str], *, silent: bool = False) -> None:
         advice = (

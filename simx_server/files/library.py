@@ -88,10 +88,10 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
 
 
 def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
-    """Return ``; did you mean ...?`` with similar shipped names.
+    """Return ``; did you mean ...?`` with similar names.
 
-    With `beside`, which is for the operator only, files in the same folder are listed too. Clients must not learn
-    which files exist.
+    With `beside`, for the operator only, similar files in the same folder come before shipped ones. Clients must
+    not learn which files exist.
     """
     return (file_like(given, SCENE_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
 

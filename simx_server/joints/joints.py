@@ -241,7 +241,7 @@ class Joints(Machine):
         self.set_spherical_rotation(handle, quat_of_matrix(matrix))
 
     def set_spherical_rotation(self, handle: int, quat_wxyz: Quaternion) -> None:
-        """Turn a spherical joint to a rotation, velocity zero.
+        """Set the rotation of a spherical joint, velocity zero.
 
         Raises:
             CommandError: the joint is not spherical.

@@ -151,7 +151,7 @@ class Machine:
         return any(state.inert for state in self._states.values())
 
     def hold_inert(self, handles: Collection[int]) -> None:
-        """Hold these joints where they are, whatever their mode; release all others that were held so."""
+        """Hold these joints where they are, in any mode; release all others that were held so."""
         for handle, state in self._states.items():
             if state.inert != (handle in handles):
                 state.inert = handle in handles
@@ -182,7 +182,7 @@ class Machine:
         return binding is not None and rule_of(binding, self._states[handle]) == Rule.SPRING
 
     def accompany(self, call: Accompany | None) -> None:
-        """Call this before and after each physics step from the next simulation step on; None: call nothing."""
+        """Call a function before and after each physics step from the next simulation step on; None: call nothing."""
         if call != self._accompany:
             self._accompany = call
             self._rebuild()

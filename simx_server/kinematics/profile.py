@@ -161,9 +161,9 @@ class Profile:
         return self.at(self.time)
 
     def goal(self) -> State:
-        """Return the state at the end, with acceleration 0.
+        """Return the state at the end; its acceleration is 0.
 
-        Without a limit of jerk the acceleration would drop to 0 only there.
+        Without a limit of jerk, the acceleration jumps to 0 there.
         """
         end = self.at(self.duration)
         return State(end.position, end.velocity, [0.0] * len(end))

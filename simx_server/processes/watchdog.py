@@ -67,7 +67,7 @@ class Watchdog:
         Args:
             members: number of processes that will be forked and watched too, see `watch`.
             lifeline: a descriptor; when it is closed, this process is to end as well, see `lifeline.end_with`.
-            grace: seconds until it is killed after that.
+            grace: seconds from then until it is killed.
         """
         self._before = -1
         self._writers: list[int] = []

@@ -32,7 +32,7 @@ class Contact:
 def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
     """Yield the contacts of an object, as the first of the two, or of all objects.
 
-    These are the contacts of the last physics step; V-REP would list the contacts of each step of a simulation
+    These are the contacts of the last physics step; V-REP would list those of every physics step in the simulation
     step.
     """
     scene, model, data = sim.scene, sim.model, sim.sleepers.data_with_all_contacts()

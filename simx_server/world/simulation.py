@@ -347,11 +347,11 @@ class Simulation:
         self._stale = True
 
     def model_edited(self) -> None:
-        """Note that arrays or options of the model were written, which all copies of it must follow."""
+        """Note that arrays or options of the model were written, so copies of it are stale."""
         self.model_version += 1
 
     def refresh(self) -> None:
-        """Update everything that follows from positions, if stale. This is not a step."""
+        """Update everything that follows from positions, if stale. No time passes."""
         if not self._stale:
             return
         model, data = self.model, self.data

@@ -76,7 +76,7 @@ class Sleepers:
 
     @contextmanager
     def woken_if_due(self) -> Iterator[None]:
-        """Switch sleep off around MuJoCo's kinematics, which wakes everything up, if that is due."""
+        """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
         if not self.are_to_wake:
             yield
             return

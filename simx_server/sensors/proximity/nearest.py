@@ -105,7 +105,7 @@ class _Best:
         self.rows[better] = other.rows[better]
 
     def keep(self, distances: Array) -> None:
-        """Drop triangles whose distances (n,) are beyond a known better point, and those that are not seen."""
+        """Drop triangles that are not seen or, by their distances (n,), farther away than a known point."""
         some = self.triangles
         useful = distances * distances < self.squares[some.views] * (1.0 - _SAME)
         if self._least_cosine > 0:
