@@ -1,6 +1,8 @@
-"""Errors a command may end in: the text reaches `simxGetLastErrors`, the call returns code 8. And that of a picture.
+"""Errors of commands and of images.
 
-Standard library only: ``simx-server --doctor`` works where nothing else is installed.
+The text of a command's error reaches `simxGetLastErrors`; the call returns code 8.
+
+Standard library only: ``simx-server --doctor`` works without any other package.
 """
 
 from __future__ import annotations
@@ -9,14 +11,14 @@ from collections.abc import Collection, Sequence
 
 
 class CommandError(Exception):
-    """A command that cannot be carried out; its text says what was wrong, what is valid and what to do."""
+    """A command failed; the text gives the problem, the valid values and a remedy."""
 
     silent = False
-    """Nobody needs the text: the caller asked for none, or need only wait. The return code is 8 all the same."""
+    """The text is not needed: the caller suppressed it, or only has to wait. The return code is 8 all the same."""
 
 
 class UnknownHandle(CommandError):
-    """A handle that names no object of the loaded scene."""
+    """A handle that belongs to no object of the loaded scene."""
 
     def __init__(self, handle: int, valid: Collection[int]) -> None:
         super().__init__(
@@ -26,7 +28,10 @@ class UnknownHandle(CommandError):
 
 
 class NotHandledYet(CommandError):
-    """A sensor without a result. `is_coming`: the first pass of a run, which handles it, is about to be made."""
+    """A sensor without a result.
+
+    `is_coming`: the first simulation step of a run, which handles it, is about to be made.
+    """
 
     def __init__(self, text: str, *, is_coming: bool) -> None:
         super().__init__(text)
@@ -34,11 +39,11 @@ class NotHandledYet(CommandError):
 
 
 _SHOWN = 200
-"""Characters of a name that a message repeats."""
+"""Number of characters of a name that a message repeats."""
 
 
 class UnknownName(CommandError):
-    """A name or path that fits no object. `silent`: the caller asked for no error text (`name@silentError`)."""
+    """A name or path that matches no object. `silent`: the caller suppressed the error text (`name@silentError`)."""
 
     def __init__(self, text: str, nearest: Sequence[str], *, silent: bool = False) -> None:
         advice = (
@@ -59,7 +64,7 @@ class WrongKind(CommandError):
 
 
 def describe_handles(handles: Collection[int]) -> str:
-    """Handles as short ranges: `1..94`, or `1..3, 5, 9..12`; `none` for an empty scene."""
+    """Return handles as short ranges: `1..94`, or `1..3, 5, 9..12`; `none` for an empty scene."""
     ranges: list[list[int]] = []
     for handle in sorted(handles):
         if ranges and handle == ranges[-1][1] + 1:
@@ -73,14 +78,14 @@ _LONGEST = 4000
 
 
 def shortened(text: str) -> str:
-    """An error's text as it is kept, logged and sent: whoever provokes it may have put a megabyte into it."""
+    """Return an error's text cut for storing, logging and sending: a client may provoke a text of a megabyte."""
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}... ({len(text)} characters)"
 
 
 def one_line(error: BaseException) -> str:
-    """An error's text without its line breaks, as MuJoCo's have."""
+    """Return an error's text without line breaks, which MuJoCo's texts have."""
     return " ".join(str(error).split())
 
 
 class RenderError(RuntimeError):
-    """A picture could not be made; the message says why and what to do."""
+    """An image could not be made; the message gives the reason and a remedy."""

@@ -1,9 +1,9 @@
-"""How much clients may make the server hold: the one place that says so, chosen with ``--limit NAME=N``.
+"""Limits on how much clients may make the server hold, chosen with ``--limit NAME=N``.
 
-Each is there against what grows without end, by malice or by a loop that forgets to clean up; none is near what a
-sane program needs. What would go beyond one is refused with its name, its value and the flag, and changes nothing.
-Bounds of single values (a list's length, a console's lines) are with what they bound.
-This module imports neither mujoco nor zenoh, so ``--help`` stays quick.
+Each limit stops unbounded growth, caused by malice or by a loop that never cleans up; all are far above the needs
+of a normal program. A request beyond a limit is refused with the limit's name, its value and the flag, and changes
+nothing. Bounds of single values (a list's length, a console's lines) are defined beside these values. This module
+imports neither mujoco nor zenoh, so ``--help`` stays quick.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _UNITS = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30}
 
 
 class LimitError(ValueError):
-    """A text that sets no limit; it says what is valid."""
+    """A text that sets no limit; the message lists valid ones."""
 
 
 class LimitReached(CommandError):
-    """What was asked for would go beyond a limit, so nothing was done."""
+    """The request would go beyond a limit, so nothing was done."""
 
 
 def _count(default: int, what: str) -> Any:
@@ -42,68 +42,75 @@ def _size(default: int, what: str, most: int) -> Any:
 
 @dataclass(frozen=True)
 class Limits:
-    """Counts, and sizes in bytes; none is ever 0."""
+    """Counts, and sizes in bytes; all are above 0."""
 
     message: int = _size(128 << 20, "in one message", MAX_MESSAGE)
-    """Of calls; a larger one is not read but for who asked, so that each call in it is answered."""
+    """Size of a message of calls; of a larger one only the sender is read, so that each call in it is answered."""
     calls: int = _count(50_000, "calls in one message")
     waiting: int = _count(10_000, "messages of a client that wait to be executed")
-    """What a client sends beyond it is thrown away; one of this project has 200 on the way at most."""
+    """Further messages of the client are dropped; a client of this project has at most 200 in transit."""
     waiting_bytes: int = _size(256 << 20, "of a client that wait to be executed", 16 << 30)
-    """Beyond the first message; what a client sends beyond it is thrown away."""
+    """Counts beyond the first message; further messages of the client are dropped."""
     all_waiting_bytes: int = _size(512 << 20, "of all clients that wait to be executed", 64 << 30)
     """Beyond it each client has room for a megabyte."""
     clients: int = _count(256, "clients")
     streams: int = _count(4096, "streams per client")
     objects: int = _count(10_000, "objects in the scene")
-    """Whether loaded, copied or created; also a scene that the server is started with."""
+    """Loaded, copied and created objects; also of a scene that the server is started with."""
     signals: int = _count(10_000, "signals of a kind")
     signal_bytes: int = _size(64 << 20, "in all string signals together", 16 << 30)
     consoles: int = _count(64, "consoles")
     dialogs: int = _count(32, "dialogs")
-    """Those that were not ended yet."""
+    """Dialogs that were not ended yet."""
     uis: int = _count(128, "custom UIs")
-    """Those of open dialogs included."""
+    """Includes those of open dialogs."""
     file: int = _size(MAX_FILE, "in a file", MAX_FILE)
-    """That a client stores in the workspace or lends for loading."""
+    """Size of a file that a client stores in the workspace or lends for loading."""
     stored: int = _size(1 << 30, "stored in the workspace by clients", 1 << 50)
-    """Since the server started; what is erased does not count any more."""
+    """Counted since the server started; erased files do not count any more."""
     load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
-    """Beyond what the server holds without it; that of the scene counts where a model is added to it."""
+    """Counted beyond the memory that the server holds without it; a model counts together with its scene."""
     load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")
     load_wait: int = _count(10, "seconds to load a file of a client's")
-    """By the clock."""
+    """Wall-clock seconds."""
     custom_data: int = _size(256 << 20, "of custom data", 16 << 30)
-    """Of scripts, with all objects, the scene and the server."""
+    """Custom data of scripts, with all objects, the scene and the server."""
     drawings: int = _count(1000, "drawing objects")
     tubes: int = _count(1000, "open ends of tubes")
     collections: int = _count(1000, "collections that scripts made")
     substeps: int = _count(10_000, "physics steps in a simulation step")
-    """Each takes a microsecond at least; only an operator's own scene may need more."""
+    """Each takes at least a microsecond; only an operator's own scene may need more."""
     near_pairs: int = _count(200_000, "pairs of shapes that overlap or nearly do")
-    """In a scene of more than 400 shapes that collide; MuJoCo needs about 3 us for each in each physics step."""
+    """For scenes of more than 400 colliding shapes; MuJoCo needs about 3 us for each pair in each physics step."""
     step_seconds: int = _count(2, "seconds of processor time for a physics step")
-    """Nobody is served within one."""
+    """The server answers no calls within a physics step."""
     pictures: int = _count(32, "pictures that wait to be rendered")
     """Each may hold a copy of the scene's state."""
     images: int = _size(512 << 20, "of images that vision sensors keep", 16 << 30)
-    """Those that clients set in the place of pictures, and pictures that scripts look at."""
+    """Images set by clients, and images kept for scripts."""
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> Limits:
-        """The defaults, but for what texts such as ``objects=500`` or ``message=32M`` say; of two the last counts.
+        """Return the defaults, changed by texts such as ``objects=500`` or ``message=32M``.
 
-        Raises LimitError.
+        The last text of a name counts.
+
+        Raises:
+            LimitError: a text sets no limit.
         """
         return cls(**dict(map(_read, texts)))
 
     def check(self, name: str, wanted: int, way_out: str) -> None:
-        """Refuse what would make it `wanted` (LimitReached). `way_out`: what to do instead, as an imperative."""
+        """Refuse a request that would make the value `wanted`; `way_out`: a remedy, as an imperative.
+
+        Raises:
+            LimitReached: the value would go beyond the limit.
+        """
         if wanted > getattr(self, name):
             raise self.reached(name, way_out)
 
     def reached(self, name: str, way_out: str) -> LimitReached:
-        """The refusal that names the limit, its value and the flag."""
+        """Return the refusal with the limit, its value and the flag."""
         entry, value = _FIELDS[name], getattr(self, name)
         amount = f"{in_words(value)} bytes" if entry["is_size"] else str(value)
         raised = (
@@ -122,13 +129,17 @@ NAMES = tuple(_FIELDS)
 
 
 def limit_text(text: str) -> str:
-    """A text that `Limits.of` takes, as it was given. Raises LimitError."""
+    """Return a text that `Limits.of` accepts, unchanged.
+
+    Raises:
+        LimitError: the text sets no limit.
+    """
     _read(text)
     return text
 
 
 def in_words(size: int) -> str:
-    """Bytes as they are chosen: 64M, 1G, 1000."""
+    """Return bytes as users write them: 64M, 1G, 1000."""
     for unit in ("G", "M", "K"):
         if size >= _UNITS[unit] and size % _UNITS[unit] == 0:
             return f"{size // _UNITS[unit]}{unit}"

@@ -1,1 +1,1 @@
-"""Files: finding scenes, checking what they name, and the workspace where clients may write."""
+"""Files: search for scenes, check what they reference, and the workspace where clients may write."""

@@ -1,9 +1,12 @@
-"""Which files hold bytes that a client sent: their scripts are a client's code, which runs with ``--allow-code`` only.
+"""Record which files hold bytes that a client sent.
 
-A list in the workspace says so, one file a line in the form of ``sha256sum``; it outlives the server, for what a client
-has stored is still the client's when the next server starts. A file is on it by its content: whoever else gives it
-another one, as an operator with an editor, has made it the operator's. Links and other spellings of a name are the same
-file. What is lent for the time of one loading needs no line, its name is enough.
+Scripts in such files are a client's code, which runs with ``--allow-code`` only.
+
+A list in the workspace holds them, one file per line in the format of ``sha256sum``. The list outlives the server,
+because the files of a client are still the client's when the next server starts. A file is on the list by its
+content: when an operator edits a file, its content changes and the file becomes the operator's. Links and other
+spellings of a name are the same file. Files that are lent for one loading need no line, because their name is
+enough.
 """
 
 from __future__ import annotations
@@ -36,10 +39,10 @@ logger = logging.getLogger(__name__)
 LEDGER = ".simx-from-clients"
 
 _SLACK = 1000
-"""Lines that are out of date, at least, when the list is written anew."""
+"""Minimum number of outdated lines before the list is rewritten."""
 
 _PARTS = ("include", "model")
-"""Elements of MJCF that bring in another file's elements, its scripts too."""
+"""Elements of MJCF that include the elements of another file, and its scripts."""
 
 _NAMED = re.compile(rb"""<\s*(?:include|model)\b[^>]*?\bfile\s*=\s*["']([^"']*)""")
 
@@ -48,10 +51,10 @@ class ClientFiles:
     """The list of one workspace. Physics thread only; other servers may use the same workspace."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        """`folder`: the workspace; None: there is none, and no file is a client's."""
+        """Use the list in the workspace `folder`; without one (None) no file is a client's."""
         self._folder = folder
         self._entries: dict[str, str] = {}
-        """Path as `_quoted` to the content's hash, as last read."""
+        """Maps a path as `_quoted` to the hash of its content, as last read."""
         self._lines = 0
         self._read_at: tuple[int, int, int] | None = None
 
@@ -60,7 +63,11 @@ class ClientFiles:
         return None if self._folder is None else self._folder / LEDGER
 
     def check_name(self, path: Path) -> None:
-        """Raises CommandError when a client is about to write or erase the list itself."""
+        """Refuse the name of the list itself for writing or erasing.
+
+        Raises:
+            CommandError: the path is the list.
+        """
         ledger = self._ledger
         if ledger is not None and (LEDGER in map(str.casefold, path.parts) or _is_same(path, ledger)):
             raise CommandError(
@@ -68,14 +75,17 @@ class ClientFiles:
             )
 
     def note(self, path: Path, data: bytes) -> None:
-        """A client is about to store this. Nothing when the file is the operator's and holds it already.
+        """Note that a client is about to store a file.
 
-        Raises CommandError when the list cannot be written: then nothing may be stored.
+        The list stays as it is when the file belongs to the operator and has this content already.
+
+        Raises:
+            CommandError: the list cannot be written; the file must not be stored then.
         """
         if self._folder is None or self._ledger is None:
             return
         if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
-            return  # whoever it belongs to
+            return  # whether it is a client's or the operator's
         name, content = self._quoted(path), _hash(data)
         try:
             with _open_locked(self._ledger) as ledger:
@@ -93,7 +103,7 @@ class ClientFiles:
             ) from None
 
     def forget(self, path: Path) -> None:
-        """A client has erased this. The list goes with its last line."""
+        """Remove a file that a client has erased. The list is deleted with its last line."""
         self._read_if_any()
         if self._ledger is None or self._quoted(path) not in self._entries:
             return
@@ -102,11 +112,16 @@ class ClientFiles:
                 self._read()
                 self._entries.pop(self._quoted(path), None)
                 self._write_anew()
-        except OSError as error:  # a line too many: it is left out the next time
+        except OSError as error:  # the extra line is removed the next time
             logger.warning("%s cannot be written: %s", self._ledger, error.strerror)
 
     def holds(self, path: Path, data: bytes | None = None) -> bool:
-        """Whether a file is there with bytes that a client sent. `data`: what was read of it, if that is done."""
+        """Return whether a file exists with bytes that a client sent.
+
+        Args:
+            path: the file.
+            data: its content, if it was read already.
+        """
         if self._folder is None:
             return False
         if workspace.is_lent(path) and path.resolve().parent == self._folder:
@@ -123,11 +138,14 @@ class ClientFiles:
         return any(each == resolved or _is_same(each, resolved) for each in same)
 
     def made(self, file: Path) -> bool:
-        """Whether a client sent a scene or model file, or one that it is made of."""
+        """Return whether a client sent a scene or model file, or a file that it includes."""
         return self._folder is not None and any(self.holds(part) for part in _parts(file))
 
     def are_named_by(self, file: Path, sources: Sources) -> bool:
-        """Whether a client sent a file or any that it names, as far as `sources` allows; meshes and textures too."""
+        """Return whether a client sent a file or any file that it references, meshes and textures included.
+
+        Only files that `sources` allows are examined.
+        """
         if self._folder is None:
             return False
         if workspace.is_lent(file):
@@ -156,7 +174,7 @@ class ClientFiles:
             self._read()
 
     def _read(self) -> None:
-        """Take over what is in the list, unless that is known."""
+        """Read the list, unless it has not changed."""
         assert self._ledger is not None
         try:
             state = self._ledger.stat()
@@ -167,7 +185,7 @@ class ClientFiles:
         except FileNotFoundError:
             found, lines = None, []
         except OSError as error:
-            # As good as lost: what it knew before stays true.
+            # The list counts as lost: the entries read before stay valid.
             logger.warning("%s cannot be read: %s", self._ledger, error.strerror)
             return
         pairs = (line.partition("  ") for line in lines)
@@ -175,7 +193,7 @@ class ClientFiles:
         self._lines, self._read_at = len(lines), found
 
     def _write_anew(self, newest: str = "") -> None:
-        """Without the lines that others have taken the place of, and files that are gone; `newest` will be there."""
+        """Rewrite the list without outdated lines and missing files, and append `newest`."""
         assert self._ledger is not None
         self._entries = {
             name: content
@@ -193,7 +211,10 @@ class ClientFiles:
 
 @contextmanager
 def _open_locked(path: Path) -> Iterator[IO[bytes]]:
-    """A file to append to, while no other server does; it may have been replaced while we waited for that."""
+    """Open a file for appending, locked against other servers.
+
+    While this process waits for the lock, another one may replace the file; the new file is opened then.
+    """
     while True:
         file = path.open("ab")
         with file:
@@ -216,7 +237,7 @@ def _hash(data: bytes) -> str:
 
 
 def _place(path: Path) -> tuple[int, int] | None:
-    """What a file has in common with all its other names; None if there is none."""
+    """Return what identifies a file under all its names; None if it does not exist."""
     try:
         found = path.stat()
     except (OSError, ValueError):
@@ -232,7 +253,7 @@ def _is_same(path: Path, other: Path) -> bool:
 
 
 def _parts(file: Path) -> Iterator[Path]:
-    """A scene or model file and those whose elements become its own, as far as they are there."""
+    """Yield a scene or model file and the existing files whose elements it includes."""
     seen: set[Path] = set()
     waiting = [file.resolve()]
     while waiting:
@@ -241,14 +262,14 @@ def _parts(file: Path) -> Iterator[Path]:
             continue
         seen.add(path)
         yield path
-        # Where MuJoCo looks is one of these; a file too many does no harm.
+        # MuJoCo searches one of these; an extra file does no harm.
         for name in _named(path):
             found = (base / name for base in (file.resolve().parent, path.parent))
             waiting += [each.resolve() for each in found if each.is_file()]
 
 
 def _named(file: Path) -> Iterator[str]:
-    """The files that one includes; of what is no XML (a zip, a mesh) none."""
+    """Yield the names of included files; none for a file that is not XML (a zip, a mesh)."""
     if file.suffix.lower() in (*MESH_SUFFIXES, ".zip"):
         return
     try:

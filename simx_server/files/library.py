@@ -1,4 +1,4 @@
-"""Finding a scene file: the path as given, else one of the scenes that come with the server."""
+"""Find a scene file: the path as given, else one of the scenes shipped with the server."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from simx_client.protocol.nearest import did_you_mean, file_like
 from simx_server.errors import CommandError
 
 DEFAULT_SCENE = "ur5_rg2_kinect"
-"""The tutorial's scene, which the package ships."""
+"""The scene of the tutorial, which the package ships."""
 
 MODELS = "models"
-"""The folder beside a scene in which its models, and the scripts that these name, may lie."""
+"""Name of the folder beside a scene that may hold its models and their scripts."""
 
 MODEL_SUFFIX = ".ttm"
 
@@ -22,40 +22,42 @@ logger = logging.getLogger(__name__)
 
 
 def shipped_scenes() -> Path:
-    """The folder of shipped scenes: package data in a wheel, `scenes/` beside the package in a source tree."""
+    """Return the folder of shipped scenes: package data in a wheel, `scenes/` beside the package in a source tree."""
     package = Path(__file__).resolve().parents[1]
     installed = package / "shipped_scenes"
     return installed if installed.is_dir() else package.parent / "scenes"
 
 
 def shipped_models() -> Path:
-    """The folder of shipped models, beside which lie the scripts that they name."""
+    """Return the folder of shipped models; their scripts lie beside it."""
     return shipped_scenes() / MODELS
 
 
 def plain(stem: str) -> str:
-    """A V-REP file's stem as ours are written: ``KUKA YouBot`` is ``kuka_youbot``."""
+    """Return the stem of a V-REP file in our spelling: ``KUKA YouBot`` is ``kuka_youbot``."""
     return re.sub(r"[^a-z0-9]+", "_", stem.lower()).strip("_")
 
 
 def list_scenes() -> list[str]:
-    """Stems of the shipped scenes, sorted; files in sub-folders are parts, not scenes."""
+    """Return the stems of the shipped scenes, sorted; files in sub-folders are parts, not scenes."""
     return sorted({path.stem for path in shipped_scenes().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
 def list_models() -> list[str]:
-    """Stems of the shipped models, sorted."""
+    """Return the stems of the shipped models, sorted."""
     return sorted({path.stem for path in shipped_models().glob("*") if path.suffix in SCENE_SUFFIXES})
 
 
 def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = False) -> Path:
-    """The file meant by `text`: an existing path; a shipped scene or model by name; for a V-REP file, its twin's.
+    """Return the file meant by `text`.
 
-    `model`: a model is wanted, for which a mesh file will do as well.
+    Args:
+        text: an existing path, the name of a shipped scene or model, or a V-REP file that has a shipped equivalent.
+        folder: where a relative path is searched (default: the working directory) before the shipped files.
+        model: search for a model; a mesh file is accepted too.
 
-    A relative path is looked for in `folder` (default: the working directory) before it may name a shipped file.
-
-    Raises CommandError when there is no such file; the text lists the shipped ones.
+    Raises:
+        CommandError: the file does not exist; the text lists the shipped ones.
     """
     given = Path(text) if folder is None else folder / text
     stem = vrep_stem(given.name)
@@ -65,7 +67,7 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
     else:
         own, names = _with_suffixes(given.with_name(stem), suffixes), [stem, plain(stem)]
         model = given.name.lower().endswith(MODEL_SUFFIX)
-    # A shipped robot has a scene of its own, often of the same name.
+    # A shipped robot has its own scene, often with the same name.
     folders = (shipped_models(), shipped_scenes()) if model else (shipped_scenes(), shipped_models())
     shipped = [
         path
@@ -86,9 +88,10 @@ def find_scene(text: str | Path, folder: Path | None = None, *, model: bool = Fa
 
 
 def _like(given: Path, shipped: list[str], *, beside: bool) -> str:
-    """``; did you mean ...?``, of the shipped names and, for who starts the server, of the files `beside` it.
+    """Return ``; did you mean ...?`` with similar names.
 
-    A client is not told what files there are.
+    With `beside`, for the operator only, similar files in the same folder come before shipped ones. Clients must
+    not learn which files exist.
     """
     return (file_like(given, SCENE_SUFFIXES) if beside else "") or did_you_mean(given.stem, shipped)
 

@@ -1,7 +1,7 @@
-"""What a scene or model file names, checked before MuJoCo opens it: a client may have written that file.
+"""Check the references in a scene or model file before MuJoCo opens it, since a client may have written the file.
 
-Everything in an attribute that begins with `file` (meshes, textures, includes, sub-models, URDF meshes) must lie in the
-folders that clients may touch, wherever the file's own folder settings (`meshdir` and the like) lead.
+The file of every attribute that starts with `file` (meshes, textures, includes, sub-models, URDF meshes) must lie
+in the folders that clients may access, even if the file changes its folder settings (`meshdir` and similar).
 """
 
 from __future__ import annotations
@@ -24,30 +24,37 @@ from .library import shipped_scenes
 from .regular_files import no_regular_file, read_of_client
 
 _PACKAGE = "package://"
-"""Begins file names in URDF; MuJoCo goes on with the rest."""
+"""Prefix of file names in URDF; MuJoCo uses the rest."""
 
 _MOST_UNPACKED = 4 * MAX_FILE
-"""Bytes."""
+"""Maximum size of an unpacked archive in bytes."""
 
 _MOST_ELEMENTS = 100_000
-"""Of one file, counted with all that `replicate` and `composite` make of them."""
+"""Maximum number of elements in a file, counted with those that `replicate` and `composite` create."""
 
 _MOST_PIXELS = 1 << 24
-"""Of a texture that is not read from a file; points of a height field."""
+"""Maximum size of a texture that is not read from a file, in pixels; of a height field, in points."""
 
 _DEEPEST = 16
-"""Includes within includes."""
+"""Maximum depth of nested includes."""
 
 
 Read = Callable[[Path], bytes]
-"""Raises CommandError."""
+"""Reads a file; raises CommandError."""
 
 
 def check_references(file: Path, folders: Collection[Path], contents: Contents | None = None) -> None:
-    """Raises CommandError for a file that names others outside the folders (resolved), or is no well-formed XML.
+    """Refuse a file that references others outside the folders (resolved), or is not well-formed XML.
 
-    Meshes of a URDF are not looked at: `Sources.confined` finds them in these folders only.
-    `contents`: the files as they were read; None: they are read here.
+    Meshes of a URDF are not checked here: `Sources.confined` finds them in these folders only.
+
+    Args:
+        file: the scene or model.
+        folders: the folders that clients may access.
+        contents: the files as they were read; None reads them here.
+
+    Raises:
+        CommandError: a reference is not allowed, or the file cannot be parsed.
     """
     if file.suffix.lower() in MESH_SUFFIXES:
         return
@@ -73,11 +80,22 @@ def _check(
     read: Read,
     skipped: Collection[str] = (),
 ) -> None:
-    """`folder`: that of the file which includes all others; MuJoCo looks there first, then beside the file itself.
-    `skipped`: tags of elements that may name any file."""
+    """Check one file and, recursively, its includes.
+
+    Args:
+        content: the bytes of the file.
+        file: its path.
+        folder: the folder of the outermost file, which MuJoCo searches before the folder of the file itself.
+        folders: the folders that clients may access.
+        seen: the files that were checked already.
+        depth: how many includes are nested.
+        read: reads an included file.
+        skipped: tags of elements that may reference any file.
+    """
     name = file.name
     try:
-        # MuJoCo takes every file for UTF-8, whatever it says: read otherwise, it would say something else here.
+        # MuJoCo reads every file as UTF-8, whatever encoding it declares. Another decoding here would see a
+        # different text.
         root = ElementTree.parse(io.BytesIO(content), ElementTree.XMLParser(encoding="utf-8")).getroot()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise CommandError(f"cannot read '{name}': no well-formed XML: {error}") from None
@@ -94,7 +112,7 @@ def _check(
             places = [base / named for base in bases]
             if depth and file.is_relative_to(
                 shipped_scenes()
-            ):  # nobody tries out there what exists elsewhere
+            ):  # a client must not find out which files exist elsewhere
                 places = [place for place in places if place.is_file()] + [file.parent / named]
             for place in places:
                 path = _within(place, folders, f"'{name}' names '{value}'")
@@ -108,7 +126,7 @@ def _check(
 
 
 def _check_growth(root: ElementTree.Element, name: str) -> None:
-    """Refuse short texts of which MuJoCo would make more than fits into the memory, or into anybody's patience."""
+    """Refuse short texts that MuJoCo would expand beyond the memory or for a very long time."""
     total, waiting = 0, [(root, 1)]
     while waiting:
         element, factor = waiting.pop()
@@ -131,7 +149,7 @@ def _check_growth(root: ElementTree.Element, name: str) -> None:
 
 
 def _whole(word: str) -> int:
-    """A count as MuJoCo reads it; 1 for what is none."""
+    """Return a count as MuJoCo reads it; 1 for a word that is not a count."""
     try:
         return max(1, int(float(word)))
     except (ValueError, OverflowError):

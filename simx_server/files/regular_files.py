@@ -1,4 +1,4 @@
-"""Reading files that clients name: a pipe, a device or a socket is refused, since reading it may never end."""
+"""Read files that clients name. Pipes, devices and sockets are refused, since reading them may never end."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def read_regular(file: Path) -> bytes:
     """Read a file that a client named; never wait for a pipe or a device.
 
     Raises:
-        CommandError: it is no regular file.
+        CommandError: it is not a regular file.
         OSError: it cannot be read.
     """
-    # Without this flag opening a pipe would wait for somebody who writes to it.
+    # Without this flag, opening a pipe would wait for a writer.
     descriptor = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with os.fdopen(descriptor, "rb") as opened:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -26,7 +26,11 @@ def read_regular(file: Path) -> bytes:
 
 
 def read_of_client(file: Path) -> bytes:
-    """Read a regular file of at most MAX_FILE bytes. Raises CommandError."""
+    """Read a regular file of at most MAX_FILE bytes.
+
+    Raises:
+        CommandError: the file is too large, not regular or not readable.
+    """
     try:
         if file.stat().st_size > MAX_FILE:
             raise CommandError(f"'{file.name}' is larger than {MAX_FILE} bytes")
@@ -44,5 +48,5 @@ def is_file(path: Path) -> bool:
 
 
 def no_regular_file(name: str) -> str:
-    """The sentence that refuses a pipe, a device or a socket."""
+    """Return the sentence that refuses a pipe, a device or a socket."""
     return f"'{name[:80]}' is a pipe, a device or a socket; give the name of a regular file"

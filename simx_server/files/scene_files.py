@@ -1,4 +1,4 @@
-"""The files of a simulation: where scenes are searched, and which of them clients have sent."""
+"""The files of a simulation: where scenes are searched, and which files clients have sent."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .client_files import ClientFiles
 from .scene_search import find_for_client
 
 Find = Callable[[str, bool], Path]
-"""From a client's text, and whether a model is meant, to a file. Raises CommandError."""
+"""Maps a client's text, and whether a model is meant, to a file. Raises CommandError."""
 
 
 class SceneFiles:
-    """Where a simulation finds files, and where its clients may store some."""
+    """Where a simulation finds files, and where its clients may store files."""
 
     def __init__(
         self, workspace: Path | None = None, sources: Sources | None = None, own_scene: Path | None = None
@@ -24,9 +24,10 @@ class SceneFiles:
 
         Args:
             workspace: the only folder, beside the shipped scenes and the folder of the present scene, from which
-                clients may load files; the working directory if None. Without a workspace no file counts as a client's.
-            sources: where files that scenes and models name are searched, beyond their own folder.
-            own_scene: the scene that the server was started with; the operator trusts the files that it names.
+                clients may load files; the working directory if None. Without a workspace no file counts as a
+                client's.
+            sources: further places to search the files that scenes and models reference.
+            own_scene: the scene that the server was started with; the operator trusts the files that it references.
         """
         self.workspace = (workspace or Path.cwd()).resolve()
         self.client_files = ClientFiles(None if workspace is None else self.workspace)
@@ -39,7 +40,7 @@ class SceneFiles:
         self.stored: dict[Path, int] = {}
         """Sizes in bytes of the files that clients have stored in the workspace."""
         self.find: Find = self._find
-        """A replay replaces it: it finds the recorded files."""
+        """Finds a file. A replay replaces it with a function that finds the recorded files."""
 
     def _find(self, text: str, is_model: bool) -> Path:
         return find_for_client(text, self.workspace, self.open_scene, self.more_folders, model=is_model)

@@ -1,8 +1,8 @@
-"""Which scene or model file a client means: a path, or only a name, also one of the machine it was written on.
+"""Find the scene or model file that a client means by a path or a name.
 
-A program may name the file by the path it had in V-REP, `C:\\Users\\me\\robot.ttt`. The path counts first; then its
-name alone: the open scene's, beside that scene, in the workspace, among the shipped ones. Nothing outside these folders
-is found, nor told whether it is there.
+A program may use the path that the file had in V-REP, `C:\\Users\\me\\robot.ttt`. The path is tried first, then the
+name alone: the open scene, beside that scene, in the workspace, among the shipped files. Files outside these
+folders are not found, and the error does not reveal whether they exist.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .library import MODEL_SUFFIX, list_models, list_scenes, plain, shipped_mode
 logger = logging.getLogger(__name__)
 
 _MOST_NAMED = 4
-"""Names that an error lists of those that would have done."""
+"""Maximum number of alternatives that an error lists."""
 
 
 def find_for_client(
@@ -28,13 +28,14 @@ def find_for_client(
     """Return the file, resolved.
 
     Args:
-        text: what the client said, with ``/`` between its parts.
+        text: the client's text, with ``/`` between its parts.
+        workspace: the folder of the clients' files.
         scene: the file of the open scene.
         more_folders: further folders that clients may open.
-        model: a model is wanted, for which a mesh file will do as well.
+        model: search for a model; a mesh file is accepted too.
 
     Raises:
-        CommandError: there is none; the text says where it was searched.
+        CommandError: the file does not exist; the text lists the places that were searched.
     """
     given = PurePosixPath(text)
     name = given.name
@@ -45,7 +46,7 @@ def find_for_client(
         model = name.lower().endswith(MODEL_SUFFIX)
     beside = [] if scene is None else [scene.resolve().parent]
     open_folders = [workspace.resolve(), *beside, shipped_scenes().resolve(), *more_folders]
-    if model:  # a shipped robot has a scene of its own, often of the same name
+    if model:  # a shipped robot has its own scene, often with the same name
         beside = [folder for folder in beside if folder != shipped_scenes().resolve()]
     shipped = [shipped_models(), shipped_scenes()] if model else [shipped_scenes(), shipped_models()]
     names = _stand_ins(name, stem, model=model)
@@ -67,13 +68,13 @@ def find_for_client(
 
 
 def _stand_ins(name: str, stem: str | None, *, model: bool) -> list[str]:
-    """Names of the files that may be meant, the best first."""
+    """Return the names of the files that may be meant, the best first."""
     suffixes = SCENE_SUFFIXES + (MESH_SUFFIXES if model else ())
     return [name, *(name + suffix for suffix in suffixes)] if stem is None else [stem + s for s in suffixes]
 
 
 def _plain_too(names: Iterable[str], stem: str | None) -> Iterator[str]:
-    """The names, and for a V-REP file each as ours are written."""
+    """Yield the names and, for a V-REP file, each one also in our spelling."""
     yield from names
     if stem is not None:
         yield from (plain(PurePosixPath(each).stem) + PurePosixPath(each).suffix for each in names)
@@ -88,13 +89,13 @@ def _stem(name: str) -> str:
 
 
 def _within(path: Path, folders: Iterable[Path]) -> Path | None:
-    """The file that a path leads to, if it is one and lies in one of these folders."""
+    """Return the existing file that a path leads to, if it lies in one of these folders."""
     try:
         found = path.resolve()
         if any(found.is_relative_to(folder) for folder in folders) and found.is_file():
             return found
     except (OSError, RuntimeError, ValueError):
-        pass  # a name that is none here
+        pass  # the name is not valid on this system
     return None
 
 

@@ -1,4 +1,4 @@
-"""The one folder where clients may touch files: naming, writing, erasing and lending files in it."""
+"""The one folder where clients may access files: check names, write, erase and lend files."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from .regular_files import no_regular_file
 logger = logging.getLogger(__name__)
 
 _LENT = "REMOTE_API_TEMPFILE_"
-"""What the original called a file of the client's side while it was loaded; four digits and the ending follow."""
+"""V-REP's name prefix of a client-side file while it is loaded; four digits and the extension follow."""
 
 _LONGEST_PART, _LONGEST_PATH = 255, 4095
-"""Bytes; the limits of Linux, and of most file systems."""
+"""Maximum lengths in bytes on Linux and most file systems."""
 
 
 def check_name(name: str) -> str:
-    """A file name or path as text that means the same on every system: `\\` becomes `/`.
+    """Return a file name or path in a form that means the same on every system: `\\` becomes `/`.
 
-    Raises CommandError for an empty one, NUL, drive letters, what names a folder, and what is too long for a file
-    system.
+    Raises:
+        CommandError: the name is empty, contains NUL or a drive letter, names a folder or is too long for a file
+            system.
     """
     if len(os.fsencode(name)) > _LONGEST_PATH or any(
         len(os.fsencode(part)) > _LONGEST_PART for part in name.replace("\\", "/").split("/")
@@ -49,15 +50,22 @@ def check_name(name: str) -> str:
 
 
 def check_plain_name(name: str) -> str:
-    """A file's name alone, as text that means the same on every system. Raises CommandError as `check_name`, and for a
-    path."""
+    """Return a plain file name in a form that means the same on every system.
+
+    Raises:
+        CommandError: as `check_name`, and for a path.
+    """
     if "/" in check_name(name):
         raise CommandError(f"{name[:80]!r} is a path; give the file's name alone")
     return name
 
 
 def path_within(folder: Path, name: str) -> Path:
-    """The path of a file in the folder. Raises CommandError for a name that leads out of it, also through a link."""
+    """Return the path of a file in the folder.
+
+    Raises:
+        CommandError: the name leads out of the folder, also through a link.
+    """
     pure = PurePosixPath(check_name(name))
     if pure.is_absolute() or ".." in pure.parts or not pure.name:
         raise CommandError(
@@ -73,9 +81,10 @@ def path_within(folder: Path, name: str) -> Path:
 
 
 def store(folder: Path, name: str, data: bytes) -> Path:
-    """Write a file at once: readers see the old one or the new one. Folders in the name are made.
+    """Write a file atomically: readers see the old one or the new one. Missing folders are created.
 
-    Raises CommandError for a bad name, or what the system says.
+    Raises:
+        CommandError: the name is not allowed, or the system reports an error.
     """
     path = path_within(folder, name)
     if path.is_dir():
@@ -98,7 +107,11 @@ def store(folder: Path, name: str, data: bytes) -> Path:
 
 
 def erase(folder: Path, name: str) -> Path:
-    """Delete a file; the path it had. Raises CommandError when there is none of this name."""
+    """Delete a file and return its path.
+
+    Raises:
+        CommandError: the file does not exist.
+    """
     path = path_within(folder, name)
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise CommandError(no_regular_file(name))
@@ -112,13 +125,17 @@ def erase(folder: Path, name: str) -> Path:
 
 
 def is_lent(path: Path) -> bool:
-    """Whether a file's name says that it is a client's for a moment, even if a killed server has left it there."""
+    """Return whether a file name marks a temporary file of a client, even one left by a killed server."""
     return _LENT in path.name
 
 
 @contextmanager
 def lent(folder: Path, name: str, data: bytes) -> Iterator[Path]:
-    """A file that is there, under a name of its own, only while this lasts. Raises CommandError."""
+    """Keep a file under a unique name inside the context.
+
+    Raises:
+        CommandError: the file cannot be written.
+    """
     suffix = PurePosixPath(check_name(name)).suffix
     numbers = random.sample(range(10_000), 100)
     free = [n for n in numbers if not (folder / f"{_LENT}{n:04}{suffix}").exists()]

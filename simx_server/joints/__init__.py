@@ -4,13 +4,14 @@ In force mode with the motor on:
 * control loop on: each physics step the commanded velocity is P / 0.005 s * (target - position) (plus I and D), limited
   to the upper velocity, the force to the maximum force: V-REP's controller at its standard 5 ms dynamics step;
 * control loop on, spring and damper: the force is K * (target - position) - C * velocity, within the maximum force;
-* control loop off: the target velocity; at zero with the lock on, the position reached is held;
-* motor off: no force at all, and no gravity compensation of the driven body: it falls; a joint that is rewound (rollers
-  around a wheel) turns freely without getting anywhere.
+* control loop off: the joint moves at the target velocity; at zero with the lock on, it holds the position reached;
+* motor off: no force and no gravity compensation of the driven body, which falls; a joint that is rewound (rollers
+  around a wheel) turns freely but stays in place.
 
-The other modes are kinematic. Passive and IK (nothing here computes it): the joint stays where it was set. Motion: it
-moves at its target velocity. Dependent: it follows its master. In hybrid operation the joint's motor drives it, under
-position control, to where its mode puts it. A spherical joint has no motor: it is free in force mode, else it stays.
+The other modes are kinematic. Passive and IK (which this package does not compute): the joint stays where it was
+set. Motion: it moves at its target velocity. Dependent: it follows its master. In hybrid operation the joint's
+motor drives it, under position control, to where its mode puts it. A spherical joint has no motor: it is free in
+force mode, else it stays.
 """
 
 from simx_server.joints.joints import Joints

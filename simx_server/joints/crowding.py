@@ -1,6 +1,6 @@
-"""Whether too many shapes are near each other: MuJoCo looks at each pair of them, in a step that nothing can interrupt.
+"""Detect too many overlapping shapes, since MuJoCo tests every pair of them in an uninterruptible physics step.
 
-Physics keeps shapes apart. Hundreds in the same place come from copies, files and sets of positions.
+Physics keeps shapes apart. Hundreds in the same place come from copies, files and positions that were set.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 FEW = 400
-"""Shapes whose pairs are not counted, as that would cost more than a step: there are 80,000 at most."""
+"""Number of shapes whose pairs are not counted, as that would cost more than a physics step: 80,000 pairs at most."""
 
 _AT_ONCE = 1 << 18
-"""Pairs that are compared in one go."""
+"""Number of pairs that are compared at once."""
 
 
 class _Boxes(NamedTuple):
@@ -28,9 +28,15 @@ class _Boxes(NamedTuple):
 
 
 def is_crowded(model: mujoco.MjModel, data: mujoco.MjData, most: int) -> bool:
-    """Whether the boxes of more than `most` pairs of colliding shapes overlap, of which one at least can move.
+    """Return whether the boxes of more than `most` pairs of colliding shapes overlap.
 
-    `data` has fresh kinematics. Shapes of one body and of neighbouring links are counted, too: there are few.
+    One shape of each pair can move. Shapes of one body and of neighbouring links are counted too, because there are
+    few.
+
+    Args:
+        model: the compiled model.
+        data: its state, with fresh kinematics.
+        most: number of pairs above which the scene counts as crowded.
     """
     # Planes have no bounds, and MuJoCo compares each shape with them once.
     geoms = np.flatnonzero(((model.geom_contype | model.geom_conaffinity) != 0) & (model.geom_rbound > 0))
@@ -48,8 +54,8 @@ def is_crowded(model: mujoco.MjModel, data: mujoco.MjData, most: int) -> bool:
 
 
 def _pairs_among(boxes: _Boxes, most: int) -> int:
-    """Overlapping pairs; counting stops beyond `most`."""
-    # Along the axis on which the fewest overlap: from each box to those that begin before it ends.
+    """Return the number of overlapping pairs; counting stops beyond `most`."""
+    # Use the axis on which the fewest overlap: from each box to the boxes that start before it ends.
     orders = [np.argsort(boxes.low[:, axis], kind="stable") for axis in range(3)]
     following = [_following(boxes.chosen(order), axis) for axis, order in enumerate(orders)]
     axis = int(np.argmin([counts.sum() for counts in following]))
@@ -66,7 +72,7 @@ def _pairs_among(boxes: _Boxes, most: int) -> int:
 
 
 def _pairs_between(boxes: _Boxes, others: _Boxes, most: int) -> int:
-    """Overlapping pairs of one of these and one of those; counting stops beyond `most`."""
+    """Return the number of overlapping pairs between two sets; counting stops beyond `most`."""
     found = 0
     size = max(1, _AT_ONCE // max(1, len(others.low)))
     for first in range(0, len(boxes.low), size):
@@ -78,7 +84,7 @@ def _pairs_between(boxes: _Boxes, others: _Boxes, most: int) -> int:
 
 
 def _following(boxes: _Boxes, axis: int) -> np.ndarray:
-    """Of boxes in the order of where they begin on an axis: how many begin after each one and before it ends."""
+    """Return for each box how many others start after it and before it ends; boxes are in order of their start."""
     low, high = boxes.low[:, axis], boxes.high[:, axis]
     return np.searchsorted(low, high, side="right") - np.arange(1, len(low) + 1)
 

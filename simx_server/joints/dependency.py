@@ -1,4 +1,4 @@
-"""Dependent joints at work: following their masters in arrays, and the equalities that carry the forces."""
+"""Dependent joints: they follow their masters in arrays, and equalities carry the forces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simx_server.joints.state import Binding, JointMode, JointState
 
 
 class Followers:
-    """The joints of dependent mode that are moved by one rule, and where their masters want them."""
+    """The joints of dependent mode that follow one rule, and where their masters want them."""
 
     def __init__(self, model: mujoco.MjModel, entries: Sequence[Entry], rule: Rule) -> None:
         by_handle = {binding.handle: (binding, state, r) for binding, state, r in entries}
@@ -39,11 +39,11 @@ class Followers:
         return bool(self.handles)
 
     def wanted(self, data: mujoco.MjData) -> np.ndarray:
-        """Position per joint, rad or m, within its limits."""
+        """Return the position per joint, rad or m, within its limits."""
         return np.clip(data.qpos[self._lead_qpos] * self._factor + self._shift, self._low, self._high)
 
     def follow(self, data: mujoco.MjData) -> None:
-        """Put the joints there, with the velocity that goes with it."""
+        """Move the joints to these positions, with the matching velocity."""
         data.qpos[self._qpos] = self.wanted(data)
         data.qvel[self._dof] = data.qvel[self._lead_dof] * self._factor
 
@@ -56,7 +56,7 @@ def write_equality(
     model: mujoco.MjModel,
     data: mujoco.MjData,
 ) -> None:
-    """Couple a joint to its master, or not; through this a load on it is felt by the master.
+    """Couple a joint to its master, or decouple it; the master then feels a load on the joint.
 
     MuJoCo's joint equality counts both positions from the model's `qpos0`.
     """
@@ -74,7 +74,7 @@ def write_equality(
 
 
 def _lead(state: JointState, by_handle: dict[int, Entry]) -> tuple[Binding, float, float]:
-    """(the first joint up the chain that does not follow itself, factor and shift against it)."""
+    """Return the first joint up the chain that follows no other, with factor and shift relative to it."""
     factor, shift = state.factor, state.shift
     lead, lead_state, rule = by_handle[state.master]
     while rule == Rule.DEPENDENT and lead_state.master in by_handle:

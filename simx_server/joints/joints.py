@@ -1,4 +1,4 @@
-"""The joints of one scene and what a caller may do with them."""
+"""The joints of one scene and the operations for callers."""
 
 from __future__ import annotations
 
@@ -20,21 +20,30 @@ JOINT_TYPES = {"hinge": 10, "slide": 11, "ball": 12}
 
 
 class Joints(Machine):
-    """All joints of the loaded scene, by handle. Every method raises UnknownHandle, WrongKind for other objects,
-    and CommandError for a spherical joint where a single number is meant, or for a number that is not finite."""
+    """All joints of the loaded scene, by handle.
+
+    Every method raises UnknownHandle, WrongKind for other objects, and CommandError for a spherical joint where a
+    single number is meant, or for a number that is not finite.
+    """
 
     def position(self, handle: int) -> float:
-        """Angle (rad) or displacement (m), cyclic joints in -pi..pi; a tendon joint: length plus its offset."""
+        """Return the angle (rad) or displacement (m).
+
+        A cyclic joint returns -pi..pi, a tendon joint its length plus its offset.
+        """
         binding, state = self._single(handle)
         value = self._raw_position(binding) + state.offset
         return _wrapped(value) if _is_cyclic(binding, state) else value
 
     def set_position(self, handle: int, value: float) -> None:
-        """Put the joint there at once (clamped to its interval, cyclic: wrapped to -pi..pi), velocity zero.
+        """Put the joint there at once (clamped to its interval; cyclic: wrapped to -pi..pi), velocity zero.
 
-        In force mode a controller drives it back to its target, as in V-REP. A dependent joint goes where its master
-        wants it. In hybrid operation the motor drives the joint there; while stopped it is put there too. Raises
-        CommandError for a tendon joint in force mode.
+        In force mode a controller drives it back to its target, as in V-REP. A dependent joint goes where its
+        master wants it. In hybrid operation the motor drives the joint there; in a stopped simulation the position
+        is set too.
+
+        Raises:
+            CommandError: the joint is a tendon joint in force mode.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a joint position")
@@ -58,18 +67,24 @@ class Joints(Machine):
             self._rebuild()
 
     def velocity(self, handle: int) -> float:
-        """rad/s or m/s over the last pass, as V-REP measures it: the difference of two positions; 0 when stopped."""
+        """Return the velocity over the last simulation step, rad/s or m/s; 0 when stopped.
+
+        As V-REP measures it: from the difference of two positions.
+        """
         return self._measured.velocity(self._single(handle)[0])
 
     def target_position(self, handle: int) -> float:
-        """rad or m."""
+        """Return the target position, rad or m."""
         return self._single(handle)[1].target_position
 
     def set_target_position(self, handle: int, value: float) -> None:
-        """Where the position controller drives the joint; a joint without annotation is switched to it (and on).
+        """Set the position controller's target; a joint without annotation is switched to it (and on).
 
         In hybrid operation the motor goes there until a position is set, as inverse kinematics does in each
-        simulation step. Raises CommandError when the joint is neither in force mode nor in hybrid operation.
+        simulation step.
+
+        Raises:
+            CommandError: the joint is neither in force mode nor in hybrid operation.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target position")
@@ -84,13 +99,15 @@ class Joints(Machine):
             self._apply(handle)
 
     def target_velocity(self, handle: int) -> float:
-        """rad/s or m/s."""
+        """Return the target velocity, rad/s or m/s."""
         return self._single(handle)[1].target_velocity
 
     def set_target_velocity(self, handle: int, value: float) -> None:
-        """Stored in any mode; moves the joint in motion mode, and in force mode with motor on and control loop off.
+        """Set the target velocity, rad/s or m/s.
 
-        A joint without annotation is switched to that. At 0 with the lock on, the position reached now is held.
+        It is stored in any mode; it moves the joint in motion mode, and in force mode with motor on and control
+        loop off. A joint without annotation is switched to that. At 0 with the lock on, the present position is
+        held.
         """
         binding, state = self._single(handle)
         value = _finite(value, "a target velocity")
@@ -105,11 +122,11 @@ class Joints(Machine):
         self._apply(handle, rebuild=before != Rule.VELOCITY or rule_of(binding, state) != Rule.VELOCITY)
 
     def max_force(self, handle: int) -> float:
-        """N m or N; 1e9 stands for none."""
+        """Return the maximum force, N m or N; 1e9 means no limit."""
         return self._single(handle)[1].max_force
 
     def set_max_force(self, handle: int, value: float) -> None:
-        """The magnitude; a negative number counts as its magnitude."""
+        """Set the maximum force; a negative number counts as its magnitude."""
         binding, state = self._single(handle)
         state.max_force = abs(_finite(value, "a maximum force"))
         write_force_limit(binding, state, self._sim.model)
@@ -133,20 +150,20 @@ class Joints(Machine):
         return binding.reported_force(self._sim.model, self._stepper.mean_force)
 
     def mode(self, handle: int) -> JointMode:
-        """Of any joint, spherical ones too."""
+        """Return the mode of any joint, spherical ones too."""
         return self._any(handle)[1].mode
 
     def rule(self, handle: int) -> Rule:
-        """What moves the joint; of any joint."""
+        """Return the rule by which any joint moves."""
         return rule_of(*self._any(handle))
 
     def is_hybrid(self, handle: int) -> bool:
-        """True when a motor drives the joint although its mode is not force."""
+        """Return whether a motor drives the joint although its mode is not force."""
         state = self._any(handle)[1]
         return state.hybrid and state.mode != JointMode.FORCE
 
     def set_mode(self, handle: int, mode: JointMode) -> None:
-        """Leaving force mode freezes the joint where it is; entering it, the motor and its targets count again."""
+        """Set the mode. Leaving force mode freezes the joint; entering it activates motor and targets again."""
         state = self._any(handle)[1]
         if mode != state.mode:
             state.mode = JointMode(mode)
@@ -154,11 +171,11 @@ class Joints(Machine):
             self._sim.changed()
 
     def joint_type(self, handle: int) -> int:
-        """10 revolute, 11 prismatic, 12 spherical."""
+        """Return the type: 10 revolute, 11 prismatic, 12 spherical."""
         return JOINT_TYPES[self._any(handle)[0].kind]
 
     def interval(self, handle: int) -> tuple[bool, float, float]:
-        """(cyclic, minimum, range): -pi and 2 pi when cyclic, -1e9 and 2e9 for a joint without limits."""
+        """Return (cyclic, minimum, range): -pi and 2 pi when cyclic, -1e9 and 2e9 for a joint without limits."""
         binding, state = self._any(handle)
         model = self._sim.model
         if _is_cyclic(binding, state) or binding.kind == "ball":
@@ -170,7 +187,7 @@ class Joints(Machine):
         return (False, low + state.offset, high - low) if limited else (False, -1e9, 2e9)
 
     def set_interval(self, handle: int, cyclic: bool, minimum: float, extent: float) -> None:
-        """Limits of a hinge, slide or tendon joint; a range below 0 counts as none."""
+        """Set the limits of a hinge, slide or tendon joint; a range below 0 counts as none."""
         binding, state = self._single(handle)
         low = _finite(minimum, "an interval's minimum") - state.offset
         high = low + max(0.0, _finite(extent, "an interval's range"))
@@ -188,16 +205,19 @@ class Joints(Machine):
         self._sim.changed()
 
     def intrinsic(self, handle: int) -> Pose:
-        """What the joint value does to the moving frame against the fixed one; of any joint."""
+        """Return the pose of any joint's moving frame in the fixed one, which follows from the joint value."""
         binding, state = self._any(handle)
         if binding.kind == "ball":
             return spherical_pose(binding, state, self._sim.data)
         return intrinsic_pose(binding, self.position(handle))
 
     def separation(self, handle: int) -> Pose:
-        """By how much the joint's parts have come apart: where its child is, in the frame the joint values say.
+        """Return how far the joint's parts are apart: the child's pose in the frame given by the joint values.
 
-        MuJoCo's joints are exact, so this is the identity but for rounding. Raises CommandError for a tendon joint.
+        MuJoCo's joints are exact, so this is the identity except for rounding.
+
+        Raises:
+            CommandError: the joint is a tendon joint.
         """
         binding, _ = self._any(handle)
         if binding.element == "tendon":
@@ -206,18 +226,26 @@ class Joints(Machine):
         return joint_separation(self._sim, binding.body)
 
     def matrix(self, handle: int) -> list[float]:
-        """The same as 12 numbers, row-major 3 x 4."""
+        """Return `intrinsic` as 12 numbers, row-major 3 x 4."""
         return matrix12(self.intrinsic(handle))
 
     def set_spherical_matrix(self, handle: int, matrix: Sequence[float]) -> None:
-        """12 numbers as above, the translation is ignored. Raises CommandError for other joints."""
+        """Set a spherical joint to 12 numbers as above; the translation is ignored.
+
+        Raises:
+            CommandError: the joint is not spherical.
+        """
         self._spherical(handle)
         if len(matrix) != 12 or not all(math.isfinite(v) for v in matrix):
             raise CommandError("a joint matrix is 12 finite numbers, row-major 3 x 4")
         self.set_spherical_rotation(handle, quat_of_matrix(matrix))
 
     def set_spherical_rotation(self, handle: int, quat_wxyz: Quaternion) -> None:
-        """Turn a spherical joint to a rotation, velocity zero. Raises CommandError for other joints."""
+        """Set the rotation of a spherical joint, velocity zero.
+
+        Raises:
+            CommandError: the joint is not spherical.
+        """
         binding, state = self._spherical(handle)
 
         def turn() -> None:
@@ -230,13 +258,21 @@ class Joints(Machine):
             self._rebuild()
 
     def get_parameter(self, handle: int, parameter: int) -> float | int:
-        """`sim_jointintparam_*` / `sim_jointfloatparam_*` by number. Raises CommandError listing the known ones."""
+        """Return `sim_jointintparam_*` or `sim_jointfloatparam_*` by number.
+
+        Raises:
+            CommandError: the parameter is unknown; the text lists the known ones.
+        """
         if parameter not in READ:
             raise CommandError(f"joint parameter {parameter} is not known; known: {describe(READ)}")
         return READ[parameter][1](self, handle)
 
     def set_parameter(self, handle: int, parameter: int, value: float) -> None:
-        """Raises CommandError listing those that can be set."""
+        """Set a parameter by number.
+
+        Raises:
+            CommandError: the parameter cannot be set; the text lists those that can.
+        """
         if parameter not in WRITE:
             raise CommandError(
                 f"joint parameter {parameter} cannot be set; those that can: {describe(WRITE)}"
@@ -244,15 +280,19 @@ class Joints(Machine):
         WRITE[parameter][1](self, handle, _finite(value, WRITE[parameter][0]))
 
     def state(self, handle: int) -> JointState:
-        """The settings of a joint that has a single value; to be changed through `change` only."""
+        """Return the settings of a joint that has a single value; change them through `change` only."""
         return self._single(handle)[1]
 
     def spherical_state(self, handle: int) -> JointState:
-        """The settings of a spherical joint. Raises CommandError for other joints."""
+        """Return the settings of a spherical joint.
+
+        Raises:
+            CommandError: the joint is not spherical.
+        """
         return self._spherical(handle)[1]
 
     def change(self, handle: int, **settings: float | bool) -> None:
-        """Change settings by field name (motor, control_loop, spring, lock, p, i, d, k, c, ...) and act on them."""
+        """Change settings by field name (motor, control_loop, spring, lock, p, i, d, k, c, ...) and apply them."""
         _, state = self._single(handle)
         for name, value in settings.items():
             setattr(state, name, value)
@@ -260,9 +300,11 @@ class Joints(Machine):
         self._apply(handle)
 
     def set_dependency(self, handle: int, **settings: float | int) -> None:
-        """Change master (a handle, -1 for none), factor or shift of a joint in dependent mode; it goes there at once.
+        """Change master (a handle, -1 for none), factor or shift of a joint in dependent mode; it moves at once.
 
-        Raises UnknownHandle, WrongKind, CommandError: another mode, a tendon, a circle of masters.
+        Raises:
+            UnknownHandle, WrongKind: a handle is wrong.
+            CommandError: another mode, a tendon, a circle of masters.
         """
         binding, state = self._single(handle)
         if state.mode != JointMode.DEPENDENT or binding.element != "joint":
@@ -299,7 +341,7 @@ def _is_cyclic(binding: Binding, state: JointState) -> bool:
 
 
 def _wrapped(angle: float) -> float:
-    """The angle in -pi..pi; what diverged physics made infinite stays so."""
+    """Return the angle in -pi..pi; infinite values of diverged physics stay infinite."""
     if -math.pi <= angle <= math.pi or not math.isfinite(angle):
         return angle
     return math.remainder(angle, 2 * math.pi)

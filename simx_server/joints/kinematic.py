@@ -1,4 +1,4 @@
-"""Joints that physics does not move: held, moving at a given speed, following a master; and free ones put back."""
+"""Joints that physics does not move (held, moving at a given speed, following a master), and free joints put back."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from simx_server.joints.servo import Entry, Rule
 class Kinematic:
     """Puts the joints where they belong after every physics step, in arrays.
 
-    Their inertia is huge (`weights.py`), so a step moves them hardly at all against their velocity.
+    Their inertia is huge (`weights.py`), so a physics step hardly changes their velocity.
 
-    Also puts back free joints that are rewound: they turn, at the velocity that physics gives them, but get nowhere. So
-    the rollers around a mecanum wheel always lie as the one does that is on the floor.
+    Also puts back free joints that are rewound: they turn at the velocity that physics gives them, but stay in
+    place. So the rollers around a mecanum wheel always lie as the roller on the floor does.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, entries: Sequence[Entry]) -> None:
@@ -42,14 +42,14 @@ class Kinematic:
         self._start = model.qpos0[self._rewound]
         self._exists = bool(still or moving or rewound or self._followers)
         if moving:
-            # Contacts of the first step must feel the velocity too.
+            # Contacts of the first physics step must feel the velocity too.
             data.qvel[self._moving_dof] = self._rate
 
     def __bool__(self) -> bool:
         return self._exists
 
     def hold(self, data: mujoco.MjData) -> None:
-        """Undo what the step did to them."""
+        """Undo the effect of the physics step on them."""
         data.qpos[self._still_qpos] = self._still
         data.qvel[self._still_dof] = 0.0
         data.qpos[self._rewound] = self._start

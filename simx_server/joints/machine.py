@@ -1,4 +1,4 @@
-"""The joints of one scene as a machine: bound to the model, moved pass by pass, remembered and brought back."""
+"""The joints of one scene as a machine: bound to the model, moved in simulation steps, saved and restored."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Settings:
-    """What `Machine.remember` keeps."""
+    """The settings that `Machine.remember` keeps."""
 
     bindings: dict[int, Binding]
     states: dict[int, JointState]
@@ -36,7 +36,7 @@ class Settings:
 
 
 class Machine:
-    """Settings of all joints by handle, and what acts on them. `Joints` is what callers use of it."""
+    """Settings of all joints by handle, and the controllers that use them. `Joints` is the interface for callers."""
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
@@ -52,7 +52,7 @@ class Machine:
         self.bind_all()
 
     def bind_all(self) -> None:
-        """Find all joints in a freshly compiled model; those known by handle keep their settings."""
+        """Find all joints in a freshly compiled model; joints known by handle keep their settings."""
         scene, model, data = self._sim.scene, self._sim.model, self._sim.data
         known = self._states
         self._bindings, self._states = {}, {}
@@ -77,13 +77,14 @@ class Machine:
         self._write_weights(always=True)
 
     def masses_changed(self) -> None:
-        """Masses of the model, or places of its joints, are new: find again what follows from them.
+        """Recompute what depends on masses and joint positions after they changed in the model.
 
         Raises:
             mujoco.FatalError: MuJoCo cannot; see `scene.model_changes.undone_on_failure`.
         """
         model = self._sim.model
-        # MuJoCo counts the bodies whose weight is compensated, and at none never compensates any: the world is one now.
+        # MuJoCo counts the bodies with compensated weight; if the count is 0, it never compensates any. The
+        # world counts as one now.
         model.body_gravcomp[0] = 1.0
         # Not with the simulation's own data, because this writes the reset pose into it.
         try:
@@ -94,18 +95,21 @@ class Machine:
         self._write_weights(always=True)
 
     def alignment(self, joint: int) -> Quaternion | None:
-        """The turn from a body's axes to its joint's (a MuJoCo id), if something was placed against the joint."""
+        """Return the rotation from a body's axes to its joint's (a MuJoCo id).
+
+        None if nothing was placed against the joint.
+        """
         handle = self._sim.scene.by_element("joint", joint)
         return self._states[handle].alignment if handle in self._states else None
 
     def align(self, joint: int, alignment: Quaternion) -> None:
-        """Note that turn."""
+        """Store the rotation from a body's axes to its joint's."""
         handle = self._sim.scene.by_element("joint", joint)
         if handle is not None:
             self._states[handle].alignment = alignment
 
     def rebind(self) -> None:
-        """An edit replaced the model: the same, and the controllers keep their memory."""
+        """Bind the joints again after an edit replaced the model; the controllers keep their memory."""
         earlier = self._stepper
         self._measured.keep(self._bindings.values())
         self.bind_all()
@@ -114,7 +118,7 @@ class Machine:
             self._current_stepper().adopt(earlier)
 
     def remember(self) -> Settings:
-        """A copy of all settings, for `recall`."""
+        """Return a copy of all settings, for `recall`."""
         return Settings(
             dict(self._bindings),
             {handle: replace(state) for handle, state in self._states.items()},
@@ -122,7 +126,7 @@ class Machine:
         )
 
     def recall(self, settings: Settings) -> None:
-        """Bring remembered settings back; model and data were restored already."""
+        """Restore saved settings; model and data were restored already."""
         self._bindings = dict(settings.bindings)
         self._weights = settings.weights
         self._states = {handle: replace(state) for handle, state in settings.states.items()}
@@ -130,7 +134,11 @@ class Machine:
         self.forget_run()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Make copies of joints (handle of the original to that of the copy) act as their originals do now."""
+        """Make copies of joints act as their originals do now.
+
+        Args:
+            copies: maps the handle of the original to that of the copy.
+        """
         for original, copy in copies.items():
             if original in self._states and copy in self._states:
                 state = self._states[copy] = replace(self._states[original])
@@ -139,24 +147,24 @@ class Machine:
 
     @property
     def has_inert(self) -> bool:
-        """Whether any joint is held so."""
+        """Return whether any joint is held by `hold_inert`."""
         return any(state.inert for state in self._states.values())
 
     def hold_inert(self, handles: Collection[int]) -> None:
-        """Hold these joints where they are, whatever their mode; let all others go that were held so."""
+        """Hold these joints where they are, in any mode; release all others that were held so."""
         for handle, state in self._states.items():
             if state.inert != (handle in handles):
                 state.inert = handle in handles
                 self._apply(handle)
 
     def forget_run(self) -> None:
-        """A run begins: no force or velocity was measured, no controller has a memory."""
+        """Reset measured forces and velocities and the controllers' memory: a run starts."""
         self._average_force = False
         self._stepper = None
         self._measured.forget()
 
     def ask(self, asked: Mapping[int, Ask]) -> None:
-        """From the next pass on these control the motors of their joints (by handle), and nothing else does so."""
+        """Let these functions alone control the motors of their joints (by handle) from the next step on."""
         if asked.keys() == self._asked.keys() == set():
             return
         freed = self._asked.keys() - asked.keys()
@@ -166,33 +174,44 @@ class Machine:
         self._rebuild()
 
     def is_spring(self, handle: int) -> bool:
-        """Whether a joint is driven by a spring and damper, as by a plain position actuator: nobody is asked then."""
+        """Return whether a spring and damper drives a joint, as a plain position actuator does.
+
+        Scripts are not asked about such a joint.
+        """
         binding = self._bindings.get(handle)
         return binding is not None and rule_of(binding, self._states[handle]) == Rule.SPRING
 
     def accompany(self, call: Accompany | None) -> None:
-        """From the next pass on call this before and after each physics step; None: nobody wants it."""
+        """Call a function before and after each physics step from the next simulation step on; None: call nothing."""
         if call != self._accompany:
             self._accompany = call
             self._rebuild()
 
     @property
     def calls_scripts(self) -> bool:
-        """Whether scripts are called between the physics steps of a pass."""
+        """Return whether scripts are called between the physics steps of a simulation step."""
         return bool(self._asked) or self._accompany is not None
 
     def step(self, count: int) -> None:
-        """Make `count` physics steps under the controllers. Raises StepFailed, and mujoco.FatalError."""
+        """Make `count` physics steps under the controllers.
+
+        Raises:
+            StepFailed: the simulation step cannot be completed.
+            mujoco.FatalError: MuJoCo failed.
+        """
         self._measured.begin()
         self._current_stepper().step(count, average_force=self._average_force)
 
     @property
     def mean_sensed(self) -> np.ndarray:
-        """Values of all sensors (as `sensordata`), mean over the last pass; given in scenes with force sensors."""
+        """Return the values of all sensors (as `sensordata`), mean over the last simulation step.
+
+        They are averaged in scenes with force sensors.
+        """
         return self._current_stepper().mean_sensed
 
     def measure(self) -> None:
-        """The sensing of a pass, with fresh kinematics: what velocities are measured from."""
+        """Measure velocities at the end of a simulation step, with fresh kinematics."""
         self._measured.end()
 
     def _any(self, handle: int) -> tuple[Binding, JointState]:
@@ -223,7 +242,7 @@ class Machine:
         return self._sim.data.qpos.item(binding.qpos)
 
     def _apply(self, handle: int, *, rebuild: bool = True) -> None:
-        """Act on changed settings."""
+        """Apply changed settings."""
         binding, state = self._bindings[handle], self._states[handle]
         rule = rule_of(binding, state)
         if rule == Rule.HOLD and rebuild:
@@ -253,7 +272,10 @@ class Machine:
             self._stepper.retarget(binding.handle, value)
 
     def _place(self, handle: int, move: Callable[[], None]) -> None:
-        """Move a joint, with all below it in the tree; a running simulation's free bodies are physics' own."""
+        """Move a joint with everything below it in the tree.
+
+        In a running simulation, physics alone moves free bodies.
+        """
 
         def all_of_it() -> None:
             move()
@@ -277,14 +299,17 @@ class Machine:
                 followers.follow(self._sim.data)
 
     def _write_gravcomp(self, body: int) -> None:
-        """No compensation for a body with a joint whose motor was switched off: it would float."""
+        """Switch off the compensation of a body with a joint whose motor was switched off; else it would float."""
         here = [b for b in self._bindings.values() if b.body == body and b.element == "joint"]
         states = [self._states[b.handle] for b in here]
         falls = any(s.motor_was_set and s.mode == JointMode.FORCE and not s.motor for s in states)
         self._sim.model.body_gravcomp[body] = 0.0 if falls else here[0].gravcomp
 
     def _rebuild(self) -> None:
-        """Targets of the arrays are stale: make a new stepper before the next step, with the old one's memory."""
+        """Request a new stepper before the next physics step, because the arrays' targets are stale.
+
+        It takes over the memory of the old one.
+        """
         if self._stepper is not None:
             earlier, self._stepper = self._stepper, self._make_stepper()
             self._stepper.adopt(earlier)

@@ -1,4 +1,4 @@
-"""Joint velocities as V-REP measures them: the difference of the positions at the ends of the last two passes."""
+"""Joint velocities as V-REP measures them: from the positions at the ends of the last two simulation steps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 class Measured:
-    """Remembers positions from pass to pass. What was set between two passes counts as moved, as in V-REP."""
+    """Keeps positions from one simulation step to the next.
+
+    Positions set between two steps count as motion, as in V-REP.
+    """
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
@@ -24,31 +27,31 @@ class Measured:
         self._kept: dict[int, float] = {}
 
     def forget(self) -> None:
-        """A run begins: everything is still."""
+        """Forget all positions: a run starts and everything is at rest."""
         self._before = self._after = None
         self._kept = {}
 
     def keep(self, bindings: Iterable[Binding]) -> None:
-        """The model is about to be replaced: what was measured holds until the next pass."""
+        """Keep the measured values until the next simulation step; the model is about to be replaced."""
         self._kept = {b.handle: self.velocity(b) for b in bindings if b.kind != "ball"}
         self._before = self._after = None
 
     def begin(self) -> None:
-        """A pass begins."""
+        """Note that a simulation step starts."""
         self._before = self._after if self._after is not None else self._positions()
 
     def end(self) -> None:
-        """A pass has ended, and the kinematics are fresh."""
+        """Note that a simulation step has ended, and the kinematics are fresh."""
         self._after = self._positions()
         self._kept = {}
 
     def velocity(self, binding: Binding) -> float:
-        """rad/s or m/s; a hinge's difference is the short way round."""
+        """Return the velocity, rad/s or m/s; a hinge's difference is taken the short way round."""
         if self._before is None or self._after is None:
             return self._kept.get(binding.handle, 0.0)
         which, index = (1, binding.id) if binding.element == "tendon" else (0, binding.qpos)
         change = float(self._after[which][index] - self._before[which][index])
-        if binding.kind == "hinge" and math.isfinite(change):  # physics that diverges knows no bounds
+        if binding.kind == "hinge" and math.isfinite(change):  # diverged physics gives any value
             change = math.remainder(change, 2 * math.pi)
         return change / self._sim.time_step
 

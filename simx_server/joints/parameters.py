@@ -26,7 +26,7 @@ _CONTROL_MODES = {
     8: {"motor": True, "control_loop": True, "spring": False},
     12: {"motor": True, "control_loop": True, "spring": True},
 }
-"""Free, velocity, position, spring and damper."""
+"""Settings for free, velocity, position, spring and damper."""
 
 
 def _flag(name: str) -> tuple[Reader, Writer]:
@@ -62,7 +62,7 @@ def _dependency(name: str, kind: type[int] | type[float]) -> tuple[Reader, Write
 
 
 def _intrinsic(index: int) -> Reader:
-    """x, y, z (index 0..2) and qx, qy, qz, qw (3..6) of what the joint value does to the moving frame."""
+    """Return a reader of x, y, z (index 0..2) and qx, qy, qz, qw (3..6) of the moving frame in the fixed one."""
 
     def read(joints: Joints, handle: int) -> float:
         position, quat = joints.intrinsic(handle)
@@ -72,7 +72,10 @@ def _intrinsic(index: int) -> Reader:
 
 
 def _error(index: int) -> Reader:
-    """x, y, z, alpha, beta, gamma (index 0..5), distance and angle (6, 7) by which the parts came apart."""
+    """Return a reader of how far the parts came apart.
+
+    Index 0..5: x, y, z, alpha, beta, gamma; 6, 7: distance and angle.
+    """
 
     def read(joints: Joints, handle: int) -> float:
         position, quat = joints.separation(handle)
@@ -83,7 +86,7 @@ def _error(index: int) -> Reader:
 
 
 def _spherical(index: int) -> Writer:
-    """x, y, z are kept until w is written, which turns the joint."""
+    """Return a writer of a quaternion component; x, y, z are kept until w is written, which turns the joint."""
 
     def write(joints: Joints, handle: int, value: float) -> None:
         state = joints.spherical_state(handle)
@@ -145,7 +148,7 @@ READ: Mapping[int, tuple[str, Reader]] = MappingProxyType(
         **{2022 + i: (f"error_{part}", _error(i)) for i, part in enumerate(_ERRORS)},
     }
 )
-"""Number to (name, reader)."""
+"""Maps a number to (name, reader)."""
 
 WRITE: Mapping[int, tuple[str, Writer]] = MappingProxyType(
     {
@@ -153,9 +156,9 @@ WRITE: Mapping[int, tuple[str, Writer]] = MappingProxyType(
         **{2013 + i: (f"spherical_{part}", _spherical(i)) for i, part in enumerate(_PARTS[3:])},
     }
 )
-"""Number to (name, writer)."""
+"""Maps a number to (name, writer)."""
 
 
 def describe(table: Mapping[int, tuple[str, object]]) -> str:
-    """The table in one line, for messages."""
+    """Return the table in one line, for messages."""
     return ", ".join(f"{number} {name}" for number, (name, _) in sorted(table.items()))

@@ -1,6 +1,7 @@
-"""Joints whose motor a script controls: it is asked before each physics step how fast and how strongly to turn.
+"""Joints whose motor a script controls: before each physics step it returns the velocity and the maximum force.
 
-V-REP's joint callback: for a joint in force mode with motor and control loop on, in place of the position controller.
+V-REP's joint callback: for a joint in force mode with motor and control loop on, in place of the position
+controller.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from simx_server.joints.servo import Entry, Rule
 from simx_server.joints.state import UNLIMITED
 
 Ask = Callable[[dict[str, Any]], Mapping[str, Any] | None]
-"""Gets what is known of the joint; gives ``velocity`` (rad/s, m/s) and the greatest ``force`` (N m, N), or None."""
+"""Receives the state of the joint; returns ``velocity`` (rad/s, m/s) and the maximum ``force`` (N m, N), or None."""
 
 
 class ScriptedJoints:
-    """Those of one model; positions and velocities are V-REP's, at the joint."""
+    """The scripted joints of one model; positions and velocities are V-REP's, at the joint."""
 
     def __init__(self, model: mujoco.MjModel, entries: Sequence[Entry], asked: Mapping[int, Ask]) -> None:
         self._model = model
@@ -33,7 +34,10 @@ class ScriptedJoints:
         return bool(self._joints)
 
     def control(self, data: mujoco.MjData, index: int, count: int) -> None:
-        """Before step `index` (from 0) of the `count` of a pass; what a script leaves out stays as it is."""
+        """Set the motors before physics step `index` (from 0) of the `count` of a simulation step.
+
+        Values that a script leaves out stay as they are.
+        """
         for binding, state, ask in self._joints:
             is_tendon = binding.element == "tendon"
             position = (
@@ -78,7 +82,7 @@ class ScriptedJoints:
 
 
 def _number(value: Any) -> float | None:
-    """A script's number; anything else, and what no force or velocity can be, counts as left out."""
+    """Return a script's number; None for anything that cannot be a force or velocity."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     return float(value) if abs(value) < float("inf") else None

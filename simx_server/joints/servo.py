@@ -1,4 +1,4 @@
-"""Writing a joint's settings into the model: gain, bias and force limit of its actuator."""
+"""Write a joint's settings into the model: gain, bias and force limit of its actuator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simx_server.joints.state import UNLIMITED, Binding, JointMode, JointState, 
 
 
 class Rule(Enum):
-    """What moves a joint during a pass."""
+    """The rule by which a joint moves during a simulation step."""
 
     FREE = "nothing"
     SPRING = "a spring and damper towards the target"
@@ -24,24 +24,24 @@ class Rule(Enum):
 
 
 def is_immovable(binding: Binding, rule: Rule) -> bool:
-    """True for a joint whose motion physics must not influence at all."""
+    """Return whether physics must not influence the joint's motion."""
     if rule == Rule.DEPENDENT:
         return binding.equality < 0
     return rule in (Rule.KINEMATIC, Rule.MOTION)
 
 
 Entry = tuple[Binding, JointState, Rule]
-"""A joint with what moves it."""
+"""A joint with its settings and the rule by which it moves."""
 
 
 def rule_of(binding: Binding, state: JointState) -> Rule:
-    """Which rule the settings ask for."""
+    """Return the rule that follows from the settings."""
     if state.inert and binding.element == "joint":
         return Rule.KINEMATIC
     if binding.kind == "ball":
         return Rule.FREE if state.mode == JointMode.FORCE else Rule.KINEMATIC
     if state.mode != JointMode.FORCE:
-        # A tendon has no position of its own that could be held: only its motor can.
+        # A tendon has no position that could be held: only its motor can hold it.
         if binding.actuator >= 0 and (state.hybrid or binding.element == "tendon"):
             return Rule.POSITION
         if state.mode == JointMode.DEPENDENT and state.master >= 0:
@@ -66,7 +66,7 @@ def write_actuator(
     elif rule in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT):
         data.ctrl[binding.ctrl] = 0.0
         if binding.native == Native.MOTOR and rule == Rule.FREE:
-            # A torque motor at control 0 exerts nothing: the file's own actuator may stay.
+            # A torque motor at control 0 exerts no force: the file's own actuator may stay.
             _restore(binding, model)
             return
         model.actuator_gainprm[index] = 0.0
@@ -82,9 +82,9 @@ def write_actuator(
 
 
 def commanded_velocity(binding: Binding, state: JointState) -> float:
-    """The target velocity; a tendon's is limited to its upper velocity, since its transmission cannot go faster.
+    """Return the target velocity; a tendon's is limited to its upper velocity, the limit of its transmission.
 
-    A joint's is not: a huge velocity under a force limit is how scripts command a torque.
+    A joint's is not limited: scripts command a torque by a huge velocity under a force limit.
     """
     if binding.element != "tendon":
         return state.target_velocity
@@ -92,12 +92,12 @@ def commanded_velocity(binding: Binding, state: JointState) -> float:
 
 
 def spring_control(binding: Binding, state: JointState) -> float:
-    """The control that makes a spring's actuator pull towards the target."""
+    """Return the control that makes a spring's actuator pull towards the target."""
     return (state.target_position - state.offset) * binding.gear
 
 
 def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel) -> None:
-    """The maximum force at the actuator's end of the gear."""
+    """Write the maximum force, converted to the actuator's end of the gear."""
     index = binding.actuator
     if index < 0:
         return
@@ -113,7 +113,7 @@ def write_force_limit(binding: Binding, state: JointState, model: mujoco.MjModel
 
 
 def _write_spring(binding: Binding, state: JointState, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Force = K (target - position) - C velocity, which is what a position actuator is."""
+    """Write a spring: force = K (target - position) - C velocity, which is what a position actuator is."""
     if binding.native == Native.POSITION:
         _restore(binding, model)
     else:

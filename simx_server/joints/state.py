@@ -1,8 +1,8 @@
-"""What is known of each joint: its place in the model, V-REP's settings of it, and how they start.
+"""The state of each joint: its place in the model, V-REP's settings of it, and their initial values.
 
-Start values: an annotation has V-REP's strict meaning. Without one: a joint with a position actuator is a spring and
-damper with that actuator's gains, and holds where it is; with a velocity actuator it is under velocity control at 0;
-with a torque motor or none its motor is off until a target drives it.
+An annotation has V-REP's strict meaning. Without one: a joint with a position actuator is a spring and damper with
+that actuator's gains, and holds where it is; with a velocity actuator it is under velocity control at 0; with a
+torque motor or none its motor is off until a target drives it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from simx_server.scene.objects import SceneObject
 from simx_server.scene.tree import drives_tendon
 
 VREP_DYNAMICS_STEP = 0.005
-"""Seconds; V-REP's PID divides by it, whatever step the engine really takes."""
+"""V-REP's dynamics step in seconds. V-REP's PID divides by it, whatever step the physics engine uses."""
 
 UNLIMITED = 1e9
-"""N or N m: stands for a joint without a force limit."""
+"""Force in N or N m that stands for a joint without a force limit."""
 
 UPPER_VELOCITY = {"hinge": 2 * math.pi, "slide": 10.0}
-"""V-REP's start values, rad/s and m/s."""
+"""V-REP's initial upper velocities, rad/s and m/s."""
 
 
 class JointMode(IntEnum):
@@ -42,7 +42,7 @@ class JointMode(IntEnum):
 
 
 class Native(IntEnum):
-    """What the joint's actuator is in the file."""
+    """The kind of actuator that the joint has in the file."""
 
     NONE = 0
     POSITION = 1
@@ -61,7 +61,7 @@ MODE_WORDS = {
 
 @dataclass(slots=True)
 class Binding:
-    """Where a joint lives in one compiled model; -1: not there."""
+    """Where a joint is in one compiled model; -1: absent."""
 
     handle: int
     name: str
@@ -90,16 +90,16 @@ class Binding:
     """The file's limit at the joint, UNLIMITED for none."""
     gravcomp: float
     equality: int
-    """What couples a joint of dependent mode to its master."""
+    """The equality that couples a joint of dependent mode to its master."""
 
     @property
     def qpos_count(self) -> int:
-        """Position numbers: 4 of a spherical joint, else 1."""
+        """Return the number of position values: 4 for a spherical joint, else 1."""
         return 4 if self.kind == "ball" else 1
 
     @property
     def dof_count(self) -> int:
-        """Degrees of freedom: 3 of a spherical joint, else 1."""
+        """Return the degrees of freedom: 3 for a spherical joint, else 1."""
         return 3 if self.kind == "ball" else 1
 
     def reported_force(self, model: mujoco.MjModel, actuator_forces: np.ndarray) -> float:
@@ -119,7 +119,7 @@ class Binding:
 
     @property
     def file_spring(self) -> tuple[float, float]:
-        """K and C, at the joint, of the file's position actuator."""
+        """Return K and C, at the joint, of the file's position actuator."""
         gear = self.gear * self.gear
         return self.gain[0] * gear, -self.bias[2] * gear
 
@@ -129,7 +129,7 @@ class JointState:
     """V-REP's settings of one joint."""
 
     annotated: bool
-    """Whether targets leave motor and control loop as they are; else the last target decides about them."""
+    """Whether targets leave motor and control loop as they are; if not, the last target sets them."""
     mode: JointMode
     motor: bool
     control_loop: bool
@@ -149,28 +149,27 @@ class JointState:
     hybrid: bool = False
     """Outside force mode: a motor drives the joint to where it is set."""
     master: int = -1
-    """Handle of the joint a dependent one follows."""
+    """Handle of the joint that a dependent joint follows."""
     factor: float = 1.0
     shift: float = 0.0
     """Position = shift + factor * master's position."""
     rewind: bool = False
-    """After each physics step the joint, where nothing drives it, is put back to where the file has it, and keeps its
-    velocity."""
+    """After each physics step an undriven joint is put back to its position in the file, and keeps its velocity."""
     inert: bool = False
-    """Held where it is, in any mode: the joint belongs to a model that is not dynamic."""
+    """Held where it is, in any mode, because the joint belongs to a model that is not dynamic."""
     spherical: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """x, y, z of a spherical joint's next quaternion, which is applied when w is written."""
     alignment: Quaternion | None = None
-    """The turn from the body's axes to the joint's, when something was placed against the joint."""
+    """The rotation from the body's axes to the joint's, when something was placed against the joint."""
     motor_was_set: bool = False
-    """By an annotation or a caller; only then does switching it off take the gravity compensation away."""
+    """Set by an annotation or a caller; only then does switching the motor off remove the gravity compensation."""
     offset: float = 0.0
     held: float = 0.0
-    """Where a joint stays that is locked in velocity control."""
+    """The position that a joint locked in velocity control holds."""
 
 
 def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
-    """Find a joint object's addresses and its actuator in the model, and what the file says of that."""
+    """Return a joint object's addresses and its actuator in the model, with the settings from the file."""
     tendon = item.element == "tendon"
     kind = "slide"
     qpos = dof = -1
@@ -214,7 +213,15 @@ def bind(item: SceneObject, model: mujoco.MjModel) -> Binding:
 def initial_state(
     item: SceneObject, binding: Binding, model: mujoco.MjModel, position: float, joints: Mapping[str, int]
 ) -> JointState:
-    """The settings a joint starts with; `position` is where it is now. `joints`: handles by MuJoCo's names."""
+    """Return the settings that a joint starts with.
+
+    Args:
+        item: the joint.
+        binding: where it is in the model.
+        model: the compiled model.
+        position: its present position.
+        joints: handles by MuJoCo's names.
+    """
     note = item.annotations.get("joint")
     annotated = note is not None
     note = note or {}
@@ -223,7 +230,7 @@ def initial_state(
     loop = control in ("position", "spring") if control is not None else native == Native.POSITION
     k, c = binding.file_spring if native == Native.POSITION else (0.1, 0.0)
     cyclic_by_file = binding.kind == "hinge" and not model.jnt_limited[binding.id]
-    # The one key means a shift of what is read for a tendon, the constant of the dependency for a joint.
+    # The key is a shift of the reported value for a tendon, but the constant of the dependency for a joint.
     offset = float(note.get("offset", 0.0))
     shift = 0.0
     if binding.element != "tendon":
@@ -258,7 +265,7 @@ def initial_state(
 
 
 def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:
-    """The first actuator of the joint whose gain and bias may be rewritten, or -1."""
+    """Return the first actuator of the joint whose gain and bias may be rewritten, or -1."""
     if item.element == "tendon":
         return next(
             (a for a in range(model.nu) if model.actuator_trnid[a, 0] == item.id and drives_tendon(model, a)),
@@ -280,7 +287,7 @@ def _find_actuator(item: SceneObject, model: mujoco.MjModel) -> int:
 
 
 def _find_equality(item: SceneObject, model: mujoco.MjModel) -> int:
-    """The equality that loading added for the joint, or -1; of a copy its name has a prefix."""
+    """Return the equality that loading added for the joint, or -1; the name of a copy's equality has a prefix."""
     if item.element != "joint":
         return -1
     return next(
@@ -309,10 +316,11 @@ def _native(model: mujoco.MjModel, actuator: int) -> Native:
 def _velocity_gain(
     item: SceneObject, model: mujoco.MjModel, actuator: int, native: Native, dof: int
 ) -> float:
-    """The file's own gain of a velocity actuator; else inertia / (3 timestep): the error falls by 1/e in three steps.
+    """Return the file's own gain of a velocity actuator; else inertia / (3 timestep).
 
-    The inertia is the joint's in the file's pose (`dof_M0`). On a freely moving base a light wheel drives the whole
-    machine, so there the machine's mass at the child's radius is added.
+    With the latter the error falls by 1/e in three physics steps. The inertia is the joint's in the file's pose
+    (`dof_M0`). On a freely moving base a light wheel drives the whole machine, so there the machine's mass at the
+    child's radius is added.
     """
     gear = float(model.actuator_gear[actuator, 0])
     if native == Native.VELOCITY:
@@ -336,7 +344,7 @@ def _velocity_gain(
 
 
 def _force_limit(binding: Binding, model: mujoco.MjModel) -> float:
-    """The file's limit at the joint: of the actuator, of a motor's control range, of the joint."""
+    """Return the file's limit at the joint: of the actuator, of a motor's control range, of the joint."""
     limits = [UNLIMITED]
     if binding.actuator >= 0:
         gear = abs(binding.gear)

@@ -1,6 +1,6 @@
-"""One pass of physics with the joint controllers: vectorised, nothing allocated or looked up per step.
+"""Make one simulation step with the joint controllers: vectorised, no allocations or look-ups per physics step.
 
-A scene whose commands are all constant over the pass is stepped in one call, which gives the interpreter lock away
+A scene with constant commands over the simulation step is stepped in one call, which releases the interpreter lock
 only once.
 """
 
@@ -20,14 +20,16 @@ from simx_server.joints.servo import Entry, Rule
 from simx_server.joints.state import VREP_DYNAMICS_STEP, JointState
 
 Accompany = Callable[[int, int, bool], object]
-"""Called before and after each physics step: which of the pass (from 0), of how many, whether it is over."""
+"""Called before and after each physics step: its index in the simulation step (from 0), their number, whether it is
+over.
+"""
 
 Pieces = Callable[[mujoco.MjData, int], Iterable[range]]
-"""Divides the physics steps of a simulation step, and looks around in between: see `watch.Watch`."""
+"""Divides the physics steps of a simulation step, and checks the progress in between: see `watch.Watch`."""
 
 
 class Stepper:
-    """The controllers of one model and its data, in arrays. Rebuilt when a setting changes other than a target."""
+    """The controllers of one model and its data, in arrays. Rebuilt when a setting other than a target changes."""
 
     def __init__(
         self,
@@ -38,7 +40,7 @@ class Stepper:
         asked: Mapping[int, Ask] | None = None,
         accompany: Accompany | None = None,
     ) -> None:
-        """`asked`: by joint handle the scripts that control a motor."""
+        """Build the arrays; `asked` holds by joint handle the scripts that control a motor."""
         self._pieces = pieces
         self._accompany = accompany
         self._scripted = ScriptedJoints(model, entries, asked or {})
@@ -59,7 +61,7 @@ class Stepper:
         self._target = np.array([_goal(s, r) for _, s, r in loops])
         self._limit = np.array([s.upper_velocity for _, s, _ in loops])
         self._least = -self._limit
-        # Faster than one step per error would overshoot whatever V-REP's own step is.
+        # Correcting the error within less than one physics step would overshoot, whatever V-REP's step is.
         step = model.opt.timestep
         gains = [
             min((s.p if r == Rule.POSITION or s.p else 0.1) / VREP_DYNAMICS_STEP, 1 / step)
@@ -74,7 +76,7 @@ class Stepper:
         self._last = np.full(count, np.nan)
         self._error = np.zeros(count)
         self._positions = None if self._tendons.size else _view(data.qpos, self._qpos)
-        """Where the joints are, if they lie side by side in MuJoCo's array."""
+        """View of the joint positions, if they are adjacent in MuJoCo's array."""
 
         commands = _view(data.ctrl, self._ctrl)
         self._are_scattered = commands is None
@@ -89,21 +91,21 @@ class Stepper:
 
     @property
     def is_constant(self) -> bool:
-        """True when no controller has to run between the steps of a pass."""
+        """Return whether no controller has to run between the physics steps of a simulation step."""
         return not (self._index or self._springs or self._kinematic or self._accompany)
 
     @property
     def mean_force(self) -> np.ndarray:
-        """Actuator forces (N, N m; at the actuator), mean over the last pass."""
+        """Return the actuator forces (N, N m; at the actuator), mean over the last simulation step."""
         return self._force
 
     @property
     def mean_sensed(self) -> np.ndarray:
-        """Values of all sensors, mean over the last pass, in a model with force sensors."""
+        """Return the values of all sensors, mean over the last simulation step, in a model with force sensors."""
         return self._sensed
 
     def retarget(self, handle: int, value: float) -> bool:
-        """Give a running position controller or spring a new target; False when the joint has none here."""
+        """Give a running position controller or spring a new target; return False when the joint has none here."""
         index = self._index.get(handle)
         if index is None:
             return self._springs.retarget(handle, value)
@@ -113,7 +115,7 @@ class Stepper:
     def step(self, count: int, *, average_force: bool) -> None:
         """Make `count` physics steps. Without `average_force` and controllers, forces are those of the last one.
 
-        Raises what `pieces` raises between two of them.
+        Raises the exceptions of `pieces`.
         """
         model, data = self._model, self._data
         if self.is_constant and not average_force and not self._has_cells:
@@ -150,7 +152,7 @@ class Stepper:
         sensed /= count
 
     def adopt(self, earlier: Stepper) -> None:
-        """Take over the controllers' memory (integral, last error, forces) of the stepper this one replaces."""
+        """Take over the controllers' memory (integral, last error, forces) of the stepper that this one replaces."""
         for handle, index in self._index.items():
             source = earlier._index.get(handle)
             if source is not None:
@@ -186,14 +188,14 @@ class Stepper:
 
 
 def _view(values: np.ndarray, indices: np.ndarray) -> np.ndarray | None:
-    """A view of these items; None if they do not lie side by side, in this order."""
+    """Return a view of these items; None if they are not adjacent in this order."""
     if not indices.size or np.any(np.diff(indices) != 1):
         return None
     return values[indices[0] : indices[-1] + 1]
 
 
 class _CyclicSprings:
-    """Springs that pull the short way round; those of other joints need no control between the steps."""
+    """Springs that pull the short way round; those of other joints need no control between the physics steps."""
 
     def __init__(self, entries: Sequence[Entry]) -> None:
         chosen = [(b, s) for b, s, r in entries if r == Rule.SPRING and s.cyclic]

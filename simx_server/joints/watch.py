@@ -1,4 +1,4 @@
-"""What is looked at between the physics steps of one simulation step: does it diverge, does it last too long."""
+"""Checks between the physics steps of one simulation step: does it diverge, does it take too long."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 MOST_AT_ONCE = 32
-"""Physics steps in one call of MuJoCo's, which needs the interpreter's lock once."""
+"""Maximum number of physics steps in one call of MuJoCo, which takes the interpreter lock once."""
 
 FIRST_AT_ONCE = 4
-"""Physics steps in the first such call of a simulation step. As many as were made follow, as long as they are short."""
+"""Physics steps in the first call of a simulation step. The number doubles while the calls stay short."""
 
 GLANCE = 0.02
-"""Seconds that such a call may last."""
+"""Maximum duration of such a call in seconds."""
 
 RECORDED_AT_ONCE = 8
-"""Physics steps in one call while a recording or a replay has to know where others were served."""
+"""Physics steps in one call while a recording or a replay has to know when other calls were served."""
 
 MANY = 1024
 """A simulation step of more physics steps than these ends at `LONGEST`."""
 
 SERVES_AFTER = 0.1
-"""Seconds of a simulation step after which others are served within it."""
+"""Seconds of a simulation step after which other calls are served within it."""
 
 CUT_AFTER = 1.0
-"""Seconds of a simulation step that is given up when the server is to end."""
+"""Seconds after which a simulation step is aborted when the server is to end."""
 
 WARNS_AFTER = 0.5
-"""Seconds of a simulation step after which it is estimated how long it will take."""
+"""Seconds of a simulation step after which its total duration is estimated."""
 
 TOO_LONG = 5.0
-"""Seconds, as long as clients wait by default for the answer to a blocking call."""
+"""Default time-out in seconds of clients for the answer to a blocking call."""
 
 LONGEST = 10.0
-"""Seconds of a simulation step of many physics steps, then the run is stopped."""
+"""Seconds after which a simulation step of many physics steps is aborted and the run stopped."""
 
 
 DIVERGED = (
@@ -51,24 +51,28 @@ DIVERGED = (
 
 
 class StepFailed(Exception):
-    """A simulation step that cannot be completed; the text says why and what may help. The run is to be stopped."""
+    """A simulation step cannot be completed, and the run is to be stopped.
+
+    The text gives the reason and possible remedies.
+    """
 
 
 class Watch:
-    """Divides the simulation steps of one model into calls of MuJoCo's, and looks around between these."""
+    """Divides the simulation steps of one model into calls of MuJoCo, and checks the progress between them."""
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self._cost = GLANCE
-        """Seconds of a physics step, as the last ones took."""
+        """Duration of a physics step in seconds, from the last ones."""
         self._has_warned = False
 
     def pieces(self, data: mujoco.MjData, count: int) -> Iterator[range]:
-        """Which physics steps (from 0, of `count`) to make at once, one piece after the other.
+        """Yield which physics steps (from 0, of `count`) to make at once, one range after the other.
 
-        Raises StepFailed.
+        Raises:
+            StepFailed: the simulation step cannot be completed.
         """
-        bad = data.warning.number[_DIVERGED]  # a view: what MuJoCo counts is seen in it
+        bad = data.warning.number[_DIVERGED]  # a view: it shows the counts of MuJoCo
         bad[:] = 0
         point = self._sim.interruptions.physics_point
         began = before = time.perf_counter()
@@ -87,7 +91,7 @@ class Watch:
             now = time.perf_counter()
             self._cost = max(1e-9, (now - before) / size)
             before = now
-            # A process that was stopped for a while has not worked meanwhile.
+            # A process that was suspended for a while has not worked during that time.
             if self._cost > longest and (seconds := (time.thread_time() - worked) / done) > longest:
                 raise StepFailed(_too_slow(seconds, self._sim))
             if done == count:
@@ -98,7 +102,7 @@ class Watch:
                 point()
 
     def _look_around(self, seconds: float, done: int, count: int) -> None:
-        """Within a simulation step that has lasted a while."""
+        """Serve others, warn or abort within a simulation step that has lasted a while."""
         if self._sim.is_ending and seconds > CUT_AFTER:
             raise StepFailed("the server ends, within a long simulation step")
         if count > MANY and seconds > LONGEST:

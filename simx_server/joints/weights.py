@@ -1,8 +1,8 @@
-"""What kinematic joints weigh: so much that nothing moves them, for the equations of motion and for every contact.
+"""Weights of kinematic joints: so great that nothing moves them, in the equations of motion and in every contact.
 
-MuJoCo softens each constraint by what moves at its two ends (`invweight0`), and counts in it the masses, but not the
-inertia of motors. It takes the inertia of degrees of freedom that touch no other (`dof_simplenum`) from `dof_M0`.
-So writing the motor's inertia alone would make a light kinematic body push as softly as light bodies do.
+MuJoCo softens each constraint by what moves at its two ends (`invweight0`), and counts in it the masses, but not
+the inertia of motors. It takes the inertia of degrees of freedom that touch no other (`dof_simplenum`) from
+`dof_M0`. So writing the motor's inertia alone would make a light kinematic body push as softly as light bodies do.
 """
 
 from __future__ import annotations
@@ -13,21 +13,26 @@ import mujoco
 import numpy as np
 
 KINEMATIC_ARMATURE = 1e5
-"""kg m2 (kg): added to the inertia of a kinematic joint. With ten times as much the solver ends too early."""
+"""Inertia in kg m2 (kg) added to a kinematic joint. With ten times as much the solver ends too early."""
 
 
 class Weights:
-    """The numbers of one model as its file and masses make them, and what is written in their place."""
+    """The numbers of one model as its file and masses give them, and those written in their place."""
 
     def __init__(self, model: mujoco.MjModel, armature: np.ndarray | None = None) -> None:
-        """`model`: just compiled or with new masses; `armature`: what the file says, if the model's is another now."""
+        """Keep the numbers of a model.
+
+        Args:
+            model: just compiled or with new masses.
+            armature: the value from the file, if the model's has changed.
+        """
         self.armature = model.dof_armature.copy() if armature is None else armature
         self._bodies = model.body_invweight0.copy()
         self._dofs = model.dof_invweight0.copy()
         self._inertia = model.dof_M0 - (model.dof_armature - self.armature)
 
     def write(self, model: mujoco.MjModel, kinematic: Collection[int]) -> None:
-        """`kinematic`: ids of the joints that physics does not move."""
+        """Write the inertia of kinematic joints; `kinematic`: ids of the joints that physics does not move."""
         if model.nv:
             dofs = np.flatnonzero(np.isin(model.dof_jntid, list(kinematic)))
             model.dof_armature[:] = self.armature
@@ -40,7 +45,7 @@ class Weights:
 
 
 def _immovable_bodies(model: mujoco.MjModel, kinematic: Collection[int]) -> np.ndarray:
-    """Ids of the bodies that only such joints move, or none."""
+    """Return the ids of the bodies that only such joints move, or none."""
     moves = np.zeros(model.nbody, dtype=bool)
     if model.njnt:
         moves[model.jnt_bodyid[~np.isin(np.arange(model.njnt), list(kinematic))]] = True

@@ -1,4 +1,4 @@
-"""The joints between a base and a tip, and what part of the tip's pose they are to bring about."""
+"""The joints between a base and a tip, and the part of the tip's pose that they control."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
 class Constraint(IntFlag):
-    """What of a pose is asked for; the numbers are the legacy `sim_ik_*_constraint`."""
+    """Which parts of a pose count; the numbers are the legacy `sim_ik_*_constraint`."""
 
     X = 1
     Y = 2
@@ -37,7 +37,7 @@ class Constraint(IntFlag):
     ALPHA_BETA = 8
     """The direction of the tip's z axis."""
     GAMMA = 16
-    """The turn about it; only together with ALPHA_BETA."""
+    """The rotation about it; only together with ALPHA_BETA."""
     POSITION = 7
     ORIENTATION = 24
     POSE = 31
@@ -45,17 +45,17 @@ class Constraint(IntFlag):
 
 @dataclass(frozen=True)
 class Element:
-    """A tip that shall come to a target; handles of objects."""
+    """A tip and the target that it is brought to; handles of objects."""
 
     tip: int
     target: int
     base: int = -1
-    """What does not move: the joints above it are left alone. -1: the world."""
+    """The fixed object: the joints above it do not move. -1: the world."""
     constraints: Constraint = Constraint.POSE
     precision: tuple[float, float] = (0.0005, math.radians(0.1))
-    """Metres and radians that count as reached; V-REP's start values."""
+    """Metres and radians that count as reached; V-REP's initial values."""
     weights: tuple[float, float] = (1.0, 1.0)
-    """Of position and orientation."""
+    """Weights of position and orientation."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ class Joints:
 
     handles: tuple[int, ...]
     addresses: NDArray[np.intp]
-    """(n,) in qpos."""
+    """(n,) addresses in qpos."""
     dofs: NDArray[np.intp]
-    """(n,) in qvel."""
+    """(n,) addresses in qvel."""
     low: Array
     high: Array
-    """(n,) rad or m; infinite where there is no limit."""
+    """(n,) rad or m; infinite for a joint without limit."""
     max_step: Array
-    """(n,) the most that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
+    """(n,) the maximum that one iteration moves a joint: V-REP's 10 degrees or 0.1 m."""
 
     def clip(self, values: Array) -> Array:
         return np.clip(values, self.low, self.high)
@@ -85,20 +85,27 @@ class Arm:
     body: int
     """MuJoCo id of the body the tip is fixed to."""
     tip: Pose
-    """In that body's frame."""
+    """Pose of the tip in that body's frame."""
     used: NDArray[np.bool_]
     """(n,) which of the joints lie between its base and its tip."""
     base_body: int
     base: Pose
-    """In that body's frame: the axes for single coordinates."""
+    """Pose of the base in that body's frame: the axes for single coordinates."""
 
 
 def make_arms(
     sim: Simulation, elements: Sequence[Element], is_usable: Callable[[int], bool]
 ) -> tuple[Joints, list[Arm]]:
-    """What solving needs to know of the model. `is_usable` says of a joint's handle whether it takes part.
+    """Return the joints and arms that a solver needs.
 
-    Raises UnknownHandle; CommandError: the base is not above the tip, no joint between them takes part.
+    Args:
+        sim: the simulation.
+        elements: tips, targets and bases.
+        is_usable: returns whether a joint, given by its handle, takes part.
+
+    Raises:
+        UnknownHandle: an element has a wrong handle.
+        CommandError: the base is not above the tip, or no joint between them takes part.
     """
     sim.refresh()
     chains = [_between(sim, element, is_usable) for element in elements]
@@ -129,12 +136,12 @@ def make_arms(
 
 
 def fixed_pose(sim: Simulation, item: SceneObject) -> Pose:
-    """An object's pose in the frame of the body that carries it. The kinematics must be fresh."""
+    """Return an object's pose in the frame of the body that carries it. The kinematics must be fresh."""
     return compose(inverse(body_pose(sim, carrier_body(sim, item))), object_pose(sim, item))
 
 
 def _between(sim: Simulation, element: Element, is_usable: Callable[[int], bool]) -> list[int]:
-    """MuJoCo ids of the joints that take part."""
+    """Return the MuJoCo ids of the joints that take part."""
     model, scene = sim.model, sim.scene
     tip = scene.get(element.tip)
     body = carrier_body(sim, tip)
@@ -172,5 +179,8 @@ def _limits(sim: Simulation, handle: int) -> tuple[float, float]:
 
 
 def is_in_ik_mode(sim: Simulation) -> Callable[[int], bool]:
-    """Which joints the groups of a scene move, as in V-REP: those in IK mode, hybrid ones too."""
+    """Return a function that returns whether the groups of a scene move a joint.
+
+    As in V-REP, they move the joints in IK mode, hybrid ones too.
+    """
     return lambda handle: sim.joints.mode(handle) == JointMode.IK

@@ -1,6 +1,6 @@
-"""A world of its own for `simIK`: joint values and poses that are changed and solved without moving the scene.
+"""A separate world for `simIK`: joint values and poses that are changed and solved without moving the scene.
 
-Objects have the handles they have in the scene. What an environment was not told of is where the scene has it.
+Objects have the same handles as in the scene. Joints and poses that were not set here are those of the scene.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from simx_server.world.simulation import Simulation
 
 _FIRST_DUMMY = 1_000_000
-"""Above all handles of a scene's objects."""
+"""First handle of an environment's dummies, above all handles of a scene's objects."""
 
 _START = Calculation(Method.PSEUDO_INVERSE, 0.0, 6)
-"""Those of CoppeliaSim's new groups."""
+"""The calculation of CoppeliaSim's new groups."""
 
 
 @dataclass
@@ -43,7 +43,7 @@ class EnvironmentGroup:
     how: Calculation = _START
     elements: dict[int, Element] = field(default_factory=dict)
     solution: Solution | None = None
-    """Of the last handling."""
+    """The result of the last handling."""
 
 
 class Environment:
@@ -56,18 +56,22 @@ class Environment:
         self.passive: set[int] = set()
         """Handles of joints that take no part."""
         self.dummies: dict[int, str] = {}
-        """What is in this environment only: handles and names."""
+        """Handles and names of the dummies that exist in this environment only."""
         self._values: dict[int, float] = {}
         self._poses: dict[int, Pose] = {}
         self._intervals: dict[int, tuple[bool, float, float]] = {}
 
     def joint_position(self, joint: int) -> float:
-        """rad or m. Raises UnknownHandle, WrongKind, CommandError."""
+        """Return the position of a joint, rad or m.
+
+        Raises:
+            UnknownHandle, WrongKind, CommandError: the joint has no single value.
+        """
         self._address(joint)
         return self._values.get(joint, self._sim.joints.position(joint))
 
     def set_joint_position(self, joint: int, value: float) -> None:
-        """Within the joint's interval, as in the scene."""
+        """Set the position of a joint, limited to its interval as in the scene."""
         self._address(joint)
         cyclic, least, extent = self.interval(joint)
         if not cyclic and extent < 1e9:
@@ -75,7 +79,7 @@ class Environment:
         self._values[joint] = value
 
     def interval(self, joint: int) -> tuple[bool, float, float]:
-        """(cyclic, least value, range)."""
+        """Return (cyclic, minimum, range)."""
         return self._intervals.get(joint) or self._sim.joints.interval(joint)
 
     def set_interval(self, joint: int, cyclic: bool, least: float, extent: float) -> None:
@@ -83,25 +87,37 @@ class Environment:
         self._intervals[joint] = cyclic, least, extent
 
     def pose(self, handle: int, relative_to: int = -1) -> Pose:
-        """Of an object as it would be with the joints where this environment has them. Raises UnknownHandle."""
+        """Return an object's pose with the joints where this environment has them.
+
+        Raises:
+            UnknownHandle: the object does not exist.
+        """
         world = self._world_pose(handle)
         return world if relative_to == -1 else compose(inverse(self._world_pose(relative_to)), world)
 
     def set_pose(self, handle: int, relative_to: int, pose: Pose) -> None:
-        """Of a target; what hangs on the object stays. Raises UnknownHandle."""
+        """Set the pose of a target; the object's children stay where they are.
+
+        Raises:
+            UnknownHandle: the object does not exist.
+        """
         if handle not in self.dummies:
             self._sim.scene.get(handle)
         self._poses[handle] = pose if relative_to == -1 else compose(self._world_pose(relative_to), pose)
 
     def create_dummy(self, name: str) -> int:
-        """A pose that is nothing in the scene; its handle."""
+        """Create a pose that the scene does not have; return its handle."""
         handle = _FIRST_DUMMY + len(self.dummies)
         self.dummies[handle] = name or f"dummy{handle}"
         self._poses[handle] = IDENTITY
         return handle
 
     def add(self, group: EnvironmentGroup, element: Element) -> int:
-        """An element of the scene, with its joints and poses as they are now; its number. Raises CommandError."""
+        """Add an element of the scene, with its present joints and poses; return its number.
+
+        Raises:
+            CommandError: no joint takes part, or the base is not above the tip.
+        """
         make_arms(self._sim, [element], self._takes_part)
         number = max(group.elements, default=-1) + 1
         group.elements[number] = element
@@ -112,7 +128,7 @@ class Environment:
         return number
 
     def take_over(self, groups: Iterable[EnvironmentGroup]) -> None:
-        """What the scene has now: values of the groups' joints, poses of their tips' targets."""
+        """Copy the scene's present state: values of the groups' joints, poses of their tips' targets."""
         self._sim.refresh()
         for group in groups:
             for handle in self.joints(group).handles:
@@ -123,19 +139,29 @@ class Environment:
                     self._poses[element.target] = get_pose(self._sim, element.target)
 
     def give_back(self, groups: Iterable[EnvironmentGroup]) -> None:
-        """Put the scene's joints where this environment has those of the groups: by their motors where they have."""
+        """Move the scene's joints to the values of the groups here: by their motors where they have any."""
         for group in groups:
             for handle in self.joints(group).handles:
                 move_joint(self._sim, handle, self._values[handle])
 
     def joints(self, group: EnvironmentGroup) -> Joints:
-        """Those that the group moves. Raises CommandError: none."""
+        """Return the joints that the group moves.
+
+        Raises:
+            CommandError: there are none.
+        """
         return self.solver(group)[0]
 
     def solver(
         self, group: EnvironmentGroup, only: tuple[int, ...] | None = None, limits: bool = True
     ) -> tuple[Joints, Solver]:
-        """What solves a group on the environment's state. `only`: handles of joints, the others keep still."""
+        """Return joints and solver of a group on the environment's state.
+
+        Args:
+            group: the group.
+            only: handles of the joints that move; the others stay.
+            limits: whether the limits of the joints count.
+        """
         if not group.elements:
             raise CommandError(
                 f"the group '{group.name}' has no element; add one with simIK.addElementFromScene"
@@ -152,15 +178,15 @@ class Environment:
         return joints, Solver(self._scratch, self._sim.model, joints, arms)
 
     def goals(self, group: EnvironmentGroup) -> list[Pose]:
-        """World poses of the targets."""
+        """Return the world poses of the targets."""
         return [self._world_pose(element.target) for element in group.elements.values()]
 
     def tips(self, group: EnvironmentGroup) -> list[Pose]:
-        """World poses of the tips."""
+        """Return the world poses of the tips."""
         return [self._world_pose(element.tip) for element in group.elements.values()]
 
     def handle(self, group: EnvironmentGroup) -> Solution:
-        """Solve, and keep what came out, also where it is only the nearest."""
+        """Solve, and keep the result, even if it is only the nearest."""
         goals = self.goals(group)
         joints, solver = self.solver(group)
         start = np.array([self._values[handle] for handle in joints.handles])
@@ -203,7 +229,7 @@ class Environment:
 
 
 def move_joint(sim: Simulation, handle: int, value: float) -> None:
-    """Bring a joint of the scene there: by its motor where one drives it to targets, else at once."""
+    """Move a joint of the scene: by its motor if one drives it to targets, else at once."""
     if sim.is_running and sim.joints.mode(handle) == JointMode.FORCE:
         sim.joints.set_target_position(handle, value)
     else:

@@ -1,4 +1,7 @@
-"""The inverse kinematics groups of a scene: `simx:ik:NAME`, handled in each pass as V-REP's main script did."""
+"""The inverse kinematics groups of a scene: `simx:ik:NAME`.
+
+They are handled in each simulation step as in V-REP's main script.
+"""
 
 from __future__ import annotations
 
@@ -43,15 +46,15 @@ _DEFAULT = Calculation()
 
 @dataclass
 class Group:
-    """One group; scripts may change all but its name until the simulation stops."""
+    """One group; scripts may change everything but its name until the simulation stops."""
 
     name: str
     elements: list[Element]
     how: Calculation = _DEFAULT
     explicit: bool = False
-    """Handled only when a script asks for it."""
+    """The group is handled only when a script requests it."""
     result: Result = field(default=Result.NOT_PERFORMED)
-    """Of the last handling."""
+    """The result of the last handling."""
 
 
 class IkGroups(Part):
@@ -62,10 +65,10 @@ class IkGroups(Part):
         self._collections = collections
         self.scratch = Scratch(sim)
         self.random = np.random.default_rng(0)
-        """For searching and planning; begins anew with each run, so that equal runs give equal numbers."""
+        """For searching and planning; seeded again for each run, so that equal runs give equal numbers."""
         self._registry = Registry(sim, "ik", FIRST_GROUP, self._read, self._is_alive)
         self._at_start: list[tuple[Group, Group]] = []
-        """Groups, and copies of what they were."""
+        """Groups, and copies of their state at the start of the run."""
         self._complaints: set[str] = set()
 
     def scene_changed(self) -> None:
@@ -81,7 +84,11 @@ class IkGroups(Part):
         self._stop()
 
     def find(self, name: str) -> int:
-        """The handle of a group. Raises CommandError that lists them."""
+        """Return the handle of a group.
+
+        Raises:
+            CommandError: the name is unknown; the text lists the groups.
+        """
         return self._registry.handle_of(name, "inverse kinematics group")
 
     def __contains__(self, handle: int) -> bool:
@@ -91,11 +98,11 @@ class IkGroups(Part):
         return [name for name, _ in self._registry.all().values()]
 
     def elements(self) -> list[Element]:
-        """Of all groups."""
+        """Return the elements of all groups."""
         return [element for group in self._groups() for element in group.elements]
 
     def retarget(self, tip: int, target: int) -> bool:
-        """Give all elements with this tip another target, until the stop; False when there is none."""
+        """Give all elements with this tip another target, until the stop; return False if none has this tip."""
         found = False
         for group in self._groups():
             for number, element in enumerate(group.elements):
@@ -105,7 +112,11 @@ class IkGroups(Part):
         return found
 
     def get(self, handle: int) -> Group:
-        """Raises CommandError that lists them."""
+        """Return a group by its handle.
+
+        Raises:
+            CommandError: the handle is unknown; the text lists the groups.
+        """
         group = self._registry.get(handle)
         if group is None:
             known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"
@@ -115,28 +126,37 @@ class IkGroups(Part):
         return group
 
     def handle_automatic(self) -> int:
-        """Handle all groups that are not explicit; how many were."""
+        """Handle all groups that are not explicit; return their number."""
         return sum(self._handle_or_complain(group) for group in self._groups() if not group.explicit)
 
     def handle_all(self) -> int:
-        """Handle all, explicit ones too; how many were."""
+        """Handle all groups, explicit ones too; return their number."""
         return sum(self._handle_or_complain(group) for group in self._groups())
 
     def handle(self, handle: int) -> Result:
-        """Solve a group and put its joints where that says: with a target out of reach as near as may be.
+        """Solve a group and move its joints to the solution; with a target out of reach, to the nearest one.
 
-        Raises CommandError: no such group, or no joint that takes part.
+        Raises:
+            CommandError: the handle is unknown, or no joint takes part.
         """
         return self._handle(self.get(handle))
 
     def solver(self, group: Group) -> tuple[Joints, Solver]:
-        """What solves a group; the scratch state is that of the scene. Raises CommandError."""
+        """Return joints and solver of a group; the scratch state is that of the scene.
+
+        Raises:
+            CommandError: no joint takes part.
+        """
         joints, arms = make_arms(self._sim, group.elements, is_in_ik_mode(self._sim))
         self.scratch.load()
         return joints, Solver(self.scratch, self._sim.model, joints, arms)
 
     def solve(self, group: Group) -> tuple[Joints, Solution]:
-        """The joint values that bring the tips to their targets; nothing is moved. Raises CommandError."""
+        """Return the joint values that bring the tips to their targets; the joints do not move.
+
+        Raises:
+            CommandError: no joint takes part.
+        """
         joints, solver = self.solver(group)
         scene = self._sim.scene
         goals = [object_pose(self._sim, scene.get(element.target)) for element in group.elements]
@@ -147,7 +167,7 @@ class IkGroups(Part):
         joints, solution = self.solve(group)
         before = self._sim.data.qpos[joints.addresses]
         for handle, value, old in zip(joints.handles, solution.values.tolist(), before, strict=True):
-            # A motor of a hybrid joint may not have come to what was commanded last.
+            # A motor of a hybrid joint may not have reached the last commanded position.
             if value != old or self._sim.joints.is_hybrid(handle):
                 self._sim.joints.set_position(handle, value)
         group.result = solution.result
@@ -182,7 +202,7 @@ class IkGroups(Part):
         return Group(name, [element], how, note.get("handling", "auto") == "explicit")
 
     def _is_alive(self, group: Group) -> bool:
-        """It goes with its tip, target or base."""
+        """Return whether its tip, target and base still exist; the group is removed with them."""
         objects = self._sim.scene.objects
         return all(
             element.tip in objects

@@ -1,11 +1,11 @@
-"""Ways in joint space that avoid what is in the way: RRT-Connect, shortened and made even.
+"""Collision-free paths in joint space: RRT-Connect, shortened and made even.
 
 J. Kuffner and S. LaValle, "RRT-Connect: An Efficient Approach to Single-Query Path Planning", ICRA 2000.
 
-**Why not OMPL.** `ompl` 2.0 has wheels for Python 3.11 to 3.13 (5 MB) and is well kept. It was not taken: its random
-numbers are one seed for the process, which is set before first use, so two equal runs in one server differ; an
-exception of a validity check (a script's) would cross C++; and nearly all the time goes into the check, which is ours
-either way. Algorithm names are accepted and all mean this planner.
+**Why not OMPL.** `ompl` 2.0 has wheels for Python 3.11 to 3.13 (5 MB) and is well maintained. It was not used: its
+random numbers have one seed for the process, which is set before first use, so two equal runs in one server differ;
+an exception of a validity check (a script's) would cross C++; and nearly all the time goes into the check, which is
+ours either way. Algorithm names are accepted and all mean this planner.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ Check = Callable[[Array], bool]
 
 @dataclass(frozen=True)
 class Space:
-    """Where states lie."""
+    """The space of the states."""
 
     low: Array
     high: Array
-    """(n,)."""
+    """(n,) maximum of each coordinate."""
     weights: Array
-    """(n,) of each coordinate in distances."""
+    """(n,) weight of each coordinate in distances."""
     endless: Array
-    """(n,) bool: coordinates that are angles, of which 2 pi is 0."""
+    """(n,) bool: coordinates that are angles, for which 2 pi equals 0."""
     resolution: float = 0.005
-    """Greatest weighted distance between two states that are checked along a way: an arm of 1 m moves by 5 mm."""
+    """Maximum weighted distance between two states that are checked along a path: an arm of 1 m moves by 5 mm."""
     step: float = 0.3
-    """Greatest weighted length of a tree's branch."""
+    """Maximum weighted length of a tree's branch."""
 
     def difference(self, start: Array, end: Array) -> Array:
-        """From start to end (..., n), angles the short way round."""
+        """Return the change from start to end (..., n), angles the short way round."""
         change = end - start
         if self.endless.any():
             turned = np.remainder(change + np.pi, 2 * np.pi) - np.pi
@@ -49,11 +49,11 @@ class Space:
         return change
 
     def length(self, change: Array) -> float:
-        """Weighted; the greatest coordinate counts, so that no joint moves farther than that between two checks."""
+        """Return the weighted length: the greatest coordinate, so that no joint moves farther between two checks."""
         return float(np.max(np.abs(change) * self.weights))
 
     def distances(self, states: Array, to: Array) -> Array:
-        """(m,) of states (m, n)."""
+        """Return the distances (m,) of states (m, n)."""
         change = self.difference(states, to) * self.weights
         return np.einsum("mi,mi->m", change, change)
 
@@ -65,7 +65,7 @@ class Space:
 
 
 class Failure(Enum):
-    """Why there is no path."""
+    """The reason why no path was found."""
 
     START = "the start state is not valid"
     GOAL = "no goal state is valid"
@@ -75,8 +75,8 @@ class Failure(Enum):
 class Planner:
     """Plans in one space.
 
-    `is_clear` is a stricter check of all states but the given ones, so that nothing is grazed between two checks; where
-    start or goal do not fulfil it, `is_valid` must do. `poll` is called every twenty checks.
+    `is_clear` is a stricter check of all states but the given ones, so that the path keeps a distance between two
+    checks. Where start or goal do not pass it, they must pass `is_valid`. `poll` is called every twenty checks.
     """
 
     def __init__(
@@ -97,7 +97,13 @@ class Planner:
         self._end = 0.0
 
     def plan(self, start: Array, goals: Sequence[Array], seconds: float) -> list[Array] | Failure:
-        """States (n,) from the start to one of the goals, each straight way between two of them valid."""
+        """Return states (n,) from the start to one of the goals; the straight line between two of them is valid.
+
+        Args:
+            start: (n,) first state.
+            goals: each (n,).
+            seconds: maximum wall time.
+        """
         self._end = time.monotonic() + seconds
         self._check = self._accepts
         space = self._space
@@ -116,9 +122,12 @@ class Planner:
             return Failure.TIME
 
     def shorten(self, path: list[Array], seconds: float, checks: int | None = None) -> list[Array]:
-        """Leave out what is not needed: straight ways between random points of the path, while that helps.
+        """Leave out unnecessary states: try straight lines between random points of the path, while that helps.
 
-        At most for so much wall time; `checks`: with about so many checks, which does not depend on the machine.
+        Args:
+            path: states (n,).
+            seconds: maximum wall time.
+            checks: approximate maximum number of checks, which does not depend on the machine.
         """
         last_check = math.inf if checks is None else self._count + checks
         self._end = time.monotonic() + seconds
@@ -143,10 +152,10 @@ class Planner:
         return path
 
     def _is_free(self, start: Array, end: Array) -> bool:
-        """Whether all of the straight way is valid; the ends are not checked."""
+        """Return whether all states of the straight line are valid; its ends are not checked."""
         change = self._space.difference(start, end)
         count = int(np.ceil(self._space.length(change) / self._space.resolution))
-        # The middle first, then the middles of the halves: a way that is blocked is so in its middle mostly.
+        # The middle first, then the middles of the halves: a blocked line is mostly blocked in its middle.
         width = 1 << max(0, count - 1).bit_length()
         while width > 1:
             for at in range(width >> 1, count, width):
@@ -188,7 +197,7 @@ class Planner:
             grows_forward = not grows_forward
 
     def _extend(self, tree: _Tree, towards: Array) -> int | None:
-        """One branch from the nearest state; its index, or None where something is in the way."""
+        """Add one branch from the nearest state; return its index, or None if something is in the way."""
         space = self._space
         near = int(np.argmin(space.distances(tree.array(), towards)))
         change = space.difference(tree.states[near], towards)
@@ -219,11 +228,11 @@ class Planner:
 
 
 class _TimeIsUpError(Exception):
-    """Within a plan."""
+    """The time for a plan is up."""
 
 
 class _Tree:
-    """States, each with the one it was reached from; -1 for roots."""
+    """States, each with the index of its parent; -1 for roots."""
 
     def __init__(self, roots: list[Array]) -> None:
         self.states = list(roots)
@@ -243,7 +252,7 @@ class _Tree:
         return self._array[: len(self.states)]
 
     def path(self, index: int) -> list[Array]:
-        """From the root."""
+        """Return the states from the root to this one."""
         states: list[Array] = []
         while index >= 0:
             states.append(self.states[index])
@@ -252,12 +261,15 @@ class _Tree:
 
 
 def interpolate(space: Space, path: Sequence[Array], count: int) -> list[Array]:
-    """`count` states evenly along the path, with its ends; the path itself when it has as many already."""
+    """Return `count` states evenly along the path, with its ends.
+
+    A path with at least as many states is returned unchanged.
+    """
     if count <= len(path) or len(path) < 2:
         return list(path)
     pieces = [space.difference(a, b) for a, b in pairwise(path)]
     lengths = np.array([np.linalg.norm(piece * space.weights) for piece in pieces])
-    # Corners stay states, or the way would cut them; what is left is shared out by length.
+    # Corners stay states, else the path would cut them; the other states are distributed by length.
     shares = lengths / max(lengths.sum(), 1e-12) * (count - len(path))
     extra = np.floor(shares).astype(int)
     for index in np.argsort(extra - shares)[: count - len(path) - int(extra.sum())]:

@@ -1,7 +1,7 @@
-"""How several values get from one state to another within limits of velocity, acceleration and jerk.
+"""Motion profiles: several values move from one state to another within limits of velocity, acceleration and jerk.
 
-Ruckig (MIT licence) computes the quickest such way in closed form, as V-REP's Reflexxes library did; CoppeliaSim has
-used it since 4.3. Units are the caller's: rad or m, and their rates per second.
+Ruckig (MIT licence) computes the fastest such motion in closed form, as V-REP's Reflexxes library did; CoppeliaSim
+has used it since 4.3. Units are the caller's: rad or m, and their rates per second.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from simx_client.protocol.cli.installing import package_line
 from ..errors import CommandError
 
 MOST_VALUES = 100
-"""Of one profile. An arm has 7; the work for a profile must stay a fraction of a pass."""
+"""Maximum number of values in a profile. An arm has 7; a profile must take only a fraction of a simulation step."""
 
 _ROUNDING = 1e-9
-"""Seconds by which a sum of time steps may miss the duration that it is to be."""
+"""Seconds by which a sum of time steps may miss the intended duration."""
 
 
 class Synchronisation(IntEnum):
-    """Which of the values arrive together; the numbers are those of the flags of sim.ruckigPos."""
+    """Which values arrive together; the numbers are those of the flags of sim.ruckigPos."""
 
     PHASE = 0
-    """All, on a straight line where that can be, else at the same time."""
+    """All arrive together, on a straight line if possible."""
     TIME = 1
     NONE = 3
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """One moment; lists of the same length."""
+    """The state at one moment; lists of the same length."""
 
     position: Sequence[float]
     velocity: Sequence[float]
@@ -45,14 +45,17 @@ class State:
         return len(self.position)
 
     def flat(self) -> list[float]:
-        """Positions, velocities, accelerations, as sim.ruckigPos takes them."""
+        """Return positions, velocities, accelerations, as sim.ruckigPos takes them."""
         return [*self.position, *self.velocity, *self.acceleration]
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Magnitudes per value; `least_*`: the negative bounds where they differ. A jerk of 0 or less is no limit, as with
-    the jerk-less library that V-REP came with; infinity is none either."""
+    """Magnitudes per value.
+
+    `least_*`: the negative bounds where they differ. A jerk of 0 or less means no limit, as with the jerk-less
+    library that V-REP came with; so does infinity.
+    """
 
     velocity: Sequence[float]
     acceleration: Sequence[float]
@@ -63,14 +66,14 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """`position` None: only the velocity matters."""
+    """The goal of a profile; with `position` None only the velocity counts."""
 
     position: Sequence[float] | None
     velocity: Sequence[float]
 
 
 class Profile:
-    """The way from a state to a goal, and how far along it one is."""
+    """The motion from a state to a goal, and the present time in it."""
 
     def __init__(
         self,
@@ -80,9 +83,17 @@ class Profile:
         synchronisation: Synchronisation = Synchronisation.PHASE,
         selected: Sequence[bool] | None = None,
     ) -> None:
-        """`selected`: the values that take part; the others stay as they are.
+        """Compute a profile.
 
-        Raises CommandError: no such way, with what Ruckig says of the reason; or Ruckig is not installed.
+        Args:
+            start: the first state.
+            goal: the last state.
+            limits: velocity, acceleration and jerk.
+            synchronisation: which values arrive together.
+            selected: the values that take part; the others stay as they are.
+
+        Raises:
+            CommandError: the motion is impossible (the text contains Ruckig's reason), or Ruckig is not installed.
         """
         ruckig = _library()
         count = len(start)
@@ -118,7 +129,7 @@ class Profile:
         try:
             result = ruckig.Ruckig(count).calculate(wanted, self._trajectory)
         except ruckig.RuckigError as problem:
-            # Only the first line says what is wrong; the rest repeats the numbers.
+            # Only the first line gives the reason; the rest repeats the numbers.
             text = str(problem).strip().splitlines()[0].removeprefix("[ruckig] ")
             if "error in step" in text or "conflict in step" in text:
                 text = "the numbers are too far apart; look for one that is by far too large or too small"
@@ -132,7 +143,7 @@ class Profile:
 
     @property
     def duration(self) -> float:
-        """Seconds of the whole way."""
+        """Return the duration of the whole motion in seconds."""
         return self._trajectory.duration
 
     @property
@@ -141,21 +152,24 @@ class Profile:
 
     @property
     def time_left(self) -> float:
-        """Until the goal; negative after it."""
+        """Return the seconds until the goal; negative after it."""
         return self.duration - self.time
 
     def advance(self, seconds: float) -> State:
-        """Go on; the state then. After the goal its velocity is kept."""
+        """Advance the time and return the state. After the goal its velocity is kept."""
         self.time += seconds
         return self.at(self.time)
 
     def goal(self) -> State:
-        """Where it ends; without acceleration, also where that breaks off there for want of a limit of jerk."""
+        """Return the state at the end; its acceleration is 0.
+
+        Without a limit of jerk, the acceleration jumps to 0 there.
+        """
         end = self.at(self.duration)
         return State(end.position, end.velocity, [0.0] * len(end))
 
     def at(self, time: float) -> State:
-        """So many seconds after the start."""
+        """Return the state at a time in seconds after the start."""
         lists = self._trajectory.at_time(time)[:3]
         kept = (self._start.position, self._start.velocity, self._start.acceleration)
         return State(
@@ -167,15 +181,16 @@ class Profile:
 
 
 def line(length: float, velocity: float, acceleration: float) -> Profile:
-    """From 0 to a length, from rest to rest; an acceleration of 0 or less is no limit."""
+    """Return a profile from 0 to a length, from rest to rest; an acceleration of 0 or less means no limit."""
     limits = Limits([velocity], [acceleration if acceleration > 0 else math.inf], [math.inf])
     return Profile(State([0.0], [0.0], [0.0]), Goal([length], [0.0]), limits)
 
 
 def _library() -> ModuleType:
-    """Ruckig. It is loaded only when a profile is wanted: some systems have no wheel of it, and most scenes no need.
+    """Load Ruckig when a profile is requested: some systems have no wheel of it, and most scenes do not need it.
 
-    Raises CommandError: it is not installed.
+    Raises:
+        CommandError: it is not installed.
     """
     try:
         import ruckig

@@ -1,4 +1,4 @@
-"""A second state on the simulation's model: where things would be, while the real ones stay where they are."""
+"""A second state on the simulation's model for trial positions; the live state does not change."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Scratch:
-    """Positions only: nothing in it moves by itself. Made anew when the simulation has another model."""
+    """Positions only: nothing in it moves. Created again when the simulation has another model."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -26,7 +26,7 @@ class Scratch:
 
     @property
     def data(self) -> mujoco.MjData:
-        """Of the simulation's present model."""
+        """Return the scratch data of the simulation's present model."""
         if self._data is None or self._model is not self._sim.model:
             self._model = self._sim.model
             self._data = mujoco.MjData(self._sim.model)
@@ -34,12 +34,12 @@ class Scratch:
         return self._data
 
     def load(self) -> mujoco.MjData:
-        """Take over where everything is now."""
+        """Copy the present positions."""
         copy_positions(self._sim.data, self.data)
         return self.data
 
     def place(self, addresses: NDArray[np.intp], values: Array) -> mujoco.MjData:
-        """Put joints there and bring up to date what follows: frames of bodies, geoms and sites, Jacobians."""
+        """Set joint positions and update what follows: frames of bodies, geoms and sites, Jacobians."""
         data = self.data
         data.qpos[addresses] = values
         kinematics(self._sim.model, data)
@@ -48,7 +48,7 @@ class Scratch:
 
 
 def copy_positions(source: mujoco.MjData, target: mujoco.MjData) -> None:
-    """All that kinematics follow from."""
+    """Copy everything that the kinematics depend on."""
     target.qpos[:] = source.qpos
     target.mocap_pos[:] = source.mocap_pos
     target.mocap_quat[:] = source.mocap_quat

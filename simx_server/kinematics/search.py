@@ -1,4 +1,4 @@
-"""Searching joint values for a pose from random starts, and following a straight line of poses."""
+"""Search joint values for a pose from random starts, and follow a straight line of poses."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _HOW = Calculation(Method.ADAPTIVE, 0.0, 60)
 """From a random start the UR5 arrives in two of three trials; more iterations help less than another start."""
 
 LONGEST = 60.0
-"""Seconds that a search, or a plan, may take whatever a script wants."""
+"""Maximum duration in seconds of a search or a plan, even if a script requests more."""
 
 MOST_STATES = 10_000
-"""Of a path that a script asks for."""
+"""Maximum number of states in a path that a script requests."""
 
 _SAME = 1e-3
-"""rad or m: configurations that differ less in every joint are one."""
+"""rad or m: configurations that differ less in every joint count as equal."""
 
 
 def find_configs(
@@ -41,11 +41,19 @@ def find_configs(
     accepts: Callable[[Array], bool] | None = None,
     serve_others: Callable[[], object] | None = None,
 ) -> Iterator[Array]:
-    """Different joint values (n,) that bring the tips to their goals, one after the other as they are found.
+    """Yield different joint values (n,) that bring the tips to their goals, as they are found.
 
-    At most `seconds` of wall time and so many `trials` are spent, always at least one. `start`: the first trial is from
-    there, else from a random place. `sampled`: least values and ranges (n,) of random starts, else the joints' limits.
-    `accepts`: what else a configuration must fulfil.
+    Args:
+        solver: the solver.
+        joints: the joints that it moves.
+        goals: world poses of the targets.
+        random: source of the random starts.
+        seconds: maximum wall time; at least one trial is made.
+        trials: maximum number of trials.
+        start: joint values (n,) of the first trial; a random configuration if None.
+        sampled: minimum values and ranges (n,) of random starts; the joints' limits if None.
+        accepts: a further condition for a configuration.
+        serve_others: called between trials.
     """
     end = time.monotonic() + min(seconds, LONGEST)
     low, extent = sampled if sampled is not None else sampling_range(joints)
@@ -75,9 +83,15 @@ def straight_path(
     count: int,
     accepts: Callable[[Array], bool] | None = None,
 ) -> list[Array] | None:
-    """`count` configurations (n,) whose tips go straight from `begin` to `goals`; None when one is out of reach.
+    """Return `count` configurations (n,) whose tips move on straight lines between two lists of poses.
 
-    The first is that of `begin` near `start`, the last that of `goals`. Raises CommandError for too many.
+    The first has the first poses and is near `start`, the last has the poses `goals`.
+
+    Returns:
+        None when a pose is out of reach.
+
+    Raises:
+        CommandError: too many states.
     """
     if not 0 <= count <= MOST_STATES:
         raise CommandError(f"a path has up to {MOST_STATES} states, not {count}")
@@ -94,7 +108,7 @@ def straight_path(
 
 
 def sampling_range(joints: Joints) -> tuple[Array, Array]:
-    """(least value, range) of each joint; a joint without limits turns once, or moves by 1 m to both sides."""
+    """Return (minimum, range) of each joint; a joint without limits turns once, or moves by 1 m to both sides."""
     no_limit = np.where(joints.max_step < 0.1 + 1e-9, 1.0, math.pi)
     low = np.where(np.isfinite(joints.low), joints.low, -no_limit)
     high = np.where(np.isfinite(joints.high), joints.high, no_limit)
@@ -104,9 +118,15 @@ def sampling_range(joints: Joints) -> tuple[Array, Array]:
 def asked_range(
     low: Sequence[float] | None, ranges: Sequence[float] | None, order: Sequence[int]
 ) -> tuple[Array, Array] | None:
-    """(least value, range) of each joint as a script gives them, in its order; None when it gives none.
+    """Return (minimum, range) of each joint as a script passes them, in our order; None when it passes none.
 
-    `order`: where each of the script's joints is among ours. Raises CommandError for another count.
+    Args:
+        low: minimum values in the script's order.
+        ranges: ranges in the script's order.
+        order: our index of each of the script's joints.
+
+    Raises:
+        CommandError: the number of values is wrong.
     """
     if not low or not ranges:
         return None
@@ -120,7 +140,7 @@ def asked_range(
 
 
 def wrapped(joints: Joints, values: Array) -> Array:
-    """Joints that turn without end in -pi..pi."""
+    """Return joint values with those of cyclic joints in -pi..pi."""
     endless = ~np.isfinite(joints.low) & (joints.max_step > 0.1 + 1e-9)
     return np.where(endless, np.remainder(values + math.pi, 2 * math.pi) - math.pi, values)
 

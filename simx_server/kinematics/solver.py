@@ -25,20 +25,23 @@ from .chain import Arm, Constraint, Joints
 from .scratch import Array, Scratch
 
 _ENOUGH = 0.01
-"""Share of the precision from which nothing more is done; so a target at rest leaves the joints at rest."""
+"""Share of the precision below which the solver stops; so a target at rest leaves the joints at rest."""
 
 _STUCK = 1e-7
 """rad or m: an iteration that moves no joint farther is the last."""
 
 _HALVINGS = 6
-"""How often a step that makes it worse is shortened before the place counts as the nearest."""
+"""Number of times that a step is halved if it increases the error; then the position counts as the nearest."""
 
 _LEAST_DAMPING = 1e-3
-"""Of the adaptive damping; Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method",
-IEEE T-RO 27 (2011), recommends about 1e-3 of the squared length of the links, which is near 1 here."""
+"""Minimum of the adaptive damping.
+
+Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method", IEEE T-RO 27 (2011),
+recommends about 1e-3 of the squared length of the links, which is near 1 here.
+"""
 
 _SINGULAR = 1e-6
-"""Squared damping of the pseudo inverse: without any, a stretched arm would jump."""
+"""Squared damping of the pseudo inverse: without it, a stretched arm would jump."""
 
 
 class Method(IntEnum):
@@ -48,7 +51,7 @@ class Method(IntEnum):
     DAMPED_LEAST_SQUARES = 1
     JACOBIAN_TRANSPOSE = 2
     ADAPTIVE = 100
-    """Damped by how far it is still: takes the most from bad starts. Not V-REP's; for searching."""
+    """Damping that depends on the error: works best from bad starts. V-REP does not have it; for searching."""
 
 
 class Result(IntEnum):
@@ -64,7 +67,7 @@ MOST_ITERATIONS = 10_000
 
 @dataclass(frozen=True)
 class Calculation:
-    """How a group is solved."""
+    """The method and its parameters by which a group is solved."""
 
     method: Method = Method.DAMPED_LEAST_SQUARES
     damping: float = 0.1
@@ -72,7 +75,11 @@ class Calculation:
 
     @classmethod
     def checked(cls, method: int, damping: float, iterations: int) -> Calculation:
-        """Of numbers that a script gives. Raises CommandError."""
+        """Return a calculation from a script's numbers.
+
+        Raises:
+            CommandError: a number is out of range.
+        """
         if method not in (0, 1, 2):
             raise CommandError(f"{method} is no method; those are 0 pseudo inverse, 1 damped, 2 transpose")
         if not 1 <= iterations <= MOST_ITERATIONS or damping < 0:
@@ -82,20 +89,20 @@ class Calculation:
 
 @dataclass(frozen=True)
 class Solution:
-    """What came out: joint values, and how far the worst element is from its target."""
+    """The result: joint values, and the distance of the worst element from its target."""
 
     values: Array
-    """(n,)."""
+    """(n,) joint values."""
     result: Result
     distance: float
-    """Metres."""
+    """Distance in metres."""
     angle: float
-    """Radians."""
+    """Angle in radians."""
     is_at_limit: bool = False
 
 
 class Solver:
-    """One set of joints and elements on one model; targets are given with each call."""
+    """One set of joints and elements on one model; targets are passed with each call."""
 
     def __init__(self, scratch: Scratch, model: mujoco.MjModel, joints: Joints, arms: Sequence[Arm]) -> None:
         self._scratch = scratch
@@ -105,9 +112,9 @@ class Solver:
         self._position, self._rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
     def solve(self, start: Array, goals: Sequence[Pose], how: Calculation) -> Solution:
-        """Move the joints from `start` (n,) until each tip is at its goal (world), or iterations end.
+        """Move the joints from `start` (n,) until each tip is at its goal (world), or the iterations end.
 
-        What the scratch state holds beside these joints counts as where everything else is.
+        Everything except these joints stays where the scratch state has it.
         """
         joints = self._joints
         values = joints.clip(start)
@@ -123,7 +130,7 @@ class Solver:
                 looked = self.look(trial, goals)
                 if looked[0] @ looked[0] < error @ error:
                     break
-                # Too far: out of reach the way that seems to lead on bends back.
+                # The step is too long: out of reach, the direction of improvement curves back.
                 change *= 0.5
             else:
                 break
@@ -140,7 +147,11 @@ class Solver:
         )
 
     def look(self, values: Array, goals: Sequence[Pose]) -> tuple[Array, Array, list[tuple[float, float]]]:
-        """(weighted error (m,), Jacobian (m, n), distance and angle of each element) with the joints at `values`."""
+        """Return the errors with the joints at `values`.
+
+        Returns:
+            Weighted error (m,), Jacobian (m, n), distance and angle of each element.
+        """
         data = self._scratch.place(self._joints.addresses, values)
         errors: list[Array] = []
         rows: list[Array] = []
@@ -161,7 +172,7 @@ class Solver:
         return np.concatenate(errors), np.concatenate(rows), misses
 
     def _of(self, arm: Arm, goal: Pose, data: mujoco.MjData) -> tuple[Array, Array]:
-        """Rows of one element: coordinates in the base's axes, then turns about the tip's own axes."""
+        """Return the rows of one element: coordinates in the base's axes, then rotations about the tip's own axes."""
         wanted = arm.element.constraints
         tip = compose(pose_of_body(data, arm.body), arm.tip)
         mujoco.mj_jac(self._model, data, self._position, self._rotation, np.array(tip[0]), arm.body)
@@ -184,7 +195,10 @@ class Solver:
         return np.concatenate(errors), np.concatenate(rows) * arm.used
 
     def _limited_change(self, values: Array, error: Array, jacobian: Array, how: Calculation) -> Array:
-        """One step; a joint that would leave its interval stays, and the others are asked again."""
+        """Return the change of one step.
+
+        A joint that would leave its interval stays, and the others are solved again.
+        """
         joints = self._joints
         free = np.ones(len(values), dtype=bool)
         while True:
@@ -197,7 +211,7 @@ class Solver:
 
 
 def _change(jacobian: Array, error: Array, how: Calculation) -> Array:
-    """How far the joints move: J^T (J J^T + damping^2)^-1 e, the transpose's step along it that helps most."""
+    """Return how far the joints move: J^T (J J^T + damping^2)^-1 e, or the best step along the transpose."""
     if how.method == Method.JACOBIAN_TRANSPOSE:
         change = jacobian.T @ error
         moved = jacobian @ change
@@ -222,5 +236,5 @@ def _count(flags: Constraint) -> int:
 
 
 def pose_of_body(data: mujoco.MjData, body: int) -> Pose:
-    """World pose in a scratch state."""
+    """Return a body's world pose in a scratch state."""
     return tuple(data.xpos[body].tolist()), tuple(data.xquat[body].tolist())  # type: ignore[return-value]

@@ -1,4 +1,4 @@
-"""Path planning tasks as `simOMPL` knows them: state spaces over objects, what must not meet, start, goals, path."""
+"""Path planning tasks as in `simOMPL`: state spaces over objects, pairs that must not collide, start, goals, path."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class SpaceKind(IntEnum):
-    """The plugin's numbers of the kinds that are there."""
+    """The plugin's numbers of the supported kinds."""
 
     POSITION2D = 30001
     POSE2D = 30002
@@ -61,7 +61,7 @@ class StateSpace:
 
 @dataclass
 class Task:
-    """One task. States are tables of the coordinates of all its spaces, one after the other."""
+    """One task. States are lists of the coordinates of all its spaces, one after the other."""
 
     name: str
     spaces: list[StateSpace] = field(default_factory=list)
@@ -69,34 +69,38 @@ class Task:
     start: list[float] = field(default_factory=list)
     goals: list[list[float]] = field(default_factory=list)
     judge: Callable[[list[float]], bool] | None = None
-    """What else a state must fulfil."""
+    """A further condition for a state."""
     resolution: float = 0.01
-    """Share of the space's extent between two checks of a way, as OMPL has it."""
+    """Distance between two checks of a path as a share of the space's extent, as in OMPL."""
     path: list[list[float]] = field(default_factory=list)
     problem: str = ""
-    """Why the last solving found nothing."""
+    """The reason why the last solving found nothing."""
 
     @property
     def count(self) -> int:
-        """Numbers in a state."""
+        """Return the number of coordinates in a state."""
         return sum(space.count for space in self.spaces)
 
 
 _EFFORT, _PATIENCE = 3000, 10.0
-"""Checks for shortening a path, which takes a UR5 about 1 s, and seconds on any machine."""
+"""Number of checks for shortening a path, which takes about 1 s for a UR5, and maximum seconds on any machine."""
 
 MARGIN = 0.004
-"""Metres that a path keeps away from what it must not meet: an arm's end moves by less between two checks."""
+"""Metres that a path keeps away from obstacles: an arm's end moves by less between two checks."""
 
 FINEST, COARSEST = 0.001, 0.005
-"""rad and m between two checks, whatever the extent is: nothing is to be grazed in between."""
+"""Limits in rad and m of the distance between two checks, whatever the extent is, so that no obstacle is missed."""
 
 
 class Solving:
     """A task on the scene as it is now."""
 
     def __init__(self, world: World, task: Task) -> None:
-        """Raises CommandError: no space, objects that cannot be moved on a scratch state."""
+        """Prepare a task.
+
+        Raises:
+            CommandError: the task has no space, or objects cannot be moved on a scratch state.
+        """
         if not task.spaces:
             raise CommandError(
                 f"task '{task.name}' has no state space; give it some with simOMPL.setStateSpace"
@@ -112,7 +116,7 @@ class Solving:
         self.space = self._space()
 
     def is_valid(self, state: Array, margin: float = 0.0) -> bool:
-        """Nothing comes nearer than the margin (m), and the script agrees."""
+        """Return whether nothing comes nearer than the margin (m), and the script agrees."""
         if self._validity is not None and not self._validity.at(
             lambda data: self._write(data, state), margin
         ):
@@ -128,7 +132,11 @@ class Solving:
             at += writer.space.count
 
     def solve(self, seconds: float) -> bool:
-        """Find a path. Raises CommandError: start or goals are missing or of another size."""
+        """Find a path; return whether there is one.
+
+        Raises:
+            CommandError: start or goals are missing or have a wrong size.
+        """
         task = self._task
         if not task.start or not task.goals:
             raise CommandError(f"task '{task.name}' has no {'goal' if task.start else 'start'} state")
@@ -141,7 +149,7 @@ class Solving:
         return True
 
     def simplify(self, seconds: float | None) -> None:
-        """Shorten the path, at most for so much wall time; None: with the same effort on every machine."""
+        """Shorten the path, for at most `seconds` of wall time; None: with the same effort on every machine."""
         if len(self._task.path) > 2:
             path = [np.array(state) for state in self._task.path]
             limits = (_PATIENCE, _EFFORT) if seconds is None else (seconds, None)
@@ -149,7 +157,11 @@ class Solving:
             self._task.path = [state.tolist() for state in shorter]
 
     def interpolate(self, count: int) -> None:
-        """At least so many states; 0: as many as checks are made. Raises CommandError for too many."""
+        """Interpolate the path to at least `count` states; 0: as many as are checked.
+
+        Raises:
+            CommandError: too many states.
+        """
         path = [np.array(state) for state in self._task.path]
         if count > MOST_STATES:
             raise CommandError(f"a path has up to {MOST_STATES} states, not {count}")
@@ -186,7 +198,7 @@ class _Writer:
         model = sim.model
         self.endless = [False] * space.count
         self.is_fixed = False
-        """A place in the model has to be written."""
+        """Whether a position in the model has to be written."""
         if space.kind == SpaceKind.JOINT:
             sim.scene.get_kind(space.handle, ObjectKind.JOINT)
             sim.joints.state(space.handle)
@@ -233,7 +245,7 @@ _WORLD: Pose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
 
 def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> Pose:
-    """The pose that the coordinates mean, the rest being as it is."""
+    """Return the pose that the coordinates mean; the other coordinates stay."""
     (_, _, z), quat = present
     if kind == SpaceKind.POSITION3D:
         return (float(values[0]), float(values[1]), float(values[2])), quat
@@ -244,7 +256,7 @@ def pose_at(kind: SpaceKind, present: Pose, values: Sequence[float] | Array) -> 
 
 
 def read_state(sim: Simulation, task: Task) -> list[float]:
-    """Where the scene's objects are."""
+    """Return the present state of the scene's objects."""
     state: list[float] = []
     for space in task.spaces:
         if space.kind == SpaceKind.JOINT:
@@ -260,7 +272,7 @@ def read_state(sim: Simulation, task: Task) -> list[float]:
 
 
 def write_state(sim: Simulation, task: Task, state: Sequence[float]) -> None:
-    """Put the scene's objects there."""
+    """Move the scene's objects to a state."""
     at = 0
     for space in task.spaces:
         values = state[at : at + space.count]

@@ -1,4 +1,4 @@
-"""Whether things may be somewhere: which geoms must not meet, and quick checks of that on a scratch state."""
+"""Validity of states: which geoms must not collide, and fast checks of that on a scratch state."""
 
 from __future__ import annotations
 
@@ -21,13 +21,17 @@ if TYPE_CHECKING:
     from simx_server.world.world import World
 
 Pairs = list[tuple[int, int]]
-"""Entities (objects, collections, or sim.handle_all as second) that must not meet."""
+"""Entities (objects, collections, or sim.handle_all as second) that must not collide."""
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def as_pairs(entities: Sequence[int] | None) -> Pairs:
-    """Of a flat list {first, second, first, second, ...}. Raises CommandError for an odd count."""
+    """Return the pairs of a flat list {first, second, first, second, ...}.
+
+    Raises:
+        CommandError: the count is odd.
+    """
     listed = list(entities or [])
     if len(listed) % 2:
         raise CommandError("collision pairs are entities two by two: {first, second, first, second, ...}")
@@ -35,18 +39,23 @@ def as_pairs(entities: Sequence[int] | None) -> Pairs:
 
 
 class Validity:
-    """Says of places whether anything of the pairs meets there. For as long as the model is the same.
+    """Checks whether any of the pairs collide in a state. Valid as long as the model stays the same.
 
-    Left out are geoms that do not move against each other (a robot's foot on the floor), and those of two bodies with
-    one joint between them, which overlap in nearly every robot. Everything else stands where the scene has it now.
+    Pairs of geoms that do not move against each other (a robot's foot and the floor) are left out, and those of two
+    bodies with one joint between them, which overlap in nearly every robot. Everything else is where the scene has
+    it now.
     """
 
     def __init__(
         self, world: World, moved: Collection[int], pairs: Pairs, *, own_model: bool = False
     ) -> None:
-        """`moved`: MuJoCo ids of the bodies that are moved against their parents.
+        """Prepare the pairs of geoms.
 
-        `own_model`: places of bodies are written too, so they are those of a copy.
+        Args:
+            world: the world.
+            moved: MuJoCo ids of the bodies that are moved against their parents.
+            pairs: entities that must not collide.
+            own_model: use a copy of the model, because positions of bodies are written too.
         """
         sim = world.simulation
         self.model = copy.copy(sim.model) if own_model else sim.model
@@ -54,7 +63,7 @@ class Validity:
         copy_positions(sim.data, self._data)
         self._instants = world.instants
         self.checks = 0
-        """How often it was called."""
+        """Number of calls."""
         instant = world.instants.now()
         chosen: set[tuple[int, int]] = set()
         for first, second in pairs:
@@ -73,16 +82,18 @@ class Validity:
         ]
         self._first = np.array([one for one, _ in kept], dtype=np.intp)
         self._second = np.array([other for _, other in kept], dtype=np.intp)
-        # Planes stand second; they are everywhere and have the radius 0.
+        # Planes come second; they are infinite and have the radius 0.
         flipped = model.geom_type[self._first] == _PLANE
         self._first[flipped], self._second[flipped] = self._second[flipped], self._first[flipped]
         self._on_plane = model.geom_type[self._second] == _PLANE
         self._reach = model.geom_rbound[self._first] + model.geom_rbound[self._second]
 
     def at(self, place: Callable[[mujoco.MjData], None], margin: float = 0.0) -> bool:
-        """True when nothing meets in a state; `place` writes it (qpos, mocap poses; places in `model`).
+        """Return whether nothing collides in a state.
 
-        `margin`: metres that must be between them.
+        Args:
+            place: writes the state (qpos, mocap poses; body positions in `model`).
+            margin: minimum distance in metres.
         """
         self.checks += 1
         if len(self._first) == 0:
@@ -106,7 +117,7 @@ class Validity:
 
 
 def of_joints(world: World, joints: Joints, pairs: Pairs, margin: float = 0.0) -> Callable[[Array], bool]:
-    """The same as a function of joint values (n,)."""
+    """Return the same as a function of joint values (n,)."""
     model = world.simulation.model
     moved = {int(model.jnt_bodyid[model.dof_jntid[dof]]) for dof in joints.dofs}
     validity = Validity(world, moved, pairs)
@@ -121,7 +132,7 @@ def of_joints(world: World, joints: Joints, pairs: Pairs, margin: float = 0.0) -
 
 
 def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> NDArray[np.intp]:
-    """(nbody,) for each body the moved one that it is, or is fixed to; 0: it does not move."""
+    """Return for each body (nbody,) the moved body that it is, or is fixed to; 0: it does not move."""
     parts = np.zeros(model.nbody, dtype=np.intp)
     for body in range(1, model.nbody):
         parts[body] = body if body in moved else parts[model.body_parentid[body]]
@@ -129,7 +140,7 @@ def _rigid_parts(model: mujoco.MjModel, moved: Collection[int]) -> NDArray[np.in
 
 
 def _are_neighbours(parts: NDArray[np.intp], model: mujoco.MjModel, one: int, other: int) -> bool:
-    """Whether two bodies do not move against each other, or only by one joint between them."""
+    """Return whether two bodies do not move against each other, or only by one joint between them."""
     first, second = int(parts[one]), int(parts[other])
     if first == second:
         return True

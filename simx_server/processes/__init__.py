@@ -1,1 +1,1 @@
-"""The server as a process of its machine: its parent, its end, its memory."""
+"""The server as a process: its parent, its end, its memory."""

@@ -1,6 +1,7 @@
-"""Ends this process when the one that started it is gone.
+"""End this process when the process that started it has ended.
 
-That one holds the other end of a pipe and writes nothing to it. The system closes that end with it, even after SIGKILL.
+The parent holds the other end of a pipe and writes nothing to it. When it ends, even by SIGKILL, the system closes
+the pipe.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ import time
 from simx_client.protocol.cli.exit_codes import FAILURE
 
 GRACE = 1.5
-"""Seconds that this process has to end in good order."""
+"""Seconds for an orderly end of this process."""
 
 
 def end_with(descriptor: int, grace: float = GRACE) -> None:
-    """Watch a file descriptor from a thread of its own; at its end, end this process as SIGTERM does.
+    """Watch a file descriptor on a separate thread; when it is closed, end this process as SIGTERM does.
 
-    What is read before the end is ignored. Windows has no SIGTERM: there the process ends at once.
+    Bytes read before that are ignored. Windows has no SIGTERM: there the process ends at once.
 
     Args:
-        descriptor: open for reading; one that cannot be read counts as ended.
-        grace: seconds after which a process that still runs is ended without its consent.
+        descriptor: open for reading; a descriptor that cannot be read counts as closed.
+        grace: seconds after which a process that still runs is killed.
     """
     threading.Thread(target=_watch, args=(descriptor, grace), name="simx-lifeline", daemon=True).start()
 

@@ -1,15 +1,16 @@
-"""Ends a process that was told to end and does not: a small process beside it, which no call can hold up.
+"""End a process that was told to end but does not: a small process beside it, which no call can block.
 
 Python runs a signal's handler only between two of its instructions. So a call into C that does not return (MuJoCo
-compiles, a driver waits) keeps the handler from running; one that holds the interpreter's lock stops every other
-thread, too. But the interpreter writes the signal's number to a descriptor at once (`signal.set_wakeup_fd`), and a
-child reads there. It is forked before anything large is imported, so it shares nearly all its memory with its parent.
+compiles, a driver waits) keeps the handler from running; a call that holds the interpreter lock also stops every
+other thread. But the interpreter writes the signal's number to a descriptor at once (`signal.set_wakeup_fd`), and a
+child reads it there. The child is forked before anything large is imported, so it shares nearly all its memory with
+its parent.
 
-    the first SIGTERM or SIGINT    the process has `GRACE` seconds, then it is killed
-    the second                     it is killed at once
+the first SIGTERM or SIGINT    the process has `GRACE` seconds, then it is killed
+the second                     it is killed at once
 
-Windows has no fork: there a thread takes the child's place. It acts within a call that releases the interpreter's
-lock. Within one that holds the lock only the task manager ends the process.
+Windows has no fork: there a thread replaces the child. It runs during a call that releases the interpreter lock.
+During a call that holds the lock only the task manager ends the process.
 """
 
 from __future__ import annotations
@@ -36,35 +37,37 @@ from simx_server.processes.lifeline import end_with
 logger = logging.getLogger(__name__)
 
 GRACE = 4.7
-"""Seconds that a process has to end in good order; with what the system takes, it is gone within five. Closing Zenoh
-beside a client that takes nothing takes four."""
+"""Seconds for an orderly end; with the time that the system takes, the process is gone within five.
+
+Closing Zenoh takes four seconds beside a client that does not read.
+"""
 
 AT_ONCE = 0.25
 """Seconds after a second signal: a handler that can run ends the process itself, with its own exit code."""
 
 _LEFT = b"\0"
-"""What is written when the process has done its work: no signal has this number."""
+"""The byte written when the process has done its work: no signal has this number."""
 
 _ID_BYTES = 4
-"""What each process writes first: its id."""
+"""Size of the id that each process writes first."""
 
 _USUAL_DESCRIPTORS = 64
 _MOST_DESCRIPTORS = 1 << 16
-"""What the system allows may be 2**63, and some systems close them one by one."""
+"""Maximum number of descriptors: the system's limit may be 2**63, and some systems close them one by one."""
 _ENDING = (signal.SIGINT, signal.SIGTERM)
 _CHUNK = 4096
 
 
 class Watchdog:
-    """The watchdog as seen by what it watches: this process, and those that it forks later (a fleet's servers)."""
+    """The watchdog as seen by the processes that it watches: this one, and its later forks (a fleet's servers)."""
 
     def __init__(self, members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> None:
         """Start to watch this process. Call it in the main thread, before there are others.
 
         Args:
-            members: how many processes will be forked that are watched too, see `watch`.
-            lifeline: a descriptor at whose end this process is to end as well, see `lifeline.end_with`.
-            grace: seconds that it has to end after that.
+            members: number of processes that will be forked and watched too, see `watch`.
+            lifeline: a descriptor; when it is closed, this process is to end as well, see `lifeline.end_with`.
+            grace: seconds from then until it is killed.
         """
         self._before = -1
         self._writers: list[int] = []
@@ -96,7 +99,7 @@ class Watchdog:
 
     def _announce(self, number: int) -> None:
         writer = self._writers[number]
-        with contextlib.suppress(BrokenPipeError):  # somebody has killed the watchdog
+        with contextlib.suppress(BrokenPipeError):  # the watchdog was killed
             os.write(writer, os.getpid().to_bytes(_ID_BYTES, "little"))
         self._wake_by(writer)
 
@@ -105,7 +108,7 @@ class Watchdog:
         self._before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
 
     def watch(self, number: int) -> None:
-        """Watch this process, a fork of the first one; to be called in it. Members count from 1."""
+        """Watch this process, a fork of the first one; call it in the fork. Members count from 1."""
         for other, writer in enumerate(self._writers):
             if other != number and writer >= 0:
                 os.close(writer)
@@ -113,15 +116,16 @@ class Watchdog:
             self._announce(number)
 
     def forked(self, number: int) -> None:
-        """Let only that member tell of itself, so that its end is noticed; to be called in the parent."""
+        """Close the member's descriptor in the parent, so that the member's end is noticed."""
         if self._writers:
             os.close(self._writers[number])
             self._writers[number] = -1
 
     def leave(self) -> None:
-        """This process's work is done: the next signal does not concern the watchdog, one that has come still does.
+        """Note that this process's work is done.
 
-        For that the descriptor stays open until the process ends.
+        The watchdog ignores the next signal, but not one that has come already: for that the descriptor stays open
+        until the process ends.
         """
         signal.set_wakeup_fd(self._before)
         if not self._writers:
@@ -133,7 +137,7 @@ class Watchdog:
 
 @contextmanager
 def _room_for(descriptors: int) -> Iterator[None]:
-    """Within the block so many more may be open: a large fleet's are many, for a moment."""
+    """Raise the limit of open descriptors within the block: a large fleet needs many for a moment."""
     import resource  # POSIX only
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -152,7 +156,7 @@ def _room_for(descriptors: int) -> Iterator[None]:
 
 @contextmanager
 def watched(members: int = 0, lifeline: int | None = None, grace: float = GRACE) -> Iterator[Watchdog | None]:
-    """Watch this process within the block, see `Watchdog`; None where signals are another thread's business."""
+    """Watch this process within the block, see `Watchdog`; yield None where another thread handles signals."""
     if threading.current_thread() is not threading.main_thread():
         if lifeline is not None:
             end_with(lifeline, grace)
@@ -167,17 +171,17 @@ def watched(members: int = 0, lifeline: int | None = None, grace: float = GRACE)
 
 @dataclass
 class _Told:
-    """What a process was told, and when it must have ended."""
+    """The signals that a process received, and when it must have ended."""
 
     process_id: int = 0
     by: float = math.inf
-    """On the monotonic clock."""
+    """Deadline on the monotonic clock."""
 
     signals: int = 0
     has_left: bool = False
 
     def hear(self, said: Collection[int]) -> None:
-        """Numbers of signals that have come."""
+        """Take in the numbers of received signals."""
         for number in said:
             if number in _ENDING:
                 self.signals += 1
@@ -186,7 +190,7 @@ class _Told:
                 self.has_left = True
 
     def give(self, seconds: float) -> None:
-        """Let it have ended by then, if not earlier."""
+        """Set the deadline to this many seconds from now, if it is not earlier already."""
         self.by = min(self.by, time.monotonic() + seconds)
 
     def seconds_left(self) -> float:
@@ -194,13 +198,13 @@ class _Told:
 
 
 def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float) -> NoReturn:
-    """The life of the child: it must never return into what its parent was doing."""
+    """Run the child: it must never return into the parent's code."""
     try:
         signal.set_wakeup_fd(-1)
         for number in (*_ENDING, signal.SIGHUP):
             signal.signal(number, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
-        gc.disable()  # a collection would write to all the memory that is shared
+        gc.disable()  # a collection would write to all the shared memory
         _hold_only((2, *readers, *(() if lifeline is None else (lifeline,))))
         _Keeper(readers, lifeline, grace).keep()
     except BaseException:
@@ -210,7 +214,7 @@ def _become_watchdog(readers: Sequence[int], lifeline: int | None, grace: float)
 
 
 def _hold_only(kept: Sequence[int]) -> None:
-    """Close every other descriptor: who reads the server's output must see its end."""
+    """Close every other descriptor: a reader of the server's output must see its end."""
     edges = [-1, *sorted(set(kept)), max(_MOST_DESCRIPTORS, *kept)]
     for low, high in pairwise(edges):
         if low + 1 < high:  # Python's closerange(0, 0) closes all
@@ -218,7 +222,7 @@ def _hold_only(kept: Sequence[int]) -> None:
 
 
 class _Keeper:
-    """What the watchdog knows of each process, by the descriptor that it hears it by."""
+    """The watchdog's state of each process, by the descriptor from which it hears it."""
 
     def __init__(self, readers: Sequence[int], lifeline: int | None, grace: float) -> None:
         self._first = readers[0]
@@ -246,33 +250,33 @@ class _Keeper:
         if told.process_id == 0 and said:
             told.process_id = int.from_bytes(said[:_ID_BYTES], "little")
             said = said[_ID_BYTES:]
-        elif not said:  # it has ended
+        elif not said:  # the process has ended
             told.has_left = True
         told.hear(said)
         if told.has_left:
             self._forget(reader)
 
     def _feel(self, lifeline: int) -> None:
-        with contextlib.suppress(OSError):  # what cannot be read counts as ended
+        with contextlib.suppress(OSError):  # an unreadable descriptor counts as ended
             if os.read(lifeline, _CHUNK):
                 return
         self._poll.unregister(lifeline)
         first = self._told.get(self._first)
         if first is None or not first.process_id or os.getppid() != first.process_id:
             return
-        if not first.signals:  # a second one would keep it from ending in good order
+        if not first.signals:  # a second one would keep it from an orderly end
             os.kill(first.process_id, signal.SIGTERM)
         first.give(self._grace)
 
     def _forget(self, reader: int) -> None:
         self._poll.unregister(reader)
         del self._told[reader]
-        if reader == self._first:  # those it has forked end then by themselves, unless they hang (`lifeline`)
+        if reader == self._first:  # its forks then end automatically, unless they hang (`lifeline`)
             for told in self._told.values():
                 told.give(GRACE)
 
     def _kill(self, reader: int, told: _Told) -> None:
-        # Once the first process is gone its number may be another's.
+        # After the end of the first process its number may belong to another one.
         if told.process_id and (reader != self._first or os.getppid() == told.process_id):
             logger.error(
                 "process %d was told to end and does not, as a call into a library does not return; it is killed",

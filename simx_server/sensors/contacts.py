@@ -1,4 +1,4 @@
-"""What touches what: the contacts of the last physics step, and the forces in them."""
+"""The contacts of the last physics step, and their forces."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ class Contact:
     objects: tuple[int, int]
     """Handles of the shapes; -1 for a part of the world without a name."""
     point: Vector
-    """Metres, in the world."""
+    """Position in metres, in the world."""
     force: Vector
-    """Newtons, in the world: what the second object exerts on the first, as in V-REP."""
+    """Force in newtons, in the world: what the second object exerts on the first, as in V-REP."""
     normal: Vector
-    """Unit, in the world, from the second object to the first."""
+    """Unit vector in the world, from the second object to the first."""
 
 
 def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
-    """The contacts of an object, as the first of the two, or of all.
+    """Yield the contacts of an object, as the first of the two, or of all objects.
 
-    Those of the last physics step: a pass has several, and V-REP would list the contacts of each.
+    These are the contacts of the last physics step; V-REP would list those of every physics step in the simulation
+    step.
     """
     scene, model, data = sim.scene, sim.model, sim.sleepers.data_with_all_contacts()
     force = np.zeros(6)
@@ -41,7 +42,7 @@ def contacts(sim: Simulation, handle: int | None = None) -> Iterator[Contact]:
         first, second = (scene.owner_of_geom(int(geom), model) if geom >= 0 else -1 for geom in contact.geom)
         if contact.efc_address < 0 or (handle is not None and handle not in (first, second)):
             continue
-        # MuJoCo's is the force on the second, with a normal towards it.
+        # MuJoCo gives the force on the second, with a normal towards it.
         mujoco.mj_contactForce(model, data, index, force)
         axes = contact.frame.reshape(3, 3)
         pushed, normal = -force[:3] @ axes, -axes[0]

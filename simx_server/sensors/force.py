@@ -1,10 +1,12 @@
 """Force sensors: sites with a force and a torque sensor.
 
-Axes are the site's. The sign is V-REP's: what the far side (the child) exerts on the near side, so a weight that hangs
-on a sensor whose z points up reads -m g. MuJoCo's sensors give the opposite; V-REP's own MuJoCo engine negates them.
+Axes are the site's. The sign is V-REP's: what the far side (the child) exerts on the near side, so a weight that
+hangs on a sensor whose z points up reads -m g. MuJoCo's sensors give the opposite; V-REP's own MuJoCo engine
+negates them.
 
-As in V-REP a value is the mean over the physics steps of a pass, and what is read is filtered over the last `samples`
-passes (1 unless annotated). `max_force` or `max_torque`, exceeded in `violations` passes running, break a sensor.
+As in V-REP a value is the mean over the physics steps of a simulation step, and reading filters over the last
+`samples` simulation steps (1 unless annotated). A sensor breaks when `max_force` or `max_torque` is exceeded in
+`violations` consecutive simulation steps.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 DEFAULT_VIOLATIONS = 10
-"""Passes for which a threshold must be exceeded, when the annotation does not say: V-REP's own default."""
+"""Default number of simulation steps in which a threshold must be exceeded, as in V-REP."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,7 @@ class ForceReading:
 
 @dataclass
 class _Record:
-    """What one sensor measured in the last passes: (6,) force and torque each."""
+    """The measurements of one sensor in the last simulation steps: (6,) force and torque each."""
 
     samples: deque[NDArray[np.float64]]
     violations: int = 0
@@ -68,10 +70,13 @@ class ForceSensors(Part):
         self._forget()
 
     def read(self, handle: int) -> ForceReading | None:
-        """What was measured last, filtered.
+        """Return the last measurement, filtered.
 
-        None before there are enough samples for the filter, when broken, without dynamics and while stopped.
-        Raises UnknownHandle, WrongKind.
+        Returns:
+            None before there are enough samples for the filter, when broken, without dynamics and while stopped.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a force sensor's.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
         record = self._records.get(handle)
@@ -81,14 +86,20 @@ class ForceSensors(Part):
         return ForceReading((x, y, z), (a, b, c))
 
     def is_broken(self, handle: int) -> bool:
-        """Broken in this run. Raises UnknownHandle, WrongKind."""
+        """Return whether the sensor has broken in this run.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a force sensor's.
+        """
         self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
         return handle in self._broken
 
     def break_apart(self, handle: int) -> None:
-        """Let go what the sensor holds; nothing if that was done already.
+        """Release what the sensor holds; do nothing if that was done already.
 
-        Raises UnknownHandle, WrongKind, CommandError while stopped.
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a force sensor's.
+            CommandError: the simulation is stopped.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.FORCE_SENSOR)
         if not self._sim.is_running:
@@ -122,7 +133,7 @@ class ForceSensors(Part):
             self.break_apart(handle)
 
     def _is_overloaded(self, item: SceneObject, record: _Record) -> bool:
-        """Count the passes in which a threshold is reached; true when it breaks the sensor."""
+        """Count the simulation steps in which a threshold is reached; return whether the sensor breaks."""
         note = _note(item)
         if not note.keys() & {"max_force", "max_torque"} or item.handle in self._broken:
             return False
@@ -150,7 +161,7 @@ def _samples(item: SceneObject) -> int:
 
 
 def _filtered(item: SceneObject, record: _Record) -> NDArray[np.float64]:
-    """(6,): mean, or per component the middle one (of an even number the greater of the two, as in V-REP)."""
+    """Return (6,): mean, or per component the median (of an even number the upper median, as in V-REP)."""
     samples = np.array(record.samples)
     if _note(item).get("filter", "average") == "median":
         return np.sort(samples, axis=0)[len(samples) // 2]

@@ -1,7 +1,7 @@
-"""The world at one instant, as sensors measure it: where geoms and sites were, and what kinds of geoms they are.
+"""The world at one instant, as sensors measure it: poses of geoms and sites, and properties of the geoms.
 
-A sensor is computed when somebody reads it, from the instant of the last pass: nobody pays for a sensor that is not
-read, and all readers of a pass get numbers of the same moment, whatever was moved since.
+A sensor is computed when it is read, from the instant of the last simulation step. So an unread sensor costs
+nothing, and all readers get numbers of the same moment, whatever was moved since.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 
 class Surroundings:
-    """What stays the same while the model does: whose the geoms are, and their triangles."""
+    """Data that stay the same with the model: the shapes of the geoms, and their triangles."""
 
     def __init__(self, scene: Scene, model: mujoco.MjModel) -> None:
         self.scene = scene
         self.model = model
         self.owners = np.array([scene.owner_of_geom(g, model) for g in range(model.ngeom)], np.int64)
-        """(ngeom,) handle of the shape a geom belongs to, -1 for unnamed geoms of the world."""
+        """(ngeom,) handle of the shape that a geom belongs to, -1 for unnamed geoms of the world."""
         self.shapes = tuple(set(self.owners.tolist()) - {-1})
         """Handles of those shapes."""
         self.triangles = GeomTriangles(model)
@@ -41,7 +41,7 @@ class Surroundings:
         self._loaded: Instant | None = None
 
     def data_at(self, instant: Instant) -> mujoco.MjData:
-        """State whose geoms are where they were at that instant; nothing else in it has a meaning."""
+        """Return a state with the geoms of that instant; everything else in it is meaningless."""
         data = self._scratch
         if data is None:
             data = self._scratch = mujoco.MjData(self.model)
@@ -53,10 +53,10 @@ class Surroundings:
 
 
 class Instant:
-    """Poses of all geoms and sites, and places of all bodies, at one moment; never changed after it was made."""
+    """Poses of all geoms and sites, and positions of all bodies, at one moment; never changed after it was made."""
 
     def __init__(self, data: mujoco.MjData, surroundings: Surroundings) -> None:
-        """`data`: with fresh kinematics."""
+        """Copy the poses of `data`, which has fresh kinematics."""
         self.surroundings = surroundings
         self.scene, self.model = surroundings.scene, surroundings.model
         self.geom_xpos, self.geom_xmat = data.geom_xpos.copy(), data.geom_xmat.copy()
@@ -65,16 +65,16 @@ class Instant:
 
     @property
     def data(self) -> mujoco.MjData:
-        """For MuJoCo's functions on geoms."""
+        """Return data for MuJoCo's functions on geoms."""
         return self.surroundings.data_at(self)
 
     def geoms_of(self, handles: Collection[int]) -> NDArray[np.intp]:
-        """Ids of the geoms of some objects."""
+        """Return the ids of the geoms of some objects."""
         return np.flatnonzero(np.isin(self.surroundings.owners, list(handles)))
 
     @cached_property
     def detectable(self) -> NDArray[np.bool_]:
-        """(ngeom,) what proximity sensors see: what cameras see, unless it is declared not detectable."""
+        """Return (ngeom,) what proximity sensors detect: all that cameras see, unless declared not detectable."""
         model = self.model
         material = model.geom_matid
         alpha = model.geom_rgba[:, 3].copy()
@@ -83,7 +83,7 @@ class Instant:
             alpha = np.where(material >= 0, np.maximum(alpha, model.mat_rgba[material, 3]), alpha)
         groups = model.geom_group.copy()
         for (name, array), group in self.scene.withheld.items():
-            if array == "geom_group":  # what no camera is to see may still be detected
+            if array == "geom_group":  # geoms invisible to cameras may still be detected
                 groups[model.geom(name).id] = group
         seen = np.isin(groups, VISIBLE_GROUPS) & (alpha > 0.0)
         hidden = [handle for handle in self.surroundings.shapes if self._is_hidden(handle)]
@@ -104,12 +104,12 @@ class Instants:
         self._surroundings: Surroundings | None = None
 
     def now(self) -> Instant:
-        """The present state."""
+        """Return the present state."""
         self._sim.refresh()
         return self.of(self._sim.data)
 
     def of(self, data: mujoco.MjData) -> Instant:
-        """Another state of the present model, with fresh kinematics: one that was tried out."""
+        """Return another state of the present model, with fresh kinematics: a trial state."""
         sim = self._sim
         known = self._surroundings
         if known is None or known.scene is not sim.scene or known.model is not sim.model:

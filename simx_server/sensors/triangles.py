@@ -1,7 +1,7 @@
-"""Geoms as triangles in their own frames: what V-REP's shapes are made of.
+"""Geoms as triangles in their own frames, as V-REP's shapes.
 
-Boxes, planes, meshes and height fields are exact. Curved primitives lie within their triangles' corners to about 0.5 %
-of their radius; who needs more casts a ray at the true surface (`true_surface`).
+Boxes, planes, meshes and height fields are exact. Curved primitives lie within their triangles' corners to about
+0.5 % of their radius; for more precision cast a ray at the true surface (`true_surface`).
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _AROUND = 32
 _POLE_TO_POLE = 16
 
 TOGETHER = 32
-"""Triangles in a bundle of neighbours."""
+"""Number of triangles in a bundle of neighbours."""
 _CONVEX_AT_MOST = 4000
-"""Triangles of a mesh up to which it is found out whether it is convex."""
+"""Maximum number of triangles of a mesh that is tested for convexity."""
 
 _GEOM = mujoco.mjtGeom
 CURVED = frozenset(int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_ELLIPSOID,
@@ -32,7 +32,7 @@ CURVED = frozenset(int(kind) for kind in (_GEOM.mjGEOM_SPHERE, _GEOM.mjGEOM_CAPS
 
 
 class GeomTriangles:
-    """The triangles of one model's geoms; each is made when first asked for."""
+    """The triangles of one model's geoms; those of a geom are made on first use."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
@@ -40,14 +40,14 @@ class GeomTriangles:
         self._convex: dict[int, bool] = {}
 
     def of(self, geom: int) -> tuple[Array, Array, Array]:
-        """Corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
+        """Return corners (n, 3, 3), centres (n, 3) and radii (n,) of the triangles' balls. Not for planes."""
         made = self._made.get(geom)
         if made is None:
             made = self._made[geom] = with_balls(_side_by_side(_corners(self._model, geom)))
         return made
 
     def is_solid(self, geom: int) -> bool:
-        """True for a geom that is convex, which MuJoCo's own functions measure exactly."""
+        """Return whether a geom is convex, so that MuJoCo's own functions measure it exactly."""
         kind = int(self._model.geom_type[geom])
         if kind == _GEOM.mjGEOM_HFIELD:
             return False
@@ -60,14 +60,14 @@ class GeomTriangles:
 
 
 def with_balls(corners: Array) -> tuple[Array, Array, Array]:
-    """Triangles (n, 3, 3) with the centres and radii of balls that contain them."""
+    """Return triangles (n, 3, 3) with the centres and radii of balls that contain them."""
     centres = corners.mean(axis=1)
     away = corners - centres[:, np.newaxis]
     return corners, centres, np.sqrt(np.einsum("nei,nei->ne", away, away).max(axis=1, initial=0.0))
 
 
 def bundled(centres: Array, radii: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
-    """Bundles of triangles that follow each other, from the balls of these: starts, sizes, and the bundles' balls."""
+    """Return bundles of consecutive triangles, from the balls of these: starts, sizes, and the bundles' balls."""
     starts = np.arange(0, len(centres), TOGETHER)
     sizes = np.diff(np.append(starts, len(centres)))
     if len(starts) == 0:
@@ -79,7 +79,10 @@ def bundled(centres: Array, radii: Array) -> tuple[NDArray[np.intp], NDArray[np.
 
 
 def _side_by_side(corners: Array) -> Array:
-    """The same triangles in an order in which neighbours in space follow each other: halved along the longest side."""
+    """Return the same triangles, ordered so that neighbours in space follow each other.
+
+    The set is halved along its longest side.
+    """
     centres = corners.mean(axis=1)
     pending, ordered = [np.arange(len(corners))], []
     while pending:
@@ -98,7 +101,7 @@ def _side_by_side(corners: Array) -> Array:
 def true_surface(
     model: mujoco.MjModel, geom: int, position: Array, rotation: Array, origin: Array, direction: Array
 ) -> tuple[float, Array]:
-    """(distance, unit normal) along a unit direction to a primitive with this place; distance below 0: not met.
+    """Return (distance, unit normal) along a unit direction to a primitive at this pose; distance below 0: not met.
 
     All in the world frame; `rotation` is MuJoCo's row-major nine numbers.
     """
@@ -125,9 +128,9 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Array:
 
 
 def _is_convex(corners: Array) -> bool:
-    """Whether the triangles are a closed surface and all corners lie behind each of them.
+    """Return whether the triangles are a closed surface and all corners lie behind each of them.
 
-    A mesh too large for the question counts as not convex.
+    A mesh that is too large for the test counts as not convex.
     """
     if not 4 <= len(corners) <= _CONVEX_AT_MOST:
         return False
@@ -152,9 +155,10 @@ def _box(size: Array) -> Array:
 
 
 def plane_triangles(sizes: Array, points: Array, reach: float | Array) -> Array:
-    """(..., 2, 3, 3) of plane geoms with sizes (..., 3).
+    """Return (..., 2, 3, 3) of plane geoms with sizes (..., 3).
 
-    A side of size 0 is infinite: as much of it as a ball (radius `reach`) about a point (..., 3) in its frame needs.
+    A side of size 0 is infinite: as much of it is used as a ball (radius `reach`) around a point (..., 3) in its
+    frame needs.
     """
     middle, half = points[..., :2], sizes[..., :2]
     endless = half <= 0.0
@@ -167,7 +171,7 @@ def plane_triangles(sizes: Array, points: Array, reach: float | Array) -> Array:
 
 
 def _lathe(profile: list[tuple[float, float]]) -> Array:
-    """The surface of revolution about z of (radius, z) pairs, from the lower pole to the upper."""
+    """Return the surface of revolution about z of (radius, z) pairs, from the lower pole to the upper."""
     angles = np.linspace(0.0, 2 * math.pi, _AROUND + 1)
     rings = np.array([[[r * math.cos(a), r * math.sin(a), z] for a in angles] for r, z in profile])
     lower, upper = rings[:-1], rings[1:]
@@ -199,7 +203,7 @@ def _cylinder(size: Array) -> Array:
 
 
 def _height_field(model: mujoco.MjModel, field: int) -> Array:
-    """The upper surface alone. Each cell is cut from its lower left to its upper right corner, as MuJoCo cuts it."""
+    """Return the upper surface. Each cell is cut from its lower left to its upper right corner, as MuJoCo cuts it."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     start = int(model.hfield_adr[field])
     size_x, size_y, size_z, _ = model.hfield_size[field]

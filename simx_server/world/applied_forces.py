@@ -1,4 +1,4 @@
-"""Forces that scripts put on shapes: they add up, act during the next pass, and are gone after it."""
+"""Forces that scripts apply to shapes: they add up, act during the next simulation step, and are cleared after it."""
 
 from __future__ import annotations
 
@@ -23,14 +23,21 @@ class AppliedForces:
     def add(self, shape: int, force: Vector, torque: Vector) -> None:
         """Add newtons at the centre of mass and newton metres, both along world axes.
 
-        A shape that the physics does not move feels nothing, as in V-REP. Raises UnknownHandle, WrongKind.
+        A shape that physics does not move ignores them, as in V-REP.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a shape's.
         """
         body = self._body(shape)
         self._sim.data.xfrc_applied[body] += (*force, *torque)
         self._any = True
 
     def add_at(self, shape: int, point: Vector, force: Vector) -> None:
-        """Add a force at a point, both in the shape's own frame. Raises UnknownHandle, WrongKind."""
+        """Add a force in newtons at a point, both in the shape's own frame.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a shape's.
+        """
         body = self._body(shape)
         self._sim.refresh()
         position, turn = body_pose(self._sim, body)
@@ -41,7 +48,11 @@ class AppliedForces:
         self.add(shape, pull, torque)
 
     def reset(self, shape: int, *, force: bool, torque: bool) -> None:
-        """Forget what was added since the last pass. Raises UnknownHandle, WrongKind."""
+        """Clear what was added since the last simulation step.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a shape's.
+        """
         wrench = self._sim.data.xfrc_applied[self._body(shape)]
         if force:
             wrench[:3] = 0.0
@@ -52,7 +63,7 @@ class AppliedForces:
         return self._sim.scene.get_kind(shape, ObjectKind.SHAPE).body
 
     def clear(self) -> None:
-        """The physics of a simulation step is over: its forces are too."""
+        """Clear all forces after the physics of a simulation step."""
         if self._any:
             self._sim.data.xfrc_applied[:] = 0.0
             self._any = False

@@ -1,4 +1,4 @@
-"""Builds a world: the one place that knows which part needs which."""
+"""Build a world: the only module that knows which part needs which."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ def build_world(
 
     Args:
         rendering: renders the images; the caller closes it.
-        workspace: the only folder, beside the shipped scenes and the folder of the present scene, from which clients
-            may load files; the working directory if None.
+        workspace: the only folder, beside the shipped scenes and the folder of the present scene, from which
+            clients may load files; the working directory if None.
         limits: how much clients may make the server hold.
-        sources: where files that scenes and models name are searched, beyond their own folder.
-        own_scene: the scene that the server starts with; the operator trusts the files that it names.
+        sources: further places to search the files that scenes and models reference.
+        own_scene: the scene that the server starts with; the operator trusts the files that it references.
         allows_code: scripts may run code that clients send.
         tries_all: the operator's own files are tried in a child process too.
         arguments: of the server, for programs that read them as string parameters.
@@ -107,7 +107,7 @@ def build_world(
         ),
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
-    # Scripts are told after the parts that they call.
+    # Scripts are notified after the parts that they call.
     sim.attach(
         world.velocities,
         world.selection,

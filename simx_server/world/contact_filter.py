@@ -1,13 +1,14 @@
-"""Whether two geoms may touch, asked while MuJoCo collides: by simulations that have somebody who decides.
+"""Decide whether two geoms may touch while MuJoCo collides, for simulations with a registered function.
 
-MuJoCo has one such hook for the whole process (`mjcb_contactfilter`). It is set only while a simulation wants to be
-asked; one process may hold several, so the hook looks whose state it is about, and hands on to what was set before.
+MuJoCo has one such hook for the whole process (`mjcb_contactfilter`). It is set only while a simulation has a
+function registered. One process may hold several simulations, so the hook checks which state it is called for, and
+passes other calls on to the previous hook.
 
-It is safe and cheap enough, measured with MuJoCo 4.0 on one core: the hook gets the very MjData that is stepped, on the
-stepping thread with the interpreter's lock, also while another thread steps; it may take itself away while it runs; it
-is called for pairs that the broad phase leaves, after contype and conaffinity. A Python function costs 0.3
-microseconds a call: 8 in a step of 55 with 25 boxes on a plane. An exception would unwind through MuJoCo's C code and
-leave its stack as it is, so none leaves the hook.
+It is safe and cheap enough, measured with MuJoCo 4.0 on one core: the hook gets the very MjData that is stepped, on
+the stepping thread with the interpreter lock, also while another thread steps; it may remove itself while it runs;
+it is called for pairs that the broad phase leaves, after contype and conaffinity. A Python function costs 0.3
+microseconds a call: 8 in a physics step of 55 with 25 boxes on a plane. An exception would unwind through MuJoCo's
+C code and leave its stack as it is, so the hook catches all exceptions.
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ MayTouch = Callable[[int, int], bool]
 """Two geoms of the simulation's model; False: no contact."""
 
 _SETTING = threading.Lock()
-"""The hook is read, changed and set in one go."""
+"""Held while the hook is read, changed and set."""
 
 
 class _Hook:
-    """What is set in MuJoCo. It is found there again, so nothing else of the process keeps state."""
+    """The hook that is set in MuJoCo. It is read back from there, so the process keeps no other state."""
 
     def __init__(self, before: Callable[..., int] | None) -> None:
         self.before = before
         self.asked: dict[LiveScene, MayTouch] = {}
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
-        """1 drops the pair."""
+        """Return 1 to drop the pair."""
         for sim, may_touch in tuple(self.asked.items()):
             if sim.data is data:
                 try:
@@ -51,7 +52,7 @@ class _Hook:
 
 
 def ask_about_contacts(sim: LiveScene, may_touch: MayTouch) -> None:
-    """From now on this decides about the contacts of a simulation's own state; nothing else is asked."""
+    """Let a function decide about the contacts of a simulation's own state from now on."""
     with _SETTING:
         present = mujoco.get_mjcb_contactfilter()
         hook = present if isinstance(present, _Hook) else _Hook(present)
@@ -61,7 +62,7 @@ def ask_about_contacts(sim: LiveScene, may_touch: MayTouch) -> None:
 
 
 def ask_no_more(sim: LiveScene) -> None:
-    """Undo `ask_about_contacts`; the last simulation to do so brings back what was set in MuJoCo before."""
+    """Undo `ask_about_contacts`; the last simulation to do so restores the hook that was set in MuJoCo before."""
     with _SETTING:
         hook = mujoco.get_mjcb_contactfilter()
         if not isinstance(hook, _Hook):

@@ -1,4 +1,4 @@
-"""The points at which a long computation on the physics thread lets others be served."""
+"""The points at which a long computation on the physics thread serves other clients."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class Interruptions:
     """The server loop, a recording or a replay replace these functions; alone, a simulation interrupts nothing."""
 
     serve_others: Callable[[], object] = nothing
-    """Answers other clients during long computations."""
+    """Serves other clients during long computations."""
 
     script_point: Callable[[], object] = nothing
     """Called before each call of a script into the API and after each call into a script.
 
-    A script cannot tell where between two of these points something changed.
+    A script cannot tell at which time between two of these points something changed.
     """
 
     physics_point: Callable[[], object] | None = None

@@ -1,4 +1,4 @@
-"""What a part of the world, or what observes it, is told. Physics thread only."""
+"""The events that a part of the world, or an observer of it, receives. Physics thread only."""
 
 from __future__ import annotations
 
@@ -13,59 +13,60 @@ if TYPE_CHECKING:
 class Part:
     """Base class: every method may be overridden, and does nothing here.
 
-    `Simulation.attach` decides the order in which parts are told.
+    `Simulation.attach` decides the order in which parts are notified.
     """
 
     def scene_closing(self) -> None:
-        """The scene is about to be replaced by another one or by the empty scene."""
+        """React before the scene is replaced by another one or by the empty scene."""
 
     def scene_changed(self) -> None:
-        """Another scene is there: a file was loaded, or the scene was closed and is empty now."""
+        """React to another scene: a file was loaded, or the scene was closed and is empty now."""
 
     def scene_loaded(self) -> None:
-        """A file was loaded; called after `scene_changed`."""
+        """React to a loaded file; called after `scene_changed`."""
 
     def model_changed(self, twins: Twins | None) -> None:
-        """Scene, model and data are other objects.
+        """React to new objects for scene, model and data.
 
         Args:
-            twins: the elements that an edit kept; None after a load, a close, and a stop that takes an edit back.
+            twins: the elements that an edit kept; None after a load, a close, and a stop that reverts an edit.
         """
 
     def run_starting(self) -> None:
-        """A run is about to start. The state is not saved yet: what changes here stays after the run."""
+        """React before a run starts. The state is not saved yet: changes made here stay after the run."""
 
     def run_started(self) -> None:
-        """The state is saved and the simulation runs."""
+        """React to a started run: the state is saved and the simulation runs."""
 
     def run_paused(self) -> None:
-        """Simulated time stands still."""
+        """React to a pause of simulated time."""
 
     def run_resumed(self) -> None:
-        """Simulated time goes on."""
+        """React when simulated time continues."""
 
     def run_ending(self) -> None:
-        """A run is about to end; called before `run_stopping` of any part, so before scripts clean up."""
+        """React before a run ends; called before `run_stopping` of any part, so before scripts clean up."""
 
     def run_stopping(self) -> None:
-        """A run ends. The state is not restored yet: what changes here is taken back with the rest."""
+        """React to the end of a run. The state is not restored yet: changes made here are reverted with the rest."""
 
     def run_stopped(self) -> None:
-        """The saved state is restored."""
+        """React after the saved state is restored."""
 
     def step_finished(self) -> None:
-        """A simulation step is complete and the time has advanced. The run may be stopped here."""
+        """React to a complete simulation step; the time has advanced. The run may be stopped here."""
 
     def holds_step(self) -> bool:
         """Return whether the next simulation step must come later, where the wall clock does not set the pace."""
         return False
 
     def script_stopped(self, problem: str) -> None:
-        """An error has ended a script, or physics that cannot go on a run."""
+        """React to an error that has ended a script, or to physics that cannot continue a run."""
 
     def file_read(self, path: Path, sources: Sources) -> None:
-        """The server has read a file for a client or a script: a scene, a model or a script.
+        """React to a file that the server has read for a client or a script: a scene, a model or a script.
 
         Args:
-            sources: where the files that it names are searched.
+            path: the file.
+            sources: where the files that it references are searched.
         """

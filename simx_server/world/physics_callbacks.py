@@ -1,4 +1,4 @@
-"""Calls into scripts during the physics of a pass, within which a script may not do everything."""
+"""Calls into scripts during the physics of a simulation step, in which some operations are refused."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from simx_server.errors import CommandError
 
 
 class PhysicsCalls:
-    """Whether a script is called while physics is under way, and how deep in it."""
+    """Whether a script is called during physics, and whether within a physics step."""
 
     def __init__(self) -> None:
         self.name = ""
-        """The call-back that is under way; empty at other times."""
+        """Name of the call-back in progress; empty at other times."""
         self.is_in_step = False
-        """It is called from within a step of MuJoCo's, whose state cannot be copied then."""
+        """The call-back runs within a physics step of MuJoCo, whose state cannot be copied then."""
 
     @contextmanager
     def calling(self, call_back: str, *, in_step: bool = False) -> Iterator[None]:
-        """A script is asked or told something during the physics of a pass."""
+        """Mark a call into a script during the physics of a simulation step."""
         outer = self.name, self.is_in_step
         self.name, self.is_in_step = call_back, in_step
         try:
@@ -28,7 +28,11 @@ class PhysicsCalls:
             self.name, self.is_in_step = outer
 
     def refuse(self, what: str, *, step_only: bool = False) -> None:
-        """Raises CommandError, in the words "... cannot ...", where `calling` is under way (or only within a step)."""
+        """Refuse an operation while `calling` is in progress (or only within a physics step).
+
+        Raises:
+            CommandError: the text has the form "... cannot ...".
+        """
         if self.is_in_step or (self.name and not step_only):
             raise CommandError(
                 f"{what} within {self.name}, while physics is under way; note it there, and do it in "

@@ -1,7 +1,7 @@
-"""What MuJoCo warns of goes to the log, and not into a file MUJOCO_LOG.TXT in the working folder.
+"""Write MuJoCo's warnings to the log, not into a file MUJOCO_LOG.TXT in the working folder.
 
-Physics that diverges warns in each physics step, thousands of times in a simulation step: there one line a kind is
-enough. The compiler warns in Python's way instead (`warnings`), which `collected` catches.
+Diverging physics warns in each physics step, thousands of times in a simulation step: one line per kind is logged
+then. The compiler warns in Python's way instead (`warnings`), which `collected` catches.
 """
 
 from __future__ import annotations
@@ -21,17 +21,20 @@ logger = logging.getLogger(__name__)
 
 _NUMBERS = re.compile(r"[-+]?\d[\d.e+-]*")
 _heard: ContextVar[set[str] | None] = ContextVar("heard", default=None)
-"""Kinds that were logged, within `once_a_kind`; each thread has its own."""
+"""Kinds that were logged within `once_a_kind`; each thread has its own set."""
 
 
 def listen() -> None:
-    """Have MuJoCo's warnings logged, those of every model of this process."""
+    """Log MuJoCo's warnings of every model of this process."""
     mujoco.set_mju_user_warning(_log)
 
 
 @contextmanager
 def once_a_kind() -> Iterator[None]:
-    """Within the block the first warning of each kind is logged: those that differ in numbers only are of one kind."""
+    """Log only the first warning of each kind within the block.
+
+    Warnings that differ only in numbers are of one kind.
+    """
     token = _heard.set(set())
     try:
         yield
@@ -40,11 +43,11 @@ def once_a_kind() -> Iterator[None]:
 
 
 _collecting: ContextVar[list[Warning] | None] = ContextVar("collecting", default=None)
-"""Where Python's warnings of this thread go, within `collected`."""
+"""Receives Python's warnings of this thread within `collected`."""
 
 
 class _Catching:
-    """`warnings.catch_warnings`, which is for one thread at a time, as several threads need it together."""
+    """A `warnings.catch_warnings` for several threads; the original serves one thread at a time."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -57,7 +60,7 @@ class _Catching:
                 self._catching = warnings.catch_warnings()
                 self._catching.__enter__()
                 self._show = warnings.showwarning
-                # What calls the compiler; all other warnings keep the filters that they had.
+                # The callers of the compiler; all other warnings keep their filters.
                 warnings.filterwarnings("always", module=r"simx_server\.scene\.")
                 warnings.showwarning = self._shown
 
@@ -80,7 +83,7 @@ _catching = _Catching()
 
 @contextmanager
 def collected() -> Iterator[list[Warning]]:
-    """Within the block what MuJoCo's compiler warns of in this thread comes into the list. Any thread."""
+    """Collect the warnings of MuJoCo's compiler in this thread within the block. Any thread."""
     told: list[Warning] = []
     token = _collecting.set(told)
     _catching.enter()

@@ -1,4 +1,4 @@
-"""What a start saves and a stop brings back, bit for bit."""
+"""The state that a start saves and a stop restores, bit for bit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Snapshot:
-    """A simulation as it was. An edit during the run makes a new model: the old objects are kept here untouched."""
+    """A simulation as it was. An edit during the run makes a new model: the old objects are kept here unchanged."""
 
     scene: Scene
     model: mujoco.MjModel
@@ -37,7 +37,7 @@ class Snapshot:
     options: dict[str, Any]
     parents: dict[int, int]
     identities: dict[int, tuple[str, str, Mapping[str, Annotation]]]
-    """Handle to name, alias and annotations."""
+    """Maps handles to name, alias and annotations."""
     annotations: Annotations
     overrides: dict[int, int]
     model_properties: dict[int, int]
@@ -67,9 +67,9 @@ class Snapshot:
         )
 
     def restore(self, sim: Simulation) -> bool:
-        """Bring it back; True when scene, model and data are other objects than before."""
+        """Restore the saved state; return whether scene, model and data are other objects than before."""
         replaced = sim.model is not self.model
-        self.scene.next_handle = sim.scene.next_handle  # handles of what the run added are not given again
+        self.scene.next_handle = sim.scene.next_handle  # handles of the run's new objects are not used again
         sim.scene, sim.model, sim.data = self.scene, self.model, self.data
         for name, value in editable_arrays(self.model):
             saved = self.arrays[name]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 DEFAULT_TIME_STEP = 0.05
-"""Seconds; V-REP's default simulation step."""
+"""V-REP's default simulation step in seconds."""
 
 
 class SimulationState(Enum):
@@ -49,7 +49,7 @@ class SimulationState(Enum):
 
 
 class Simulation:
-    """Model, data, joints, time, start and stop; the parts around it are told of its life."""
+    """Model, data, joints, time, start and stop; the attached parts are notified of its events."""
 
     def __init__(self, limits: Limits | None = None, files: SceneFiles | None = None) -> None:
         """Make a simulation of the empty scene.
@@ -67,20 +67,22 @@ class Simulation:
         self.version = 0
         """Increases whenever anything visible may have changed."""
         self.model_version = 0
-        """Increases whenever the model was replaced, its arrays were written or an object was renamed: copies of it
-        are stale then."""
+        """Increases when the model was replaced, its arrays were written or an object was renamed.
+
+        Copies of the model are stale then.
+        """
         self.pass_count = 0
         """Simulation steps of this run; 0 when stopped."""
         self.scene_id = 0
-        """Another number for every scene that was loaded, and for the empty one after closing."""
+        """A different number for every loaded scene, and for the empty one after closing."""
         self.dynamics_enabled = True
-        """Boolean parameter 6: if false, simulation steps pass without physics. A new scene starts with true."""
+        """Boolean parameter 6: if false, simulation steps run without physics. A new scene starts with true."""
         self.is_stopping = False
-        """The run is about to end: a script asked for it, or it is ending now."""
+        """The run is about to end: a script requested it, or it is ending now."""
         self.is_ending = False
-        """The server has been told to end: scripts get little time from now on."""
+        """The server has been told to end: from now on scripts get little time."""
         self.scene_is_of_client = False
-        """A client sent the scene's file, or one that it is made of."""
+        """A client sent the scene's file, or a file that it includes."""
         self._parts: list[Part] = []
         self._told_of_steps: list[Part] = []
         self._holding: list[Part] = []
@@ -94,12 +96,12 @@ class Simulation:
         self._adopt_empty()
 
     def attach(self, *parts: Part) -> None:
-        """Have these told of the simulation's life from now on, after those attached before."""
+        """Notify these parts of the simulation's events from now on, after those attached before."""
         self._parts.extend(parts)
         self._sort_parts()
 
     def detach(self, part: Part) -> None:
-        """Tell a part no more."""
+        """Stop notifying a part."""
         self._parts.remove(part)
         self._sort_parts()
 
@@ -112,27 +114,30 @@ class Simulation:
 
     @property
     def is_held(self) -> bool:
-        """Whether a part wants the next simulation step later (see `Part.holds_step`)."""
+        """Return whether a part wants the next simulation step later (see `Part.holds_step`)."""
         return any(part.holds_step() for part in self._holding)
 
     def tell(self, event: Callable[[Part], object]) -> None:
-        """Tell all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
+        """Notify all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
         for part in tuple(self._parts):
             event(part)
 
     @property
     def time(self) -> float:
-        """Simulated seconds of this run; 0 when stopped."""
+        """Return the simulated seconds of this run; 0 when stopped."""
         return self.pass_count * self._time_step
 
     @property
     def time_step(self) -> float:
-        """Length of a simulation step in seconds."""
+        """Return the length of a simulation step in seconds."""
         return self._time_step
 
     @time_step.setter
     def time_step(self, seconds: float) -> None:
-        """Only while stopped. The physics step becomes the nearest whole fraction of it."""
+        """Set the length of a simulation step; only while stopped.
+
+        The physics step becomes the nearest whole fraction of it.
+        """
         if self.state != SimulationState.STOPPED:
             raise CommandError("the time step can be set only while the simulation is stopped; stop it first")
         if not 0 < seconds <= 10:
@@ -149,31 +154,32 @@ class Simulation:
 
     @property
     def substeps(self) -> int:
-        """Physics steps per simulation step."""
+        """Return the number of physics steps per simulation step."""
         return max(1, round(self._time_step / self._wanted_timestep))
 
     @property
     def is_running(self) -> bool:
-        """Started, paused or not."""
+        """Return whether the simulation is started, paused or not."""
         return self.state != SimulationState.STOPPED
 
     @property
     def is_before_first_pass(self) -> bool:
-        """Started, and nothing has been computed yet."""
+        """Return whether the simulation is started and nothing has been computed yet."""
         return self.is_running and self.pass_count == 0
 
     def load(self, path: str | Path) -> None:
-        """Replace the scene by that of a file, which may name files wherever they are.
+        """Replace the scene by that of a file, which may reference files in any folder.
 
         Raises:
-            CommandError: not stopped. SceneError: the file is bad; the present scene stays.
+            CommandError: not stopped.
+            SceneError: the file is bad; the present scene stays.
         """
         self._require_stopped("a scene can be loaded")
         is_of_client = self.files.client_files.made(Path(path))
         self.use(*load_scene(path, self.files.sources), is_of_client=is_of_client)
 
     def use(self, scene: Scene, model: mujoco.MjModel, *, is_of_client: bool = False) -> None:
-        """As `load`, for a scene that is built already. `is_of_client`: from a file that a client sent."""
+        """Replace the scene by one that is built already; `is_of_client`: from a file that a client sent."""
         self._require_stopped("a scene can be loaded")
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
@@ -187,7 +193,11 @@ class Simulation:
         self.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
-        """Leave an empty scene. Raises CommandError while the simulation is not stopped."""
+        """Replace the scene by an empty one.
+
+        Raises:
+            CommandError: the simulation is not stopped.
+        """
         self._require_stopped("a scene can be closed")
         self.tell(lambda part: part.scene_closing())
         self._adopt_empty()
@@ -211,13 +221,13 @@ class Simulation:
         self.tell(lambda part: part.run_started())
 
     def pause(self) -> None:
-        """Hold time still; nothing when not running."""
+        """Pause simulated time; do nothing when not running."""
         if self.state == SimulationState.RUNNING:
             self.state = SimulationState.PAUSED
             self.tell(lambda part: part.run_paused())
 
     def stop(self) -> None:
-        """End the run and bring back, bit for bit, what was saved at its start."""
+        """End the run and restore, bit for bit, the state saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
         self.is_stopping = True
@@ -235,7 +245,7 @@ class Simulation:
             self.tell(lambda part: part.model_changed(None))
 
     def _prepare_stop(self) -> None:
-        """Whatever fails here, the run ends: else nothing could end it any more."""
+        """Prepare the end of the run. The run ends even if this fails; otherwise it could never be ended."""
         for tell in [
             *(part.run_ending for part in self._parts),
             *(part.run_stopping for part in self._parts),
@@ -248,7 +258,7 @@ class Simulation:
                 )
 
     def run_physics(self) -> None:
-        """Make the physics steps of one simulation step. When physics cannot go on, the run is stopped."""
+        """Make the physics steps of one simulation step. When physics cannot continue, the run is stopped."""
         try:
             self._make_physics()
         except (StepFailed, mujoco.FatalError) as error:
@@ -258,16 +268,21 @@ class Simulation:
         self.refresh()
 
     def count_step(self) -> None:
-        """The simulation step is complete: time advances."""
+        """Advance the time after a complete simulation step."""
         self.pass_count += 1
         for part in tuple(self._told_of_steps):
             part.step_finished()
 
     def _make_physics(self) -> None:
-        """Make the physics steps. Raises StepFailed, mujoco.FatalError."""
+        """Make the physics steps.
+
+        Raises:
+            StepFailed: physics diverges or takes too long.
+            mujoco.FatalError: MuJoCo failed.
+        """
         if not self.dynamics_enabled:
             return
-        if self._is_rearranged:  # by something else than physics, which keeps shapes apart
+        if self._is_rearranged:  # positions were set; physics alone keeps shapes apart
             self._is_rearranged = False
             if self.model.ngeom > FEW:
                 self._check_room()
@@ -276,19 +291,26 @@ class Simulation:
                 self.refresh()
             with self.sleepers.watched_awake():
                 self.joints.step(self.substeps)
-        # MuJoCo looks at the state before each step, so what the last one made of it is not seen by it.
+        # MuJoCo checks the state before each physics step, so it does not check the result of the last one.
         if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
             raise StepFailed(DIVERGED)
 
     def _check_room(self) -> None:
-        """Raises StepFailed where so many shapes are near each other that one physics step might take very long."""
+        """Refuse a state in which one physics step might take very long.
+
+        Raises:
+            StepFailed: too many shapes overlap.
+        """
         self.refresh()
         if is_crowded(self.model, self.data, self.limits.near_pairs):
             reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
             raise StepFailed(f"too many shapes are in the same place; {reached}")
 
     def _give_up(self, error: Exception) -> None:
-        """End a run whose physics cannot go on. The stop resets MuJoCo's data, which an error leaves half computed."""
+        """End a run whose physics cannot continue.
+
+        The stop resets MuJoCo's data, which an error leaves half computed.
+        """
         text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
         what, _, advice = text.partition("; ")
         problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
@@ -298,22 +320,22 @@ class Simulation:
         self.tell(lambda part: part.script_stopped(text))
 
     def soon(self, action: Callable[[], object]) -> None:
-        """Start, pause or stop when no pass and no script is under way any more: for scripts that ask for it."""
+        """Start, pause or stop at the request of a script, once no simulation step and no script is in progress."""
         self._soon.append(action)
 
     def stop_soon(self) -> None:
-        """As `soon`, for `stop`; nothing when stopped."""
+        """Stop as `soon` does; do nothing when stopped."""
         if self.is_running and not self.is_stopping:
             self.is_stopping = True
             self.soon(self.stop)
 
     @property
     def is_settled(self) -> bool:
-        """Whether nothing is to be done soon."""
+        """Return whether no action of `soon` is pending."""
         return not self._soon
 
     def settle(self) -> None:
-        """Do what was to be done soon; to be called when neither a pass nor a command is under way."""
+        """Run the actions of `soon`; call it while neither a simulation step nor a command is in progress."""
         while self._soon:
             action = self._soon.pop(0)
             try:
@@ -322,7 +344,7 @@ class Simulation:
                 logger.error("what a script asked for cannot be done: %s", problem)
 
     def changed(self) -> None:
-        """To be called after writing state or model: readers see a new version and fresh kinematics."""
+        """Note that state or model was written: readers see a new version and fresh kinematics."""
         self.sleepers.wake()
         self._is_rearranged = True
         self._moved()
@@ -332,11 +354,11 @@ class Simulation:
         self._stale = True
 
     def model_edited(self) -> None:
-        """To be called after writing arrays or options of the model that what keeps a copy of it must see."""
+        """Note that arrays or options of the model were written, so copies of it are stale."""
         self.model_version += 1
 
     def refresh(self) -> None:
-        """Bring everything that follows from positions up to date, if stale. This is no step."""
+        """Update everything that follows from positions, if stale. No time passes."""
         if not self._stale:
             return
         model, data = self.model, self.data
@@ -351,7 +373,7 @@ class Simulation:
         self._stale = False
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
-        """Go on with an edited scene whose state was carried over (see `scene/editing.py`)."""
+        """Continue with an edited scene whose state was carried over (see `scene/editing.py`)."""
         self.scene, self.model, self.data = scene, model, data
         self.sleepers.keep_possible(model)
         self.joints.rebind()
@@ -361,7 +383,11 @@ class Simulation:
         self.tell(lambda part: part.model_changed(twins))
 
     def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
-        """The state that a scene begins in. Raises CommandError when it cannot be simulated."""
+        """Return the initial state of a scene.
+
+        Raises:
+            CommandError: the scene cannot be simulated.
+        """
         self._substeps(scene.annotations.time_step or DEFAULT_TIME_STEP, model.opt.timestep)
         self.sleepers.keep_possible(model)
         try:
@@ -373,7 +399,11 @@ class Simulation:
         return data
 
     def _substeps(self, time_step: float, timestep: float) -> int:
-        """Physics steps in a simulation step; raises LimitReached when they are too many."""
+        """Return the number of physics steps in a simulation step.
+
+        Raises:
+            LimitReached: there are too many.
+        """
         count = max(1, round(min(time_step / timestep, 1e15)))
         self.limits.check(
             "substeps",

@@ -1,7 +1,8 @@
-"""Bodies that MuJoCo lets sleep: they lie still, cost nothing, and wake up when something touches them.
+"""Bodies that MuJoCo puts to sleep: they are at rest, cost nothing, and wake up when something touches them.
 
-Only in scenes that ask for it, with ``<flag sleep="enable"/>``. MuJoCo then leaves out of its computations what sleeps
-and what is static: so what is moved, or loses its ground, has to be woken, and who wants to know contacts asks here.
+Only in scenes with ``<flag sleep="enable"/>``. MuJoCo then leaves sleeping and static bodies out of its
+computations. So a body that is moved, or loses its support, has to be woken, and code that needs contacts calls
+this module.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _LOADED = (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
 
 
 def kinematics(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """MuJoCo's kinematics of everything, also of what is static: for states that nobody steps."""
+    """Compute MuJoCo's kinematics of everything, also of static bodies: for states that are never stepped."""
     with _sleepless(model):
         mujoco.mj_kinematics(model, data)
 
@@ -40,7 +41,7 @@ def _sleepless(model: mujoco.MjModel) -> Iterator[None]:
 
 
 def _reason_against(model: mujoco.MjModel) -> str:
-    """Why nothing may sleep in a model; empty if everything may."""
+    """Return why bodies of a model must not sleep; empty if they may."""
     if np.any(model.eq_type == mujoco.mjtEq.mjEQ_TENDON):
         return "MuJoCo cannot wake tendons that an equality holds together"
     sites = model.sensor_objid[np.isin(model.sensor_type, _LOADED)]
@@ -55,27 +56,27 @@ class Sleepers:
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
         self.are_to_wake = False
-        """Something was edited: before the next physics step kinematics must be brought up to date."""
+        """Something was edited: the kinematics must be updated before the next physics step."""
 
         self.contacts_are_asked_about = False
-        """A script decides about contacts: of what sleeps it would not be asked."""
+        """A script decides about contacts: MuJoCo would not call it for sleeping bodies."""
 
         self._copy: tuple[int, mujoco.MjData] | None = None
-        """Version of the simulation, and the data made of it in which nothing sleeps."""
+        """Version of the simulation, and a copy of its data in which nothing sleeps."""
 
     def keep_possible(self, model: mujoco.MjModel) -> None:
-        """Switch sleeping off in a new model in which it would be noticed: see `_reason_against`."""
+        """Switch sleeping off in a new model in which it would change results: see `_reason_against`."""
         if model.opt.enableflags & _SLEEP and (reason := _reason_against(model)):
             model.opt.enableflags &= ~_SLEEP
             logger.info("nothing sleeps in this scene, as %s", reason)
 
     def wake(self) -> None:
-        """Everything wakes up with the next kinematics, and may fall asleep again."""
+        """Wake everything with the next kinematics; bodies may fall asleep again."""
         self.are_to_wake = True
 
     @contextmanager
     def woken_if_due(self) -> Iterator[None]:
-        """Around MuJoCo's kinematics, which wakes everything up where sleep is off."""
+        """Switch sleep off around MuJoCo's kinematics if something is due to wake: this wakes everything."""
         if not self.are_to_wake:
             yield
             return
@@ -85,7 +86,7 @@ class Sleepers:
 
     @contextmanager
     def watched_awake(self) -> Iterator[None]:
-        """Around the steps of a pass: nothing sleeps in them while scripts are called in between."""
+        """Keep everything awake in the physics steps of a simulation step while scripts are called in between."""
         if not (self.contacts_are_asked_about or self._sim.joints.calls_scripts):
             yield
             return
@@ -93,7 +94,7 @@ class Sleepers:
             yield
 
     def data_with_all_contacts(self) -> mujoco.MjData:
-        """The simulation's data, or if something sleeps a copy in which nothing does: all contacts are there."""
+        """Return data with all contacts: the simulation's, or a copy in which nothing sleeps."""
         model, data = self._sim.model, self._sim.data
         if not model.opt.enableflags & _SLEEP or np.all(data.tree_asleep < 0):
             return data

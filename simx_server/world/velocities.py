@@ -1,4 +1,4 @@
-"""Velocities of objects as V-REP measures them: the difference of the poses at the ends of the last two passes."""
+"""Velocities of objects as V-REP measures them: from the poses at the ends of the last two simulation steps."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _ARRAYS = {
     "light": ("light_xpos", "light_xdir"),
     "geom": ("geom_xpos", "geom_xmat"),
 }
-"""Per element: where `MjData` keeps its place in the world, and its rotation."""
+"""For each element the names of its world position and rotation in `MjData`."""
 
 Memory = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
 class Velocities(Part):
-    """Remembers where everything was from pass to pass. What was placed between two passes counts as moved."""
+    """Keeps poses from one simulation step to the next. Poses set between two steps count as motion."""
 
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
@@ -55,11 +55,11 @@ class Velocities(Part):
             self._carry(twins)
 
     def restart(self) -> None:
-        """A run begins or ends, or another model is there: everything is still. The kinematics must be fresh."""
+        """Reset all velocities to 0: a run starts or ends, or there is another model. The kinematics must be fresh."""
         self._before, self._after = self._copy(), self._copy()
 
     def remember(self) -> None:
-        """A pass has ended. The kinematics must be fresh."""
+        """Store the poses at the end of a simulation step. The kinematics must be fresh."""
         self._before, self._after = self._after, self._before
         data = self._sim.data
         for element, (places, turns) in self._after.items():
@@ -68,7 +68,7 @@ class Velocities(Part):
             turns[:] = getattr(data, turn_name)
 
     def _carry(self, twins: Twins) -> None:
-        """An edit replaced the model: the elements that stayed, by name, go on as they moved."""
+        """Carry velocities over to an edited model, for elements that stayed (by name)."""
         before, after = self._before, self._after
         self.restart()
         for element in _ARRAYS:
@@ -78,9 +78,10 @@ class Velocities(Part):
                     kept[new] = known[old]
 
     def measure(self, handle: int) -> tuple[list[float], list[float], list[float]]:
-        """(linear m/s, Euler-angle rates rad/s, angular velocity rad/s), world axes; zero at start.
+        """Return linear velocity (m/s), Euler-angle rates (rad/s) and angular velocity (rad/s) in world axes.
 
-        The Euler rates are the angles of the turn between the two poses, over the pass.
+        All are zero at the start. The Euler rates are the angles of the rotation between the two poses, per length
+        of the simulation step.
         """
         old, new = self._poses(self._sim.scene.get(handle))
         rate = 1.0 / self._sim.time_step

@@ -1,4 +1,4 @@
-"""The world: the simulation with all its parts, and what happens in one simulation step."""
+"""The world: the simulation with all its parts, and the stages of one simulation step."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Stage = tuple[str, Callable[["World"], object]]
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Every part, made by `building.build_world`. Physics thread only, but for `rendering`."""
+    """All parts, made by `building.build_world`. Physics thread only, except `rendering`."""
 
     simulation: Simulation
     velocities: Velocities
@@ -84,11 +84,11 @@ class World:
 
     @property
     def limits(self) -> Limits:
-        """How much clients may make the server hold."""
+        """Return how much clients may make the server hold."""
         return self.simulation.limits
 
     def step(self) -> None:
-        """Make one simulation step. Nothing unless running; when physics cannot go on, the run is stopped."""
+        """Make one simulation step if the simulation runs. When physics cannot continue, the run is stopped."""
         simulation = self.simulation
         for _, stage in self.STEP:
             if simulation.state is not SimulationState.RUNNING:
@@ -97,6 +97,6 @@ class World:
         simulation.settle()
 
     def idle(self) -> None:
-        """To be called now and then while stopped or paused."""
+        """Do regular work; to be called from time to time while stopped or paused."""
         self.scripts.idle()
         self.simulation.settle()

@@ -1,8 +1,8 @@
-"""Collision of, and least distance between, objects at one instant.
+"""Collision of, and minimum distance between, objects at one instant.
 
-All geoms of a shape count, whether they collide in the physics or not. Convex geoms are solid and measured by MuJoCo;
-meshes that are not convex and height fields are surfaces, measured triangle by triangle. Of V-REP's other objects
-only dummies can be measured: as points.
+All geoms of a shape count, whether they collide in the physics or not. Convex geoms are solid and measured by
+MuJoCo; meshes that are not convex and height fields are surfaces, measured triangle by triangle. Of V-REP's other
+objects only dummies can be measured, as points.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from simx_server.sensors.triangles import Array, plane_triangles
 from .triangle_pairs import Gap, least_gap
 
 FAR = 1e6
-"""Metres; what is farther away is not measured."""
+"""Metres; objects farther away are not measured."""
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
@@ -33,13 +33,13 @@ _UNKNOWN = Gap(math.inf, np.zeros(3), np.zeros(3))
 
 
 class Nearest(NamedTuple):
-    """Where two sets of objects come nearest."""
+    """The points where two sets of objects are nearest."""
 
     distance: float
-    """Metres, 0 where they meet."""
+    """Distance in metres, 0 where they meet."""
     first: Array
     second: Array
-    """(3,) each, in the world; where they overlap one point between the two surfaces."""
+    """(3,) each, in the world; for overlapping objects one point between the two surfaces."""
     objects: tuple[int, int]
     """Handles of the objects that the points belong to."""
 
@@ -52,26 +52,26 @@ class _Found(NamedTuple):
 
 
 def is_colliding(instant: Instant, first: Collection[int], second: Collection[int]) -> bool:
-    """Whether any shape of the first objects meets any of the second ones; no object meets itself."""
+    """Return whether any shape of the first objects meets any of the second ones; an object does not meet itself."""
     return colliding_pair(instant, first, second) is not None
 
 
 def colliding_pair(
     instant: Instant, first: Collection[int], second: Collection[int]
 ) -> tuple[int, int] | None:
-    """Handles of one shape of the first objects and one of the second that meet, or None."""
+    """Return the handles of one shape of the first objects and one of the second that meet, or None."""
     found = _least(instant, first, second, limit=0.0, stop=0.0)
     return _owners(instant, found) if found.gap.distance <= 0.0 else None
 
 
 def distance(instant: Instant, first: Collection[int], second: Collection[int]) -> float | None:
-    """Least distance in metres, 0 where they meet; None when there is nothing to measure."""
+    """Return the minimum distance in metres, 0 where they meet; None when there is nothing to measure."""
     found = nearest(instant, first, second)
     return None if found is None else found.distance
 
 
 def nearest(instant: Instant, first: Collection[int], second: Collection[int]) -> Nearest | None:
-    """The least distance and where it is; None when there is nothing to measure."""
+    """Return the minimum distance and its points; None when there is nothing to measure."""
     found = _least(instant, first, second, limit=FAR, stop=0.0)
     best: list[Nearest] = []
     if found.gap.distance < FAR:
@@ -99,7 +99,10 @@ def _owners(instant: Instant, found: _Found) -> tuple[int, int]:
 def _least(
     instant: Instant, first: Collection[int], second: Collection[int], *, limit: float, stop: float
 ) -> _Found:
-    """Least signed distance between geoms of two sets of objects; anything above `limit` when there is none."""
+    """Return the minimum signed distance between geoms of two sets.
+
+    The result is above `limit` when no distance is below it.
+    """
     owners, model = instant.surroundings.owners, instant.model
     mine, theirs = instant.geoms_of(first), instant.geoms_of(second)
     best = _Found(_UNKNOWN, (-1, -1))
@@ -123,12 +126,12 @@ def _least(
 
 
 def geoms_meet(instant: Instant, first: int, second: int, margin: float = 0.0) -> bool:
-    """Whether two geoms (MuJoCo ids) come nearer than the margin (m), whosever they are."""
+    """Return whether two geoms (MuJoCo ids) come nearer than the margin (m), whatever their objects."""
     return _between(instant, first, second, margin + 1e-3).distance <= margin
 
 
 def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
-    """Signed distance of two geoms and where; infinity when it is above `limit`."""
+    """Return the signed distance of two geoms and its points; infinity when it is above `limit`."""
     triangles = instant.surroundings.triangles
     if triangles.is_solid(first) and triangles.is_solid(second):
         if int(instant.model.geom_type[first]) == int(instant.model.geom_type[second]) == _PLANE:
@@ -142,7 +145,7 @@ def _between(instant: Instant, first: int, second: int, limit: float) -> Gap:
 
 
 def _world(instant: Instant, geom: int, other: int) -> Array:
-    """(n, 3, 3) a geom's triangles in the world; of an infinite plane what lies under another geom."""
+    """Return a geom's triangles (n, 3, 3) in the world; of an infinite plane, the part under another geom."""
     turn, place = instant.geom_xmat[geom].reshape(3, 3), instant.geom_xpos[geom]
     if int(instant.model.geom_type[geom]) == _PLANE:
         towards = (instant.geom_xpos[other] - place) @ turn
@@ -155,7 +158,7 @@ def _world(instant: Instant, geom: int, other: int) -> Array:
 
 
 def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
-    """World positions of the dummies among some objects."""
+    """Return the world positions of the dummies among some objects."""
     found: dict[int, Array] = {}
     for handle in handles:
         item = instant.scene.objects.get(handle)
@@ -165,7 +168,7 @@ def _points(instant: Instant, handles: Collection[int]) -> dict[int, Array]:
 
 
 def _from_point(instant: Instant, handle: int, place: Array, others: Collection[int]) -> list[Nearest]:
-    """From a dummy's place to the surfaces of some shapes, if there are any."""
+    """Return the distances from a dummy's position to the surfaces of some shapes, if there are any."""
     wanted = np.isin(instant.surroundings.owners, list(others))
     found = detect(instant, _ALL_AROUND, place, np.eye(3), wanted)
     if found is None:

@@ -1,10 +1,11 @@
-"""Collision and distance between objects: asked for directly, or registered in the scene and read by a handle.
+"""Collision and distance between objects, on request or registered in the scene and read by a handle.
 
-`simx:collision:NAME` and `simx:distance:NAME` register what V-REP called collision and distance objects. They are
-handled in each pass, unless explicitly by a script; as with proximity sensors, one that nobody reads costs nothing.
+`simx:collision:NAME` and `simx:distance:NAME` register V-REP's collision and distance objects. They are handled in
+each simulation step, unless a script handles them explicitly; as with proximity sensors, an unread one costs
+nothing.
 
-What is not collidable or measurable (`simx:shape`, or by a model's property) is left out of collections and of "all
-others". An object that is named alone is measured whatever it is when a caller asks; a registered one is not.
+Objects that are not collidable or measurable (`simx:shape`, or by a model's property) are left out of collections
+and of "all others". If a caller names a single object, it is measured in any case; a registered one is not.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class _Registered:
 
 
 class Meter(Generic[_R]):
-    """One kind of measuring: what is registered for it, and what was found last."""
+    """One kind of measurement: the registered objects and their last results."""
 
     def __init__(
         self,
@@ -56,8 +57,20 @@ class Meter(Generic[_R]):
         left_out: int,
         own_key: str,
     ) -> None:
-        """`nothing`: what handling gives while it is switched off. `left_out`: the bit of a model's property, and
-        `own_key` the key of a shape's annotation, that say what is not to be measured."""
+        """Make one kind of measurement.
+
+        Args:
+            sim: the simulation.
+            collections: the scene's collections.
+            instants: makes the instants to measure.
+            kind: the kind of registered object.
+            first_handle: handle of the first registered object.
+            measure: measures two sets of objects.
+            nothing: the result while handling is switched off.
+            measurable: kinds of objects that can be measured.
+            left_out: the bit of a model's property that excludes it from measuring.
+            own_key: the key of a shape's annotation that does the same.
+        """
         self.enabled = True
         """Boolean parameter 2 or 3; it belongs to the scene."""
         self._sim = sim
@@ -74,24 +87,34 @@ class Meter(Generic[_R]):
         self._by_hand: dict[int, _R] = {}
         self._instant: Instant | None = None
         self._handled: frozenset[int] = frozenset()
-        """What was registered at that instant."""
+        """The objects that were registered at that instant."""
 
     def check(self, first: int, second: int) -> _R:
         """Measure two entities as they are now. The second may be all others (`sim_handle_all`).
 
-        Raises UnknownHandle, CommandError for what cannot be measured.
+        Raises:
+            UnknownHandle: an entity does not exist.
+            CommandError: an entity cannot be measured.
         """
         return self._between(self._instants.now(), first, second, whatever_they_are=True)
 
     def find(self, name: str) -> int:
-        """The handle of a registered one. Raises CommandError that lists them."""
+        """Return the handle of a registered object.
+
+        Raises:
+            CommandError: the name is unknown; the text lists the registered ones.
+        """
         return self._registry.handle_of(name, f"{self._kind} object")
 
     def names(self) -> list[str]:
         return [name for name, _ in self._registry.all().values()]
 
     def read(self, handle: int) -> _R | None:
-        """The result of the last handling; None when there was none in this run. Raises CommandError."""
+        """Return the result of the last handling; None when there was none in this run.
+
+        Raises:
+            CommandError: the handle is unknown.
+        """
         registered = self._get(handle)
         if handle in self._by_hand:
             return self._by_hand[handle]
@@ -103,7 +126,11 @@ class Meter(Generic[_R]):
         return self._results[handle]
 
     def handle(self, handle: int) -> _R:
-        """Measure now, explicitly handled or not; switched off it forgets the last result. Raises CommandError."""
+        """Measure now, explicitly handled or not; when switched off, forget the last result.
+
+        Raises:
+            CommandError: the handle is unknown, or an entity cannot be measured.
+        """
         registered = self._get(handle)
         self._results.pop(handle, None)
         self._by_hand.pop(handle, None)
@@ -113,14 +140,18 @@ class Meter(Generic[_R]):
         return found
 
     def reset(self, handle: int) -> None:
-        """Forget what was found, until the next handling. Raises CommandError."""
+        """Forget the result until the next handling.
+
+        Raises:
+            CommandError: the handle is unknown.
+        """
         self._get(handle)
         self._results.pop(handle, None)
         self._by_hand.pop(handle, None)
         self._handled -= {handle}
 
     def handles(self, *, explicit_too: bool) -> list[int]:
-        """Of all that are registered, or of those that passes handle."""
+        """Return the handles of all registered objects, or of those that simulation steps handle."""
         return [h for h, (_, each) in self._registry.all().items() if explicit_too or not each.explicit]
 
     def _get(self, handle: int) -> _Registered:
@@ -139,9 +170,11 @@ class Meter(Generic[_R]):
     def entities(
         self, first: int, second: int, *, whatever_they_are: bool = True
     ) -> tuple[list[int], list[int]]:
-        """Handles of the objects that two entities stand for here. `whatever_they_are`: see `_members`.
+        """Return the handles of the objects of two entities. `whatever_they_are`: see `_members`.
 
-        Raises UnknownHandle, CommandError for what cannot be measured.
+        Raises:
+            UnknownHandle: an entity does not exist.
+            CommandError: an entity cannot be measured.
         """
         if first == ALL:
             raise CommandError(
@@ -149,12 +182,15 @@ class Meter(Generic[_R]):
             )
         mine = self._members(first, whatever_they_are)
         theirs = self._members(second, whatever_they_are)
-        if second == ALL:  # all others: nothing of the first is held against the rest of it
+        if second == ALL:  # all others: the first entity's objects are left out
             theirs = [handle for handle in theirs if handle not in mine]
         return mine, theirs
 
     def _members(self, entity: int, whatever_they_are: bool) -> list[int]:
-        """The objects to measure. `whatever_they_are`: a single one also if it is not to be measured."""
+        """Return the objects to measure.
+
+        `whatever_they_are`: include a single object that is excluded from measuring.
+        """
         scene = self._sim.scene
         handles = self._collections.entity(entity)
         if entity in scene.objects:
@@ -170,7 +206,7 @@ class Meter(Generic[_R]):
         ]
 
     def sense(self) -> None:
-        """Results of the last pass end with it, also while handling is switched off."""
+        """Note the instant of a simulation step. Earlier results end with it, also while handling is switched off."""
         registered = self._registry.all()
         self._results.clear()
         for handle in list(self._by_hand):
@@ -195,7 +231,7 @@ class Meter(Generic[_R]):
         return _Registered(first, second, bool(note.get("explicit", False)))
 
     def _is_alive(self, registered: _Registered) -> bool:
-        """It goes with what it measures, as in V-REP."""
+        """Return whether its entities still exist; as in V-REP, it is removed with them."""
         scene, collections = self._sim.scene, self._collections
         return all(
             entity == ALL or entity in scene.objects or entity in collections

@@ -1,7 +1,7 @@
-"""The least distance between two sets of triangles: exact for surfaces of any shape, hollow or not.
+"""The minimum distance between two sets of triangles: exact for surfaces of any shape, hollow or not.
 
-Triangles that follow each other are bundled, and the bundles too; `GeomTriangles` puts neighbours side by side. Pairs
-of bundles are looked into from the nearest on, so time and memory grow with what is near, not with all pairs.
+Consecutive triangles are bundled, and the bundles too; `GeomTriangles` puts neighbours side by side. Pairs of
+bundles are examined from the nearest on, so time and memory grow with the number of near pairs, not with all pairs.
 """
 
 from __future__ import annotations
@@ -24,25 +24,28 @@ _NEXT = [1, 2, 0]
 
 
 class Gap(NamedTuple):
-    """How near two surfaces come, and where."""
+    """The distance of two surfaces and its points."""
 
     distance: float
-    """Metres, 0 where they meet."""
+    """Distance in metres, 0 where they meet."""
     first: Array
     second: Array
-    """(3,) each: the nearest points; not numbers when only a limit of the distance is known."""
+    """(3,) each: the nearest points; nan when only a limit of the distance is known."""
 
 
 _NOWHERE = np.full(3, np.nan)
 
 
 def least_distance(first: Array, second: Array, limit: float) -> float:
-    """Metres between triangles (n, 3, 3) and (m, 3, 3), 0 where they meet; `limit` if none are closer than that."""
+    """Return metres between triangles (n, 3, 3) and (m, 3, 3), 0 where they meet.
+
+    The result is `limit` if none are closer than that.
+    """
     return least_gap(first, second, limit).distance
 
 
 def least_gap(first: Array, second: Array, limit: float) -> Gap:
-    """The same with the points."""
+    """Return the same with the points."""
     height = max(_height(len(first)), _height(len(second)))
     along = second.mean(axis=(0, 1)) - first.mean(axis=(0, 1)) if len(first) and len(second) else np.zeros(3)
     along /= max(math.sqrt(_dot(along, along)), 1e-300)
@@ -54,7 +57,7 @@ def least_gap(first: Array, second: Array, limit: float) -> Gap:
 
 
 def _first_guess(one: _Tree, other: _Tree, best: Gap) -> Gap:
-    """Between the centres of a few triangles, which are points of the surfaces; or `best` if that is less."""
+    """Return the gap between the centres of a few triangles, which lie on the surfaces; or `best` if smaller."""
     mine, theirs = one.sample(), other.sample()
     away = mine[:, np.newaxis] - theirs
     squares = _dot(away, away)
@@ -66,7 +69,7 @@ def _first_guess(one: _Tree, other: _Tree, best: Gap) -> Gap:
 
 
 class _Nodes(NamedTuple):
-    """Of a level: balls that hold all below a node, (n, 3) and (n,), and how far it begins along a direction, (n,)."""
+    """Nodes of a level: balls that hold all below a node, (n, 3) and (n,), and its minimum along a direction, (n,)."""
 
     centres: Array
     radii: Array
@@ -74,15 +77,15 @@ class _Nodes(NamedTuple):
 
 
 def _height(triangles: int) -> int:
-    """Levels of bundles above so many triangles until they are few."""
+    """Return the number of levels of bundles above this many triangles, until few bundles are left."""
     return 0 if triangles <= TOGETHER else 1 + _height(-(-triangles // TOGETHER))
 
 
 class _Tree:
-    """Triangles, bundles of them, bundles of these and so on; node i has the nodes from `TOGETHER` i on below it."""
+    """Triangles, bundles of them, bundles of these and so on; the children of node i start at node i * `TOGETHER`."""
 
     def __init__(self, corners: Array, height: int, direction: Array) -> None:
-        """Bundle triangles. `direction`: from the other ones; along it these begin behind the gap."""
+        """Bundle triangles. `direction`: from the other set; along it these start behind the gap."""
         self.corners, centres, radii = with_balls(corners)
         begins = (corners @ direction).min(axis=1, initial=math.inf)
         self.levels = [_Nodes(centres, radii, begins)]
@@ -92,35 +95,36 @@ class _Tree:
             self.levels.append(_Nodes(centres, radii, begins))
 
     def sample(self) -> Array:
-        """(n, 3) centres of triangles from all over the surface, `_SAMPLE` at most."""
+        """Return (n, 3) centres of triangles from all over the surface, at most `_SAMPLE`."""
         centres = self.levels[0].centres
         step = TOGETHER * max(1, math.ceil(len(centres) / (TOGETHER * _SAMPLE)))
         return centres[::step]
 
     def below(self, level: int, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """(n, TOGETHER) nodes of a level below these, and which are real: the last one may have fewer."""
+        """Return the child nodes (n, TOGETHER) at a level, and which of them exist: the last node may have fewer."""
         found = nodes[:, np.newaxis] * TOGETHER + np.arange(TOGETHER)
         real = found < len(self.levels[level].radii)
         return np.where(real, found, 0), real
 
 
 class _Pairs(NamedTuple):
-    """Of nodes of a level, the nearest first."""
+    """Pairs of nodes of a level, the nearest first."""
 
     mine: NDArray[np.intp]
     theirs: NDArray[np.intp]
     bounds: Array
-    """Metres: no triangles of a pair are nearer."""
+    """Lower bounds in metres: no triangles of a pair are nearer."""
 
 
 def _sorted(
     one: _Tree, other: _Tree, level: int, mine: NDArray[np.intp], theirs: NDArray[np.intp], limit: float
 ) -> _Pairs:
-    """Those that may come as near as the limit."""
+    """Return the pairs that may come as near as the limit."""
     ours, yours = one.levels[level], other.levels[level]
     away = ours.centres[mine] - yours.centres[theirs]
     bounds = np.sqrt(_dot(away, away)) - ours.radii[mine] - yours.radii[theirs]
-    # Bodies far from each other are told apart by a plane between them, where all balls are about as near.
+    # A plane between bodies that are far apart separates them better than balls, which are all about as
+    # near.
     begins = ours.begins[mine], yours.begins[theirs]
     bounds = np.maximum(bounds, sum(begins) - _ROUNDING * sum(map(np.abs, begins)))
     near = np.flatnonzero(bounds <= limit)
@@ -129,7 +133,7 @@ def _sorted(
 
 
 def _search(one: _Tree, other: _Tree, level: int, pairs: _Pairs, best: Gap) -> Gap:
-    """The least gap between nodes pair by pair, or `best` if that is less."""
+    """Return the minimum gap between nodes pair by pair, or `best` if that is smaller."""
     at_once = _PAIRS_AT_ONCE if level == 0 else _BUNDLES_AT_ONCE
     for start in range(0, len(pairs.bounds), at_once):
         if pairs.bounds[start] > best.distance or best.distance <= 0.0:
@@ -154,7 +158,7 @@ def _by_distance(gap: Gap) -> float:
 
 
 def _pairs(first: Array, second: Array) -> Gap:
-    """Least gap of triangles pair by pair, (n, 3, 3) each."""
+    """Return the minimum gap of triangles pair by pair, (n, 3, 3) each."""
     edges, others = first[:, _NEXT] - first, second[:, _NEXT] - second
     for corners, sides, faces in ((first, edges, second), (second, others, first)):
         point = _pierced(corners, sides, faces)
@@ -170,7 +174,7 @@ def _pairs(first: Array, second: Array) -> Gap:
 
 
 def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
-    """Between any edge of one and any of the other. Segments as p + s u and q + t v, s and t within 0..1."""
+    """Return the gap between any edge of one and any of the other. Segments: p + s u and q + t v, s and t in 0..1."""
     p, u = first[:, :, np.newaxis], edges[:, :, np.newaxis]
     q, v = second[:, np.newaxis], others[:, np.newaxis]
     r = p - q
@@ -195,7 +199,7 @@ def _edge_gap(first: Array, edges: Array, second: Array, others: Array) -> Gap:
 
 
 def _face_gap(corners: Array, faces: Array) -> Gap:
-    """From corners of one to the inside of the other."""
+    """Return the gap from corners of one to the inside of the other."""
     normal = cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     length = np.sqrt(_dot(normal, normal))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -208,7 +212,7 @@ def _face_gap(corners: Array, faces: Array) -> Gap:
 
 
 def _pierced(corners: Array, edges: Array, faces: Array) -> Array | None:
-    """(3,) where an edge goes through the other triangle of its pair, or None."""
+    """Return a point (3,) where an edge passes through the other triangle of its pair, or None."""
     normal = cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     heights = np.einsum("nki,ni->nk", corners - faces[:, :1], normal)
     ends = heights[:, _NEXT]
@@ -221,7 +225,7 @@ def _pierced(corners: Array, edges: Array, faces: Array) -> Array | None:
 
 
 def _held(points: Array, faces: Array, normal: Array) -> NDArray[np.bool_]:
-    """(n, k): whether points (n, k, 3) of each triangle's plane lie within it."""
+    """Return (n, k): whether points (n, k, 3) of each triangle's plane lie within it."""
     inward = cross(normal[:, np.newaxis], faces[:, _NEXT] - faces)
     offset = points[:, :, np.newaxis] - faces[:, np.newaxis]
     return np.all(np.einsum("nkei,nei->nke", offset, inward) >= 0.0, axis=2)

@@ -1,1 +1,1 @@
-"""Rendering with OpenGL: choosing a back end, and drawing with MuJoCo's renderer."""
+"""Rendering with OpenGL: choose a back end, and draw with MuJoCo's renderer."""

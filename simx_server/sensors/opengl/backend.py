@@ -1,11 +1,11 @@
-"""Which OpenGL back end renders: what the user asked for, else the first that works, else ray casting.
+"""Choose the OpenGL back end: the user's choice, else the first that works, else ray casting.
 
-Proof is a small picture rendered and checked in a child process (`gl_probe`), because a broken graphics
-driver may kill or hang the process that tries it. That takes about half a second, so choose on the thread
-that renders; a server forks a child for the first back end while it starts (`gl_early`), which takes a quarter of it.
+The test is a small image rendered and checked in a child process (`gl_probe`), because a broken graphics driver may
+kill or hang the process that tries it. That takes about half a second, so choose on the thread that renders; a
+server forks a child for the first back end while it starts (`gl_early`), which takes a quarter of it.
 
-mujoco's own choice at import is not used: each back end's context class is taken from its module. Those
-modules set PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
+mujoco's own choice at import is not used: each back end's context class is taken from its module. Those modules set
+PYOPENGL_PLATFORM only where it is unset, and read MUJOCO_EGL_DEVICE_ID; both stay the user's.
 """
 
 import contextlib
@@ -41,24 +41,27 @@ _ASKED_FOR = {name: name for name in _CONTEXT_MODULES} | {
     **dict.fromkeys(("", "enable", "enabled", "on", "true", "1"), None),
 }
 PROBE_LIMIT = 20.0
-"""Seconds for one back end; on a busy machine one that works has needed five."""
+"""Time-out in seconds for one back end; on a busy machine, working ones have needed five."""
 
 DIES_WITHIN = 1.0
-"""Seconds for a probe that is killed. One that hangs in the kernel's part of a driver never dies; it is left behind."""
+"""Seconds to wait for a killed probe.
+
+A probe that hangs in the kernel's part of a driver never dies; it is abandoned.
+"""
 
 _TOLD = 240
-"""Characters of what a probe says."""
+"""Maximum number of characters of a probe's message."""
 
 _PACKAGE_ROOT = Path(__file__).resolve().parents[3]
 
 
 Probe = Callable[[str, threading.Event], str | None]
-"""Tries a back end by name, until an event is set: None if it works, else what is wrong."""
+"""Tries a back end by name until an event is set; returns None if it works, else the problem."""
 
 
 @dataclass(frozen=True)
 class Backend:
-    """The back end taken and, in one sentence for the log, why."""
+    """The chosen back end and, in one sentence for the log, the reason."""
 
     name: str
     """egl, osmesa, glfw, cgl (macOS) or raycast."""
@@ -66,7 +69,7 @@ class Backend:
 
 
 def requested_backend(requested: str | None = None) -> str | None:
-    """The back end asked for by argument or MUJOCO_GL, None if the choice is free.
+    """Return the back end requested by argument or MUJOCO_GL, None if the choice is free.
 
     Cheap, so a server can call it at start to refuse a wrong value early.
 
@@ -84,7 +87,7 @@ def requested_backend(requested: str | None = None) -> str | None:
 
 
 def candidates() -> Sequence[str]:
-    """Back ends worth a probe on this platform, best first."""
+    """Return the back ends to probe on this platform, best first."""
     if sys.platform == "linux":
         return ("egl", "osmesa", "glfw")
     return ("cgl", "glfw") if sys.platform == "darwin" else ("glfw",)
@@ -96,11 +99,11 @@ def choose_backend(
     probe: Probe | None = None,
     give_up: threading.Event | None = None,
 ) -> Backend:
-    """The back end to render with.
+    """Return the back end to render with.
 
     Args:
-        requested: a value as MUJOCO_GL takes; None reads that variable. What is asked for is taken unproven.
-        probe: tries one back end: None if it works, else what is wrong; by default in a child process.
+        requested: a value of MUJOCO_GL; None reads that variable. A requested back end is used without a probe.
+        probe: tries one back end: None if it works, else the problem; by default in a child process.
         give_up: set it to end probing early, for a server that closes.
 
     Raises:
@@ -126,9 +129,9 @@ def choose_backend(
 
 
 def probe_in_child(name: str, give_up: threading.Event) -> str | None:
-    """Render a test picture in a child process with one back end: None if it came out right, else why not."""
+    """Render a test image in a child process with one back end; return None if it is correct, else the problem."""
     environment = os.environ.copy()
-    # "on" and its kin only say that rendering is wanted; the child must not trip over them at import.
+    # "on" and similar values only enable rendering; the child must not fail on them at import.
     environment.pop("MUJOCO_GL", None)
     environment["PYTHONPATH"] = os.pathsep.join(
         filter(None, (str(_PACKAGE_ROOT), environment.get("PYTHONPATH")))
@@ -157,7 +160,7 @@ def probe_in_child(name: str, give_up: threading.Event) -> str | None:
 
 
 def outcome(exit_code: int, complaint: str) -> str | None:
-    """What a probe's process found: None, or what is wrong, by how it ended and the last line that it wrote."""
+    """Return the result of a probe from its exit status and the last line that it wrote: None, or the problem."""
     if exit_code == 0:
         return None
     if exit_code < 0:
@@ -167,14 +170,14 @@ def outcome(exit_code: int, complaint: str) -> str | None:
 
 
 def make_gl_context(name: str, width: int, height: int) -> Any:
-    """mujoco's OpenGL context of one back end: `make_current()` and `free()`, on the thread that made it.
+    """Make mujoco's OpenGL context of one back end: `make_current()` and `free()`, on the thread that made it.
 
     Raises:
         RenderError: its library or its driver is missing or broken.
     """
     try:
         return importlib.import_module(_CONTEXT_MODULES[name]).GLContext(width, height)
-    # A missing library shows as ImportError, OSError, AttributeError or GLError, by back end and its version.
+    # A missing library raises ImportError, OSError, AttributeError or GLError, by back end and its version.
     except Exception as error:
         raise RenderError(
             f"no OpenGL context with {name} ({why_it_fails(name, error)}); unset MUJOCO_GL to take the "

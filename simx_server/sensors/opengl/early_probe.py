@@ -1,8 +1,8 @@
-"""The first back end is tried by a forked child while the rest of the server is still being imported. Linux only.
+"""Try the first back end in a forked child while the rest of the server is still being imported. Linux only.
 
-A fork has mujoco imported already, so it costs a quarter of a probe in a new process, and mostly it is done before the
-scene is loaded. It has to come before any other thread: a lock that one holds at that instant would never open in the
-child.
+A fork has mujoco imported already, so it costs a quarter of a probe in a new process, and mostly it is done before
+the scene is loaded. Fork before any other thread starts: a lock held by a thread at that instant would stay locked
+in the child forever.
 """
 
 import contextlib
@@ -31,18 +31,18 @@ from simx_server.sensors.opengl.probe import what_is_wrong
 
 _INCLUDE = re.compile(rb"""<include[^>]*\sfile\s*=\s*["']([^"']+)""")
 _CAMERA = re.compile(rb"""<camera\b[^>]*\sname\s*=\s*["']([^"']+)""")
-"""The name of one; without a name it is mostly a default."""
+"""The name of a camera; a camera without a name is mostly a default."""
 
 _VIEW = re.compile(rb"""["']simx:camera:([^"']+)["']""")
-"""A name that an annotation makes V-REP's camera of a view, which is no vision sensor."""
+"""A name that an annotation makes V-REP's camera of a view, which is not a vision sensor."""
 
 _DEEPEST = 4
 _GLANCE = 0.1
-"""Seconds between two looks at whether to give up."""
+"""Seconds between two checks of the cancellation event."""
 
 
 def begin_early(scene: str) -> "EarlyProbe | None":
-    """Try the first back end in a child, if pictures of this scene are likely to be asked for and the choice is free.
+    """Try the first back end in a child, if images of this scene are likely and the choice is free.
 
     Args:
         scene: as `find_scene` takes it.
@@ -54,21 +54,21 @@ def begin_early(scene: str) -> "EarlyProbe | None":
         return None
     try:
         is_wanted = may_have_cameras(find_scene(scene))
-    except CommandError:  # who loads it tells why
+    except CommandError:  # loading the scene reports the error
         return None
     is_alone = len(os.listdir("/proc/self/task")) == 1
     return EarlyProbe() if is_wanted and is_alone else None
 
 
 def may_have_cameras(scene: Path, depth: int = 0) -> bool:
-    """Whether a scene file seems to have cameras, by a look at its text and at what it includes.
+    """Return whether a scene file seems to have cameras, from its text and the files that it includes.
 
-    A wrong guess costs time and nothing else.
+    A wrong guess costs only time.
     """
     try:
         text = scene.read_bytes()
     except OSError:
-        return False  # who loads it tells what is wrong with it
+        return False  # loading the scene reports the error
     if set(_CAMERA.findall(text)) - set(_VIEW.findall(text)):
         return True
     included = (scene.parent / os.fsdecode(name) for name in _INCLUDE.findall(text))
@@ -76,7 +76,7 @@ def may_have_cameras(scene: Path, depth: int = 0) -> bool:
 
 
 class EarlyProbe:
-    """The probe of the first back end, under way. Called as `choose_backend` calls one, it tries others as usual."""
+    """The running probe of the first back end. It is callable as a `Probe`; other back ends are tried as usual."""
 
     def __init__(self) -> None:
         self._name = candidates()[0]
@@ -87,7 +87,7 @@ class EarlyProbe:
         os.close(writer)
 
     def __call__(self, name: str, give_up: threading.Event) -> str | None:
-        """As `gl_backend.probe_in_child`: None if the back end works, else what is wrong."""
+        """Try a back end as `gl_backend.probe_in_child` does: return None if it works, else the problem."""
         if name != self._name or self._child is None:
             return probe_in_child(name, give_up)
         said, limit = b"", time.monotonic() + PROBE_LIMIT
@@ -101,14 +101,14 @@ class EarlyProbe:
         return "given up" if give_up.is_set() else f"no answer within {PROBE_LIMIT:.0f} s"
 
     def close(self) -> None:
-        """End it, if it is still under way. Not while another thread calls it."""
+        """End it, if it is still running. Not while another thread calls it."""
         if self._child is not None:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self._child, signal.SIGKILL)
             self._reap()
 
     def _reap(self) -> int:
-        """How the child ended. Within a driver in the kernel it may hang for good, killed or not."""
+        """Return how the child ended. In a driver's kernel part it may hang forever, killed or not."""
         assert self._child is not None
         child, self._child = self._child, None
         os.close(self._reader)
@@ -121,13 +121,13 @@ class EarlyProbe:
 
 
 def _become_probe(name: str, writer: int) -> NoReturn:
-    """The life of the child: it must never return into what its parent was doing."""
+    """Run the child: it must never return into the parent's code."""
     exit_code = 1
     try:
-        if (wakeup := signal.set_wakeup_fd(-1)) >= 0:  # the server's, whose watchdog would take this for it
+        if (wakeup := signal.set_wakeup_fd(-1)) >= 0:  # the server's; see its watchdog
             os.close(wakeup)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
-        signal.alarm(round(PROBE_LIMIT))  # ends it, also when the server is gone
+        signal.alarm(round(PROBE_LIMIT))  # ends it, even if the server is gone
         for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything
             os.dup2(writer, standard)
         wrong = what_is_wrong(name)

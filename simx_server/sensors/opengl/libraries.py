@@ -1,7 +1,7 @@
-"""What an OpenGL back end needs of a Linux machine, and what of it is missing. Imports no OpenGL and no mujoco.
+"""The Linux libraries that an OpenGL back end needs, and which are missing. Imports neither OpenGL nor mujoco.
 
-Loading says more than looking: a library that is there and whose own libraries are not fails too. A library stays
-loaded in the process that tries, so that is a child (`gl_probe`), or one in which a back end has failed already.
+Loading finds more than a search: a library also fails if its own libraries are missing. A loaded library stays in
+the process, so use a child (`gl_probe`), or a process in which a back end has failed already.
 """
 
 import ctypes
@@ -21,7 +21,7 @@ _LIBRARIES: dict[str, Sequence[Sequence[str]]] = {
     "osmesa": (("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),),
     "glfw": (("libGL.so.1",),),
 }
-"""Of each group one is enough."""
+"""Groups of libraries; one of each group is enough."""
 
 _PACKAGES = {
     "libEGL.so.1": "libegl1",
@@ -29,14 +29,14 @@ _PACKAGES = {
     "libOSMesa.so.8": "libosmesa6",
     "libGL.so.1": "libgl1",
 }
-"""Debian's and Ubuntu's names."""
+"""Package names of Debian and Ubuntu."""
 
 
 def missing_libraries(name: str) -> str | None:
-    """What a back end lacks, in words, with the packages that bring it; None when all can be loaded.
+    """Return the libraries that a back end lacks, in words, with their packages; None when all can be loaded.
 
     Args:
-        name: egl, osmesa, glfw; of others nothing is known.
+        name: egl, osmesa, glfw; None is returned for others.
     """
     if sys.platform != "linux":
         return None
@@ -51,12 +51,12 @@ def missing_libraries(name: str) -> str | None:
 
 
 def install_advice(name: str) -> str:
-    """How to get what a back end needs."""
+    """Return how to install what a back end needs."""
     return f"install {name}'s libraries, on Debian or Ubuntu: {_LINES[name]}" if name in _LINES else ""
 
 
 def why_it_fails(name: str, error: BaseException) -> str:
-    """Why no context could be made: the libraries that are missing; else the driver, and what was said of it."""
+    """Return why no context could be made: the missing libraries, else the driver and its message."""
     if missing := missing_libraries(name):
         return missing
     said = f"{type(error).__name__}: {error}"

@@ -1,9 +1,9 @@
-"""Import mujoco without its own OpenGL classes. Standard library only, so it can run before anything else does.
+"""Import mujoco without its own OpenGL classes. Standard library only, so it can run before any other import.
 
-mujoco 4.0 acts on MUJOCO_GL while it is imported: an unknown value raises RuntimeError, and `osmesa` without
-its library raises AttributeError from deep inside PyOpenGL. A server must start all the same, since physics
-needs no OpenGL, and say what is wrong with the variable when a picture is wanted (`gl_backend`). The classes are not
-used here, and loading GLFW for them is a fifteenth of a server's start.
+mujoco 4.0 reads MUJOCO_GL while it is imported: an unknown value raises RuntimeError, and `osmesa` without its
+library raises AttributeError from deep inside PyOpenGL. A server must start all the same, since physics needs no
+OpenGL, and report the wrong variable when an image is requested (`gl_backend`). The classes are not used here, and
+loading GLFW for them takes a fifteenth of a server's start.
 """
 
 import importlib
@@ -14,7 +14,7 @@ _READ_AT_IMPORT = ("MUJOCO_GL", "PYOPENGL_PLATFORM")
 
 
 def import_mujoco() -> None:
-    """Import mujoco whatever MUJOCO_GL says; the environment is left as it was found.
+    """Import mujoco whatever the value of MUJOCO_GL; the environment is restored afterwards.
 
     Call it before the first `import mujoco` of the process.
 

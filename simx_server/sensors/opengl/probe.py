@@ -1,7 +1,7 @@
-"""Run as a child process, `python -m simx_server.sensors.opengl.probe NAME`: does this OpenGL back end render?
+"""Test one OpenGL back end in a child process: `python -m simx_server.sensors.opengl.probe NAME`.
 
-Exit status 0 if a small picture has the right pixels, otherwise 1 and the reason as the last line of stderr. Nothing
-large is imported before the libraries are known to be there.
+Exit status 0 if a small image has the right pixels, otherwise 1 and the reason as the last line of stderr. The
+libraries are checked before anything large is imported.
 """
 
 import sys
@@ -20,10 +20,10 @@ _SCENE = """
 
 
 def check_backend(name: str) -> None:
-    """Render a red box seen from above, and look at its colour, its edge and its depth.
+    """Render a red box seen from above, and check its colour, its edge and its depth.
 
     Raises:
-        RenderError: the context cannot be made, or the picture is wrong.
+        RenderError: the context cannot be made, or the image is wrong.
     """
     import mujoco
     import numpy as np
@@ -51,7 +51,7 @@ def check_backend(name: str) -> None:
 
 
 def what_is_wrong(name: str) -> str | None:
-    """Try a back end in this process: None if it works, else what is wrong. The driver may crash or hang."""
+    """Try a back end in this process; return None if it works, else the problem. The driver may crash or hang."""
     if missing := missing_libraries(name):
         return missing
     try:

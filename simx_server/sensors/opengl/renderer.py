@@ -1,17 +1,17 @@
-"""Pictures with MuJoCo's OpenGL renderer: one context, no effects V-REP lacked, one pass for RGB and depth.
+"""Images with MuJoCo's OpenGL renderer: one context, no effects that V-REP lacked, RGB and depth in one rendering.
 
-Shadows and multisampling cost ten to twenty times the picture itself in software and V-REP's sensors had
-neither, so both are off, as are reflections, fog and the skybox.
+Shadows and multisampling cost ten to twenty times the image itself in software and V-REP's sensors had neither, so
+both are off, as are reflections, fog and the skybox.
 
-Each view brings its own frustum. Its far plane is the view's own, so OpenGL itself cuts colour and depth
-exactly where V-REP did, and what it cleared is where nothing is seen.
+Each view has its own frustum with its own far plane, so OpenGL cuts colour and depth exactly where V-REP did, and
+cleared pixels mean that nothing is seen.
 
-Round things get half the corners where nobody can tell (see `roundness`).
+Round geoms get half the corners where the difference is invisible (see `roundness`).
 
-Making a context of MuJoCo's holds Python's lock, so other threads stand still, and a driver that compiles a shader for
-the first texture of its kind takes a third of a second. So contexts are made with textures of one pixel, and the real
-ones follow by `mjr_uploadTexture`, which lets other threads run. A new model is drawn in the same OpenGL context, in
-which that is compiled already.
+Making a context of MuJoCo holds the interpreter lock, so other threads stand still, and a driver that compiles a
+shader for the first texture of its kind takes a third of a second. So contexts are made with textures of one pixel,
+and the real ones follow by `mjr_uploadTexture`, which lets other threads run. A new model is drawn in the same
+OpenGL context, in which the shader is compiled already.
 """
 
 import copy
@@ -41,10 +41,10 @@ _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
 _OFFSCREEN = int(mujoco.mjtFramebuffer.mjFB_OFFSCREEN)
 _LARGE = 1 << 20
-"""Pixels of an offscreen buffer that is not kept when nobody asks for pictures; each takes eight bytes and more."""
+"""Pixels of an offscreen buffer that is freed while no images are requested; each pixel takes at least eight bytes."""
 
 _FEWEST_CORNERS = 12
-"""With fewer nothing looks round, however small."""
+"""Minimum number of corners; with fewer, nothing looks round, however small."""
 
 _CATEGORIES = int(mujoco.mjtCatBit.mjCAT_STATIC) | int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
 
@@ -60,7 +60,7 @@ class OpenGLRenderer:
         self._closed = False
         self._option = _visible_things()
         self._camera = mujoco.MjvCamera()
-        # Pictures go to an offscreen buffer of their own, so the context's own surface can be tiny.
+        # Images are drawn into a separate offscreen buffer, so the context's own surface can be tiny.
         self._gl = make_gl_context(backend_name, 16, 16)
         try:
             self._gl.make_current()
@@ -98,12 +98,17 @@ class OpenGLRenderer:
         depth: bool,
         let_in: Callable[[], None] = nothing,
     ) -> Picture:
-        """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+        """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
-        `let_in` is called between its parts, and may render other pictures.
+        Args:
+            data: the state.
+            view: the camera view.
+            rgb: whether to render colours.
+            depth: whether to render depth.
+            let_in: called between parts of the image; it may render other images.
 
         Raises:
-            RenderError: no such camera in the model.
+            RenderError: the model does not have the camera.
             mujoco.FatalError: OpenGL failed; make a new renderer.
         """
         view.check_camera(self._model)
@@ -118,7 +123,8 @@ class OpenGLRenderer:
             self._render_rows(data, view, rows, colours, nearness)
 
         if masked and colours is not None and nearness is not None:
-            # MuJoCo always clears to black. A pixel as one item is filled seven times as fast as three bytes.
+            # MuJoCo always clears to black. Filling each pixel as one item is seven times as fast as three
+            # bytes.
             background = np.array(view.background_bytes(), np.uint8)
             colours.view("V3")[..., 0][nearness == 0.0] = background.view("V3")
         if not depth or nearness is None:
@@ -133,13 +139,13 @@ class OpenGLRenderer:
         colours: NDArray[np.uint8] | None,
         nearness: NDArray[np.float32] | None,
     ) -> None:
-        """Fill these rows of a picture."""
+        """Fill these rows of an image."""
         self._gl.make_current()
         near = near_the_view(self._model, data, view)
         height = rows.stop - rows.start
         drawing = self._drawing_for(data, view, height, near)
         self._take_scene(data, view, rows)
-        # Without colour there is no need for light and textures: constant colours are a good deal cheaper.
+        # Without colour, light and textures are not needed: constant colours are much cheaper.
         flat = colours is None or view.codes is not None
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flat
         self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = flat
@@ -156,7 +162,7 @@ class OpenGLRenderer:
         )
 
     def rest(self) -> None:
-        """Make large offscreen buffers small again; the next picture makes them as large as it needs."""
+        """Shrink large offscreen buffers; the next image enlarges them as needed."""
         self._gl.make_current()
         for drawing in (self._fine, self._coarse):
             if drawing is not None and drawing.offWidth * drawing.offHeight > _LARGE:
@@ -167,7 +173,7 @@ class OpenGLRenderer:
                 mujoco.mjr_finish()
 
     def close(self) -> None:
-        """Free what the graphics driver holds. Twice does no harm."""
+        """Free the graphics driver's resources. A second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -183,12 +189,12 @@ class OpenGLRenderer:
     def _drawing_for(
         self, data: mujoco.MjData, view: CameraView, rows: int, near: NDArray[np.bool_]
     ) -> mujoco.MjrContext:
-        """What this view is to be drawn with, its buffer no smaller than the largest part so far."""
+        """Return the context to draw this view with; its buffer is at least as large as the largest part so far."""
         quality, drawing = self._model.vis.quality, self._fine
         corners = min(quality.numslices, 2 * quality.numstacks) // 2
         chosen = np.flatnonzero(near & self._round)
         if corners >= _FEWEST_CORNERS and may_be_coarse(self._model, data, view, chosen, corners):
-            # Made when first wanted: it holds all meshes and textures once more.
+            # Made on first use: it holds all meshes and textures a second time.
             drawing = self._coarse = self._coarse or _drawing(self._model, is_coarse=True)
         mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
         if view.width > drawing.offWidth or rows > drawing.offHeight:
@@ -217,10 +223,10 @@ class OpenGLRenderer:
             eye.frustum_far = view.far
 
     def _leave_out(self, data: mujoco.MjData, view: CameraView, near: NDArray[np.bool_], flat: bool) -> None:
-        """Take out what need not be drawn.
+        """Leave out geoms that need not be drawn.
 
-        Beside the view: vertices cost as much there as in the middle, and a hand camera has its robot behind it.
-        Flat drawing makes everything solid, so also what leaves no depth in a coloured picture.
+        Geoms beside the view: their vertices cost as much as in the middle, and a hand camera has its robot behind
+        it. Flat drawing makes everything solid, so geoms that leave no depth in a coloured image are left out too.
         """
         eye, _ = view.pose(data)
         for geom in self._scene.geoms[: self._scene.ngeom]:
@@ -236,12 +242,12 @@ class OpenGLRenderer:
 
 
 def _is_back(geom: mujoco.MjvGeom, eye: NDArray[np.float64]) -> bool:
-    """Whether it is a plane seen from behind, which MuJoCo draws see-through."""
+    """Return whether it is a plane seen from behind, which MuJoCo draws see-through."""
     return geom.type == _PLANE and float((eye - geom.pos) @ geom.mat[:, 2]) < 0.0
 
 
 def _visible_things() -> mujoco.MjvOption:
-    """Geoms of the visible groups, skins and flexes; nothing that is drawn for debugging."""
+    """Return options for geoms of the visible groups, skins and flexes, without debugging aids."""
     option = mujoco.MjvOption()
     option.flags[:] = 0
     for flag in _SHOWN:
@@ -254,12 +260,13 @@ def _visible_things() -> mujoco.MjvOption:
 
 
 def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrContext:
-    """What a model is drawn with: its meshes, its textures and an offscreen buffer.
+    """Return a context that draws a model: its meshes, its textures and an offscreen buffer.
 
     Args:
-        is_coarse: round things have half the corners.
+        model: the model.
+        is_coarse: round geoms have half the corners.
     """
-    # A copy: sizes are read from the model, which is not ours to change.
+    # A copy: sizes are read from the model, which must not change.
     plain = copy.copy(model)
     quality = plain.vis.quality
     quality.offsamples = quality.shadowsize = 0
@@ -269,16 +276,16 @@ def _drawing(model: mujoco.MjModel, *, is_coarse: bool = False) -> mujoco.MjrCon
         quality.numslices //= 2
         quality.numstacks //= 2
     drawing = mujoco.MjrContext(plain, mujoco.mjtFontScale.mjFONTSCALE_50.value)
-    for texture in np.unique(model.mat_texid[model.mat_texid >= 0]):  # none is left for the skybox
+    for texture in np.unique(model.mat_texid[model.mat_texid >= 0]):  # the skybox has none
         mujoco.mjr_uploadTexture(model, drawing, texture)
     mujoco.mjr_setBuffer(_OFFSCREEN, drawing)
-    # The buffer holds 1 at the near plane and 0 at the far plane: hand it out as it is.
+    # The buffer holds 1 at the near plane and 0 at the far plane: return it unchanged.
     drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
     return drawing
 
 
 def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:
-    """Depth 0..1 linear in distance, in place, from OpenGL's buffer that holds 1 near and 0 far.
+    """Return depth 0..1 linear in distance, in place, from OpenGL's buffer that holds 1 near and 0 far.
 
     Perspective: the distance z = n f / (n + d (f - n)), so (z - n) / (f - n) = n (1 - d) / (n + d (f - n)).
     Orthographic: already linear.

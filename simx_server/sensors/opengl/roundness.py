@@ -1,7 +1,7 @@
-"""How finely round things must be drawn to look round: MuJoCo draws all of one picture with the same many corners.
+"""The number of corners that round geoms need to look round: MuJoCo uses one number for a whole image.
 
-A circle of r pixels drawn with n corners is at most r (1 - cos(pi / n)) pixels off. A whole robot cell seen from afar
-consists of many cylinders a few pixels thick, and their corners are most of what its picture costs.
+A circle of r pixels drawn with n corners is at most r (1 - cos(pi / n)) pixels off. A whole robot cell seen from
+afar consists of many cylinders a few pixels thick, and their corners are most of the cost of its image.
 """
 
 import math
@@ -21,25 +21,25 @@ _ROUND = (
 )
 TOLERANCE_PIXELS = 0.15
 MANY = 12
-"""From so many round geoms on it pays to draw them with fewer corners: fewer cost less than a millisecond."""
+"""Number of round geoms from which fewer corners pay: fewer geoms cost less than a millisecond."""
 
 
 def round_geoms(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """(ngeom,): what is drawn with corners although it has none."""
+    """Return (ngeom,): the geoms that are drawn with corners although they have none."""
     return np.isin(model.geom_type, _ROUND)
 
 
 def may_be_coarse(
     model: mujoco.MjModel, data: mujoco.MjData, view: CameraView, chosen: NDArray[np.intp], corners: int
 ) -> bool:
-    """Whether the round geoms `chosen`, those near the view, are many, and `corners` are enough for all of them."""
+    """Return whether the round geoms `chosen` near the view are many, and `corners` are enough for all of them."""
     if len(chosen) < MANY:
         return False
     chosen = chosen[np.isin(model.geom_group[chosen], VISIBLE_GROUPS)]
     if len(chosen) < MANY:
         return False
     size = model.geom_size[chosen]
-    # Capsules and cylinders are as thick as their first size and as long as their second.
+    # The first size of capsules and cylinders is their radius, the second their half length.
     is_ellipsoid = model.geom_type[chosen] == mujoco.mjtGeom.mjGEOM_ELLIPSOID
     radius = np.where(is_ellipsoid, size.max(axis=1), size[:, 0])
     pixels_per_metre = 0.5 * view.height / view.half_extent()[1]

@@ -1,7 +1,7 @@
-"""Which triangles are near which sensors: many sensors and geoms in a few operations.
+"""Find the triangles near sensors: many sensors and geoms in a few operations.
 
-Neighbouring triangles lie in bundles with a ball about each; bundles that cannot be met are dropped before anybody
-looks at their triangles.
+Neighbouring triangles form bundles with a ball around each; bundles out of reach are dropped before their triangles
+are examined.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class _Table(NamedTuple):
     """Triangles of some geoms one after the other, in the geoms' own frames, and their bundles."""
 
     corners: Array
-    """(t, 3, 3)."""
+    """(t, 3, 3) corners."""
     centres: Array
     radii: Array
     """(t, 3) and (t,): the triangles' balls."""
     starts: Indices
     sizes: Indices
-    """(b,) of the bundles' triangles."""
+    """(b,) numbers of triangles in the bundles."""
     middles: Array
     reaches: Array
     """(b, 3) and (b,): the bundles' balls."""
@@ -42,23 +42,27 @@ _EMPTY = _Table(
 
 
 class Bundles:
-    """The triangles of one model's geoms; a geom's are added when first asked for."""
+    """The triangles of one model's geoms; those of a geom are added on first use."""
 
     def __init__(self, triangles: GeomTriangles, geoms: int) -> None:
         self._triangles = triangles
         self._first = np.full(geoms, -1)
-        """Of a geom's bundles; -1 while it has none here."""
+        """Index of a geom's first bundle; -1 while it has none here."""
         self._count = np.zeros(geoms, np.intp)
         self._table = _EMPTY
 
     def near(self, pairs: Pairs, volume: Volume) -> tuple[Indices, Array]:
-        """(n,) which pair, and (n, 3, 3) a triangle of its geom that may meet its sensor's volume, in that frame."""
+        """Return the triangles that may meet the volumes of their sensors.
+
+        Returns:
+            (n,) which pair, and (n, 3, 3) a triangle of its geom, in the sensor's frame.
+        """
         if len(pairs.geoms) == 0:
             return pairs.geoms, _EMPTY.corners
         self._add(pairs.geoms)
         table = self._table
         which, bundles = _numbers(self._first[pairs.geoms], self._count[pairs.geoms])
-        if len(bundles) > len(pairs.geoms):  # else a bundle is a whole geom, and that is known to be near
+        if len(bundles) > len(pairs.geoms):  # else a bundle is a whole geom, which is known to be near
             near = volume.may_touch(pairs.to_sensor(which, table.middles[bundles]), table.reaches[bundles])
             which, bundles = which[near], bundles[near]
         some, rows = _numbers(table.starts[bundles], table.sizes[bundles])
@@ -84,7 +88,7 @@ class Bundles:
 
 
 def _numbers(starts: Indices, counts: Indices) -> tuple[Indices, Indices]:
-    """Ranges one after the other: which range, and the numbers from its start on."""
+    """Return ranges one after the other: which range, and the numbers from its start on."""
     which = np.repeat(np.arange(len(starts)), counts)
     before = np.cumsum(counts) - counts
     return which, np.arange(len(which)) + (starts - before)[which]

@@ -1,7 +1,7 @@
-"""Where the nearest point of a triangle within a volume may lie, in closed form.
+"""Candidates for the nearest point of a triangle within a volume, in closed form.
 
-All give points (n, m, 3) of the planes of n triangles. Points that do not exist are nan; none is yet checked to lie
-within the volume, and only those of edges surely lie within their triangle.
+All functions return points (n, m, 3) of the planes of n triangles. Points that do not exist are nan; the points are
+not checked to lie within the volume, and only those of edges surely lie within their triangle.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .volume import Array, Sweep, Volume
 
 
 def edge_points(volume: Volume, triangles: Triangles) -> Array:
-    """(n, 3 m, 3): nearest points and ends of the edges, and where they cross the volume's surfaces."""
+    """Return (n, 3 m, 3): nearest points and ends of the edges, and where they cross the volume's surfaces."""
     corners, edges, along = triangles.corners, triangles.edges, triangles.along
     count = len(corners)
     crossings = volume.crossings(corners.reshape(-1, 3), edges.reshape(-1, 3)).reshape(count, 3, -1)
@@ -24,7 +24,7 @@ def edge_points(volume: Volume, triangles: Triangles) -> Array:
 
 
 def face_points(volume: Volume, triangles: Triangles) -> Array:
-    """(n, m, 3): the lines in which planes cut the volume's faces: nearest points and crossings with the surfaces."""
+    """Return (n, m, 3) from the lines in which planes cut the volume's faces: nearest points and crossings."""
     normals, distances = volume.faces[:, :3], volume.faces[:, 3]
     heights, count = triangles.heights[:, np.newaxis], len(triangles.heights)
     cosines = triangles.normals @ normals.T
@@ -41,9 +41,9 @@ def face_points(volume: Volume, triangles: Triangles) -> Array:
 
 
 def circle_points(triangles: Triangles, height: float, radius: float, angles: Array) -> Array:
-    """(n, m, 3): the circle in which each plane cuts a sphere; at angle 0 its point nearest to the origin.
+    """Return (n, m, 3): the circle in which each plane cuts a sphere; at angle 0 its point nearest to the origin.
 
-    Angles (m,), or (n, m) for each plane its own.
+    Angles are (m,), or (n, m) with separate ones for each plane.
     """
     centre = np.array([0.0, 0.0, height])
     away = triangles.heights - triangles.normals @ centre
@@ -62,7 +62,7 @@ def circle_points(triangles: Triangles, height: float, radius: float, angles: Ar
 
 
 def line_points(triangles: Triangles, sweep: Sweep, angles: Array) -> Array:
-    """(n, m, 3): where lines of a sweep cross each triangle's plane; angles (m,), or (n, m) for each its own."""
+    """Return (n, m, 3): where lines of a sweep cross each triangle's plane; angles are (m,), or (n, m) per plane."""
     starts, ends = sweep.lines(angles)
     directions = ends - starts
     normals = triangles.normals[:, np.newaxis]

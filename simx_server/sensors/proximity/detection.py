@@ -1,6 +1,6 @@
-"""What proximity sensors detect at one instant: the nearest point of a detectable surface within their volumes.
+"""Detection by proximity sensors at one instant: the nearest point of a detectable surface within their volumes.
 
-Sensors that look alike are looked after together: a ring of them costs little more than one.
+Sensors with equal optics are handled together: a ring of them costs little more than one.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
 _CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 _MET_BY_RAYS = np.isin(np.arange(int(mujoco.mjtGeom.mjNGEOMTYPES)), (*CURVED, _PLANE))
-"""(types,) those of geoms whose surfaces MuJoCo's rays meet as sensors do; of a box they do not meet the back."""
+"""(types,) geoms whose surfaces MuJoCo's rays meet as sensors do; rays do not meet the back of a box."""
 _SNAP = 0.05
-"""How far, as a share of the distance, the true surface may lie from its triangles along a line of sight."""
+"""Maximum distance of the true surface from its triangles along a line of sight, as a share of the distance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +36,9 @@ class Detection:
     """The nearest point, in the sensor's frame."""
 
     point: Vector
-    """Metres from the sensor's origin."""
+    """Position in metres from the sensor's origin."""
     normal: Vector
-    """Unit, outward from the surface."""
+    """Unit vector, outward from the surface."""
     handle: int
     """Object of the surface, -1 for an unnamed geom of the world."""
 
@@ -46,14 +46,22 @@ class Detection:
 def detect(
     instant: Instant, looks: Optics, origin: Array, rotation: Array, wanted: NDArray[np.bool_]
 ) -> Detection | None:
-    """`origin` (3,) and `rotation` (3, 3, columns are its axes): the sensor in the world. `wanted`: (ngeom,)."""
+    """Return what a sensor detects.
+
+    Args:
+        instant: the world.
+        looks: the sensor's optics.
+        origin: (3,) position of the sensor in the world.
+        rotation: (3, 3) in the world; the columns are the sensor's axes.
+        wanted: (ngeom,) the geoms to detect.
+    """
     return detect_all(instant, looks, origin[np.newaxis], rotation[np.newaxis], wanted[np.newaxis])[0]
 
 
 def detect_all(
     instant: Instant, looks: Optics, origins: Array, rotations: Array, wanted: NDArray[np.bool_]
 ) -> list[Detection | None]:
-    """The same for sensors (s,) that look alike; `wanted`: (s, ngeom)."""
+    """Return the same for sensors (s,) with equal optics; `wanted`: (s, ngeom)."""
     look = _Look(instant, looks, origins, rotations, wanted)
     found = look.along_rays() if looks.kind == "ray" else look.in_volumes()
     return [
@@ -63,7 +71,7 @@ def detect_all(
 
 
 class _Look:
-    """Sensors that look alike, at one instant."""
+    """Sensors with equal optics, at one instant."""
 
     def __init__(
         self, instant: Instant, looks: Optics, origins: Array, rotations: Array, wanted: NDArray[np.bool_]
@@ -98,7 +106,7 @@ class _Look:
         return self._found
 
     def along_rays(self) -> list[Detection | None]:
-        """The first surface on the segment of the z axis."""
+        """Return the first surface on the segment of the z axis."""
         looks, pairs = self._looks, self._pairs
         reaches = [looks.reach] * len(self._found)
         by_rays = _MET_BY_RAYS[self._kinds]
@@ -132,9 +140,12 @@ class _Look:
             self._found[view] = Detection(point, normal, self._owner(geom))
 
     def _offer_round_ones(self, squares: Array) -> NDArray[np.bool_]:
-        """Spheres and capsules, where the nearest points of all are within the volumes; squared distances to (s,).
+        """Offer the nearest point of each sphere and capsule that lies within the volume and is seen.
 
-        Returns (m,) the pairs whose triangles need not be looked at.
+        `squares`: (s,) squared distances, which are updated.
+
+        Returns:
+            (m,) the pairs whose triangles need no examination.
         """
         settled = np.zeros(len(self._kinds), bool)
         round_ones = np.flatnonzero((self._kinds == _SPHERE) | (self._kinds == _CAPSULE))
@@ -163,7 +174,11 @@ class _Look:
         return settled
 
     def _triangles(self, chosen: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array]:
-        """(n,) which pair, and (n, 3, 3) a triangle of its geom that may meet the volume, in the sensor's frame."""
+        """Return the triangles that may meet the volumes.
+
+        Returns:
+            (n,) which pair, and (n, 3, 3) a triangle of its geom, in the sensor's frame.
+        """
         volume, pairs = self._looks.volume, self._pairs
         is_plane = self._kinds[chosen] == _PLANE
         others, planes = chosen[~is_plane], chosen[is_plane]
@@ -180,7 +195,10 @@ class _Look:
         return which[order], corners[order]
 
     def _refined(self, view: int, geom: int, distance: float, point: Array, normal: Array) -> Detection:
-        """On the true surface of a curved primitive, along the same line of sight; else as it is."""
+        """Return the point on the true surface of a curved primitive along the same line of sight.
+
+        For other geoms the given point is returned.
+        """
         if int(self._instant.model.geom_type[geom]) in CURVED and distance > 0.0:
             direction = self._rotations[view] @ (point / distance)
             true, outward = self._surface(geom, self._origins[view], direction)

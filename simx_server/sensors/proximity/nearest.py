@@ -1,8 +1,9 @@
 """The nearest points of triangles within a volume, for many sensors with the same volume at once.
 
-The nearest point of one triangle in the volume is the foot of the perpendicular, or lies on an edge of the triangle, or
-on a surface of the volume. All such points are listed in closed form and those outside are dropped; only for spherical
-surfaces (and a disc with an offset) the list is a fan, narrowed until it is exact to about 1e-6 of the distance.
+The nearest point of one triangle in the volume is the foot of the perpendicular, or lies on an edge of the
+triangle, or on a surface of the volume. All such points are listed in closed form and those outside are dropped;
+only for spherical surfaces (and a disc with an offset) the list is a fan, narrowed until it is exact to about 1e-6
+of the distance.
 """
 
 from __future__ import annotations
@@ -19,33 +20,36 @@ from .seen import Triangles
 from .volume import Array, Volume
 
 _FAN = 48
-"""Lines over a curved surface in the first look."""
+"""Number of lines over a curved surface in the first round."""
 _NARROWINGS = 4
 _NARROW_FAN = 17
 _WORTH_IT = 1.2
-"""A first look is narrowed unless its square is this many times that of a point known already."""
+"""A first result is refined unless its square is this many times that of a point known already."""
 _SAME = 1e-12
-"""Squares that differ by less than this share are of one point, found twice; then the first triangle has it."""
+"""Squares that differ by less than this share belong to the same point; then the first triangle has it."""
 
 
 class Nearest(NamedTuple):
-    """Per sensor (s,)."""
+    """Results per sensor (s,)."""
 
     squares: Array
-    """Of the distance, metres^2; as it was given where nothing nearer lies within the volume."""
+    """Squared distances in metres^2; unchanged where nothing nearer lies within the volume."""
     points: Array
-    """(s, 3)."""
+    """(s, 3) points."""
     rows: NDArray[np.intp]
-    """Of the triangle, -1 where nothing nearer lies within the volume."""
+    """Index of the triangle, -1 where nothing nearer lies within the volume."""
 
 
 def nearest_points(
     volume: Volume, triangles: Triangles, squares: Array, least_cosine: float = 0.0
 ) -> Nearest:
-    """For each sensor the nearest point within the volume that is nearer than what it knows already.
+    """Return for each sensor the nearest point within the volume that is nearer than the known one.
 
-    `squares`: (s,) of the distances that are known, infinity for none. `least_cosine`: of the angle between the line
-    of sight and the surface's normal, above which a surface is seen.
+    Args:
+        volume: the volume.
+        triangles: the triangles in the sensors' frames.
+        squares: (s,) squares of the known distances, infinity for none.
+        least_cosine: minimum cosine of the angle between the line of sight and the surface's normal.
     """
     best = _Best(volume, triangles, squares, least_cosine)
     best.keep(volume.lower_bounds(triangles.normals, triangles.heights))
@@ -61,7 +65,7 @@ def nearest_points(
 
 
 def _look_inside(best: _Best, volume: Volume) -> None:
-    """Offer where the insides of the triangles meet the surfaces of the volume."""
+    """Offer the points where the insides of the triangles meet the surfaces of the volume."""
     some = best.triangles
     if len(some.heights) == 0:
         return
@@ -92,7 +96,7 @@ class _Best:
         self.rows = np.full(len(squares), -1)
 
     def narrowing(self) -> _Best:
-        """One that knows no point yet, and takes only points that are worth a closer look."""
+        """Return an empty copy that takes only points that are worth refining."""
         return _Best(self._volume, self.triangles, _WORTH_IT * self.squares, self._least_cosine)
 
     def merge(self, other: _Best) -> None:
@@ -101,7 +105,7 @@ class _Best:
         self.rows[better] = other.rows[better]
 
     def keep(self, distances: Array) -> None:
-        """Forget triangles that come no nearer than (n,) distances where a better point is known, or none is seen."""
+        """Drop triangles that are not seen or, by their distances (n,), farther away than a known point."""
         some = self.triangles
         useful = distances * distances < self.squares[some.views] * (1.0 - _SAME)
         if self._least_cosine > 0:
@@ -110,9 +114,14 @@ class _Best:
             self.triangles = some.take(np.flatnonzero(useful))
 
     def offer(self, points: Array, *, inside: bool = False) -> NDArray[np.intp]:
-        """Points (n, m, 3) of the n triangles' planes, nan for none. `inside`: they may lie outside the triangle.
+        """Offer points (n, m, 3) of the n triangles' planes, nan for none.
 
-        Returns for each sensor the column of its new best, or -1 when none is better.
+        Args:
+            points: the points.
+            inside: the points may lie outside the triangle.
+
+        Returns:
+            For each sensor the column of its new best, or -1 when none is better.
         """
         some = self.triangles
         columns_found = np.full(len(self.squares), -1)
@@ -135,7 +144,7 @@ class _Best:
         first = np.flatnonzero(own <= least[views] * (1.0 + _SAME))[::-1]
         chosen = np.full(len(self.squares), -1)
         chosen[views[first]] = (
-            first  # of several for one sensor the last counts, which is the first triangle's
+            first  # the last of several for one sensor counts, which is the first triangle's
         )
         better = np.flatnonzero(chosen >= 0)
         rows, columns = rows[chosen[better]], columns[chosen[better]]
@@ -146,7 +155,7 @@ class _Best:
 
 
 def _fan(best: _Best, points: Callable[[Triangles, Array], Array], least: float, greatest: float) -> None:
-    """Offer the points at angles from `least` to `greatest`, closer and closer about the nearest."""
+    """Offer the points at angles from `least` to `greatest`, closer and closer around the nearest."""
     own = best.narrowing()
     angles = np.linspace(least, greatest, _FAN + 1)
     columns = own.offer(points(own.triangles, angles), inside=True)

@@ -1,4 +1,4 @@
-"""How a proximity sensor looks, apart from where it is: its volume, and which surfaces it sees."""
+"""The optics of a proximity sensor, independent of its pose: its volume, and which surfaces it sees."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from .volume import Volume
 
 @dataclass(frozen=True)
 class Optics:
-    """How a sensor looks, apart from where it is."""
+    """The optics of a sensor, independent of its pose."""
 
     kind: str
     offset: float
-    """Metres along z before the volume begins."""
+    """Metres along z before the volume starts."""
     reach: float
     """Length of the volume, metres."""
     volume: Volume
     faces: str = "both"
     """Which sides of surfaces are seen: both, front or back."""
     least_cosine: float = 0.0
-    """Of the angle between line of sight and normal; surfaces seen at a flatter angle are not detected."""
+    """Minimum cosine of the angle between line of sight and normal; surfaces at a flatter angle are not detected."""
     least_distance: float = 0.0
-    """Metres: something nearer blinds the sensor, and nothing is detected."""
+    """Metres: something nearer blinds the sensor, which then detects nothing."""
 
     def accepts(self, point: Vector, normal: Vector) -> bool:
-        """Whether the side and the angle of a surface, both in the sensor's frame, are ones the sensor sees."""
+        """Return whether the sensor sees this side and angle of a surface, both vectors in its frame."""
         along = sum(a * b for a, b in zip(point, normal, strict=True))
         if self.faces != "both" and (along < 0) != (self.faces == "front"):
             return False
@@ -38,7 +38,7 @@ class Optics:
 
 
 def optics(note: Annotation, default_reach: float) -> Optics:
-    """From a checked `simx:proximity` annotation."""
+    """Return the optics of a checked `simx:proximity` annotation."""
     kind = str(note.get("type", "ray"))
     offset, reach = _number(note, "offset"), _number(note, "range", default_reach)
     angle, radius, gap = (

@@ -1,9 +1,10 @@
 """Proximity sensors: sites with a rangefinder or a `simx:proximity` annotation.
 
-They look along the site's +z (see `volume.py`) at what a camera sees too (the geom groups of `VISIBLE_GROUPS`), but not
-at the shape that carries them. V-REP computes all sensors in each pass; here a sensor is computed when it is read,
-from where everything was in the sensing phase of the last pass, together with those that look alike and were read with
-it before: who reads a ring of sensors once will do so again.
+They look along the site's +z (see `volume.py`) at everything that a camera sees too (the geom groups of
+`VISIBLE_GROUPS`), except the shape that carries them. V-REP computes all sensors in each simulation step; here a
+sensor is computed when it is read, from the instant of the last sensing phase. Sensors with equal optics that were
+read with it before are computed together with it, because a program that reads a ring of sensors once will do so
+again.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_RANGE", "Detection", "ProximitySensors"]
 
 DEFAULT_RANGE = 10.0
-"""Metres, for a rangefinder that says no range (annotation or the sensor's cutoff)."""
+"""Range in metres of a rangefinder without a range (annotation or the sensor's cutoff)."""
 
 
 class ProximitySensors(Part):
-    """What all proximity sensors of the scene detected last."""
+    """The last results of all proximity sensors of the scene."""
 
     def __init__(self, sim: Simulation, collections: Collections, instants: Instants) -> None:
         self._sim = sim
@@ -48,20 +49,20 @@ class ProximitySensors(Part):
         """Boolean parameter 9: whether the sensing phase handles sensors; it belongs to the scene."""
         self._optics: dict[int, Optics] = {}
         self._kinds: dict[tuple[frozenset[tuple[str, str | float]], float], Optics] = {}
-        """By annotation and default range: sensors that look alike share their optics."""
+        """Optics by annotation and default range: equal sensors share their optics."""
         self._entities: dict[int, int] = {}
         self._results: dict[int, Detection | None] = {}
         self._asked: dict[int, None] = {}
         self._asked_before = self._asked
-        """Sensors that were read since the last pass; and in the last one before in which any was."""
+        """Sensors that were read since the last simulation step, and in the last one before in which any was."""
         self._handled_by_hand: dict[int, Detection | None] = {}
         self._reset: set[int] = set()
-        """Sensors whose result was forgotten on demand since the last pass."""
+        """Sensors whose result was cleared on request since the last simulation step."""
         self._explicit: dict[int, bool] = {}
-        """Where a script changed whether a sensor is handled explicitly."""
+        """Sensors for which a script changed whether they are handled explicitly."""
         self._explicit_before_run = self._explicit
         self._instant: Instant | None = None
-        """That of the last pass in which sensors were handled."""
+        """The instant of the last simulation step in which sensors were handled."""
 
     def run_started(self) -> None:
         self._begin_run()
@@ -73,10 +74,10 @@ class ProximitySensors(Part):
         self._forget_all()
 
     def read(self, handle: int) -> Detection | None:
-        """The result of the last handling; None when nothing is in the volume.
+        """Return the result of the last handling; None when nothing is in the volume.
 
         Raises:
-            UnknownHandle, WrongKind.
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
             CommandError: not handled since the simulation started.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
@@ -100,9 +101,9 @@ class ProximitySensors(Part):
         return self._results[handle]
 
     def handle(self, handle: int) -> Detection | None:
-        """Compute a sensor now, explicitly handled or not; what `sim.handleProximitySensor` does.
+        """Compute a sensor now, explicitly handled or not, as `sim.handleProximitySensor` does.
 
-        While handling is switched off it forgets the last result instead.
+        While handling is switched off, clear the last result instead.
         """
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         self._handled_by_hand.pop(handle, None)
@@ -115,17 +116,26 @@ class ProximitySensors(Part):
         return found
 
     def reset(self, handle: int) -> None:
-        """Forget what a sensor detected, until it is handled again. Raises UnknownHandle, WrongKind."""
+        """Clear a sensor's result until it is handled again.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         self._results.pop(handle, None)
         self._handled_by_hand.pop(handle, None)
         self._reset.add(handle)
 
     def check(self, handle: int, entity: int, **looks: str | float) -> Detection | None:
-        """What a sensor would detect of one entity now; results of handling stay as they are.
+        """Return what a sensor would detect of one entity now; results of handling do not change.
 
-        `looks`: fields of Optics (faces, least_cosine, least_distance) to use in place of the sensor's own. An object
-        or collection is detected even if it is not detectable. Raises UnknownHandle, WrongKind, CommandError.
+        Args:
+            handle: the sensor.
+            entity: an object or collection; it is detected even if it is not detectable.
+            looks: fields of Optics (faces, least_cosine, least_distance) that replace the sensor's own.
+
+        Raises:
+            UnknownHandle, WrongKind, CommandError: a handle or a value is wrong.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         members = self._collections.entity(entity)
@@ -135,34 +145,54 @@ class ProximitySensors(Part):
         return self._look_at(instant, [item], looks_now, wanted[np.newaxis].copy())[0]
 
     def is_explicit(self, handle: int) -> bool:
-        """Whether passes leave a sensor alone, for a script to handle it. Raises UnknownHandle, WrongKind."""
+        """Return whether simulation steps skip a sensor, for a script to handle it.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         return self._explicit.get(handle, bool(_note(item).get("explicit", False)))
 
     def set_explicit(self, handle: int, explicit: bool) -> None:
-        """Until the stop, if the simulation runs. Raises UnknownHandle, WrongKind."""
+        """Set whether a sensor is handled explicitly; in a running simulation, until the stop.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
         self.reset(handle)
         self._explicit = {**self._explicit, handle: explicit}
 
     def volume_type(self, handle: int) -> int:
-        """`sim_proximitysensor_*_subtype`. Raises UnknownHandle, WrongKind."""
+        """Return `sim_proximitysensor_*_subtype`.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
         return TYPES[self._look(self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)).kind]
 
     def entity(self, handle: int) -> int:
-        """The object or collection a sensor detects, -1 for everything. Raises UnknownHandle, WrongKind."""
+        """Return the object or collection that a sensor detects, -1 for everything.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a proximity sensor's.
+        """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         entity = self._entity(item)
         return -1 if entity == ALL else entity
 
     def set_entity(self, handle: int, entity: int) -> None:
-        """What to detect from the next handling on; -1 for everything. Raises CommandError."""
+        """Set what to detect from the next handling on; -1 for everything.
+
+        Raises:
+            CommandError: the entity does not exist or cannot be detected.
+        """
         self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
         if entity != -1:
             self._collections.entity(entity)
         self._entities[handle] = ALL if entity == -1 else entity
 
     def sense(self) -> None:
-        """Results of the last pass end with it, also while handling is switched off."""
+        """Note the instant of a simulation step. Earlier results end with it, also while handling is switched off."""
         if not self._sim.scene.of_kind(ObjectKind.PROXIMITY_SENSOR):
             return
         self._instant = self._instants.now() if self.enabled else None
@@ -198,14 +228,14 @@ class ProximitySensors(Part):
         self._entities.clear()
 
     def _alike(self, instant: Instant, handle: int) -> list[int]:
-        """The sensor, and those to compute with it: they were read with it before, and have no result yet."""
+        """Return the sensor and those to compute with it: read with it before, and without a result yet."""
         objects, known = instant.scene.objects, self._results.keys() | self._reset
         looks = self._look(objects[handle])
         others = [one for one in self._asked_before if one != handle and one in objects and one not in known]
         return [handle, *(one for one in others if self._look(objects[one]) is looks)]
 
     def _detect(self, instant: Instant, handles: list[int]) -> list[Detection | None]:
-        """Of sensors that look alike."""
+        """Return the results of sensors with equal optics."""
         items = [instant.scene.objects[handle] for handle in handles]
         wanted = np.repeat(instant.detectable[np.newaxis], len(items), axis=0)
         for row, item in enumerate(items):
@@ -217,7 +247,7 @@ class ProximitySensors(Part):
     def _look_at(
         self, instant: Instant, items: list[SceneObject], looks: Optics, wanted: NDArray[np.bool_]
     ) -> list[Detection | None]:
-        """`wanted`: (s, ngeom); what carries a sensor is left out."""
+        """Return the results of sensors; `wanted`: (s, ngeom). The carrier of a sensor is left out."""
         carriers = [instant.scene.owner_of_body(item.body, instant.model) for item in items]
         for row, carrier in enumerate(carriers):
             if carrier != -1:
@@ -240,11 +270,11 @@ class ProximitySensors(Part):
             self._entities[item.handle] = self._collections.named(str(_note(item).get("entity", "all")))
         entity = self._entities[item.handle]
         gone = entity not in self._sim.scene.objects and entity not in self._collections
-        # What a sensor was restricted to may be removed; then it detects everything, as in V-REP.
+        # The entity of a restricted sensor may be removed; then it detects everything, as in V-REP.
         return ALL if gone else entity
 
     def _default_range(self, item: SceneObject) -> float:
-        """The rangefinder's cutoff, else 10 m."""
+        """Return the rangefinder's cutoff, else 10 m."""
         if not item.sensors:
             return DEFAULT_RANGE
         cutoff = float(self._sim.model.sensor_cutoff[item.sensors[0]])

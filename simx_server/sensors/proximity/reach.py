@@ -1,4 +1,4 @@
-"""Which geoms are near which sensors of one kind: all pairs at once, by balls and boxes about the geoms."""
+"""Find which geoms are near which sensors of one kind: all pairs at once, by balls and boxes around the geoms."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Pairs:
         return Pairs(self.views[chosen], self.geoms[chosen], self.turns[chosen], self.places[chosen])
 
     def to_sensor(self, which: NDArray[np.intp], points: Array) -> Array:
-        """Points (n, ..., 3) of the geoms of the pairs `which` (n,), in their sensors' frames."""
+        """Return points (n, ..., 3) of the geoms of the pairs `which` (n,), in their sensors' frames."""
         if points.ndim == 2:
             return np.einsum("ni,nij->nj", points, self.turns[which]) + self.places[which]
         return points @ self.turns[which] + self.places[which, np.newaxis]
 
     def to_geom(self, points: Array) -> Array:
-        """Points (m, 3) or (3,) of the sensors' frames in the frames of the geoms."""
+        """Return points (m, 3) or (3,) of the sensors' frames in the frames of the geoms."""
         return np.einsum("mij,mj->mi", self.turns, points - self.places)
 
 
@@ -47,10 +47,16 @@ def pairs_in_reach(
     rotations: Array,
     wanted: NDArray[np.bool_],
 ) -> Pairs:
-    """Geoms that may meet the volumes of sensors.
+    """Return the geoms that may meet the volumes of sensors.
 
-    `xpos` (ngeom, 3), `xmat` (ngeom, 9): the geoms; `origins` (s, 3), `rotations` (s, 3, 3): the sensors, columns are
-    their axes; `wanted` (s, ngeom).
+    Args:
+        model: the model.
+        xpos: (ngeom, 3) positions of the geoms.
+        xmat: (ngeom, 9) rotations of the geoms.
+        volume: the volume of all sensors.
+        origins: (s, 3) positions of the sensors.
+        rotations: (s, 3, 3) rotations of the sensors; columns are their axes.
+        wanted: (s, ngeom) which geoms count.
     """
     local = (xpos - origins[:, np.newaxis]) @ rotations
     is_plane = model.geom_rbound <= 0.0  # planes have no ball

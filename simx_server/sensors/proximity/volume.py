@@ -1,12 +1,12 @@
-"""The volume a proximity sensor looks into: ray, cone, cylinder, pyramid or disc along the sensor's +z.
+"""The volume of a proximity sensor: ray, cone, cylinder, pyramid or disc along the sensor's +z.
 
-A volume is where some quadratic functions are all not above 0: f(p) = d . p^2 + b . p + c, one for each surface that
-bounds it (all are planes, spheres, cones or cylinders in line with the axes, so d is a diagonal). Its curved surfaces
-are also given as lines that sweep them.
+A volume is where some quadratic functions are all not above 0: f(p) = d . p^2 + b . p + c, one for each surface
+that bounds it (all are planes, spheres, cones or cylinders in line with the axes, so d is a diagonal). Its curved
+surfaces are also given as lines that sweep them.
 
 Geometry as in V-REP: `offset` moves the whole volume along z while distances are measured from the sensor's origin;
-`radius` of cone and disc is their blind beginning; `inside_gap` is the share of the angle that is left out in the
-middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
+`radius` of cone and disc is the radius of the blind zone at the start; `inside_gap` is the share of the angle that
+is left out in the middle; a cone or disc opened beyond half a turn is a whole sphere or circle.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Lines = Callable[[Array], tuple[Array, Array]]
-"""Angles (...) to starts and ends (..., 3) of lines that lie in a surface."""
+"""Maps angles (...) to starts and ends (..., 3) of lines that lie in a surface."""
 
 TYPES = {"pyramid": 30, "cylinder": 31, "disc": 32, "cone": 33, "ray": 34}
-"""Volume type to `sim_proximitysensor_*_subtype`."""
+"""Maps the volume type to `sim_proximitysensor_*_subtype`."""
 
 _TOLERANCE = 1e-9
-"""How far above 0 a function may be (m^2, or m for planes) at a point that was computed to lie on the surface."""
+"""Maximum of a function (m^2, or m for planes) at a point that was computed to lie on the surface."""
 _SLACK = 1e-4
-"""Metres, and a cosine: bounds are not meant to be closer, and so are beyond the tolerance also near an apex."""
+"""Metres, and a cosine: margin of the bounds, which keeps them beyond the tolerance also near an apex."""
 _HALF_TURN = math.radians(181.8)
-"""From here on V-REP draws a cone as a whole sphere (1.01 half turns)."""
+"""Angle from which V-REP draws a cone as a whole sphere (1.01 half turns)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,44 +43,50 @@ class Sweep:
     axes: tuple[int, int]
     """The angle turns from the first of these axes to the second."""
     centred: bool
-    """The origin lies on the surface's axis: then a plane meets the surface closest to it where the plane's normal
-    points along the line's own angle, or against it, unless an edge or another surface comes before."""
+    """The origin lies on the surface's axis.
+
+    Then a plane meets the surface closest to it where the plane's normal points along the line's own angle, or
+    against it, unless an edge or another surface comes before.
+    """
 
 
 @dataclass(frozen=True, eq=False)
 class Volume:
-    """Where a sensor detects, in its own frame, metres."""
+    """The space in which a sensor detects, in its own frame, metres."""
 
     squares: Array
-    """(k, 3)."""
+    """(k, 3) quadratic coefficients d."""
     linear: Array
-    """(k, 3)."""
+    """(k, 3) linear coefficients b."""
     constant: Array
-    """(k,)."""
+    """(k,) constants c."""
     faces: Array
     """(j, 4): the plane surfaces, as unit normal and distance."""
     sweeps: tuple[Sweep, ...]
     spheres: tuple[tuple[float, float], ...]
     """Centres (on the z axis) and radii of the spherical surfaces that may hold a nearest point."""
     hull: Array
-    """(h, 5): a x + b y + c z + e r <= d within the volume, r the distance from z, of unit slope: what to leave out."""
+    """(h, 5): a x + b y + c z + e r <= d within the volume, r the distance from z, of unit slope: to exclude geoms."""
     centre: Array
-    """(3,) of a ball that contains the volume."""
+    """(3,) centre of a ball that contains the volume."""
     reach: float
     """Radius of that ball."""
     spread: float
-    """Radians between z and any direction from the origin to a point of the volume: no more than this."""
+    """Maximum angle in radians between z and any direction from the origin to a point of the volume."""
 
     def values(self, points: Array) -> Array:
-        """(..., k): every function at points (..., 3)."""
+        """Return (..., k): every function at points (..., 3)."""
         return (points * points) @ self.squares.T + points @ self.linear.T + self.constant
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
-        """(...) for points (..., 3); the surfaces belong to the volume."""
+        """Return (...) for points (..., 3) whether the volume contains them; the surfaces belong to the volume."""
         return np.all(self.values(points) <= _TOLERANCE, axis=-1)
 
     def may_touch(self, centres: Array, radii: Array) -> NDArray[np.bool_]:
-        """(...) whether balls with centres (..., 3) may reach into the volume: false only where they surely do not."""
+        """Return (...) whether balls with centres (..., 3) may reach into the volume.
+
+        The result is false only where they surely do not.
+        """
         away = centres - self.centre
         near = (away * away).sum(axis=-1) <= (radii + self.reach) ** 2
         if len(self.hull) == 0:
@@ -90,10 +96,10 @@ class Volume:
         return near & (beyond.max(axis=-1) <= radii)
 
     def lower_bounds(self, normals: Array, heights: Array) -> Array:
-        """(n,) no point of these planes within the volume is nearer to the origin; infinity if there is none.
+        """Return (n,) a lower bound of the distance of each plane's points within the volume; infinity for none.
 
-        A point of the plane normal . p = height at distance r is seen under the cosine height / r to the normal, and
-        no direction within the volume comes nearer to the normal than the one that leans to it by `spread`.
+        A point of the plane normal . p = height at distance r is seen under the cosine height / r to the normal,
+        and no direction within the volume comes nearer to the normal than the one that leans to it by `spread`.
         """
         leaning = np.clip(np.copysign(normals[:, 2], normals[:, 2] * heights), -1.0, 1.0)
         cosines = np.cos(np.maximum(np.arccos(leaning) - self.spread, 0.0)) + _SLACK
@@ -103,7 +109,7 @@ class Volume:
         return np.where(away > 0.0, bounds, 0.0)
 
     def crossings(self, origins: Array, directions: Array) -> Array:
-        """(n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
+        """Return (n, 2 k): where lines origin + s direction cross the surfaces; nan where they do not."""
         a = (directions * directions) @ self.squares.T
         b = 2.0 * (origins * directions) @ self.squares.T + directions @ self.linear.T
         c = self.values(origins)
@@ -117,7 +123,7 @@ class Volume:
 def cone(
     angle: float, reach: float, offset: float = 0.0, radius: float = 0.0, inside_gap: float = 0.0
 ) -> Volume:
-    """`angle`: full opening angle in radians."""
+    """Return a cone; `angle`: full opening angle in radians."""
     build = _Builder()
     far = radius + reach
     whole = angle > _HALF_TURN
@@ -142,7 +148,7 @@ def cone(
 
 
 def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float | None = None) -> Volume:
-    """A cylinder, or with `radius_far` a truncated cone."""
+    """Return a cylinder, or with `radius_far` a truncated cone."""
     far = radius if radius_far is None else radius_far
     build = _Builder()
     slope = (far - radius) / reach
@@ -165,7 +171,7 @@ def cylinder(radius: float, reach: float, offset: float = 0.0, radius_far: float
 def pyramid(
     size: tuple[float, float], reach: float, offset: float = 0.0, size_far: tuple[float, float] | None = None
 ) -> Volume:
-    """`size`, `size_far`: full width along x and y at the beginning and at the end."""
+    """Return a pyramid; `size`, `size_far`: full width along x and y at the start and at the end."""
     far = size if size_far is None else size_far
     build = _Builder()
     build.plane((0.0, 0.0, -1.0), -offset)
@@ -189,7 +195,7 @@ def disc(
     radius: float = 0.0,
     inside_gap: float = 0.0,
 ) -> Volume:
-    """A sector of a flat disc in the x-z plane, `height` thick along y."""
+    """Return a sector of a flat disc in the x-z plane, `height` thick along y."""
     build = _Builder()
     far = radius + reach
     whole = angle > _HALF_TURN
@@ -201,7 +207,8 @@ def disc(
     if radius > 0:
         build.round(offset, radius, outside=True)
         build.sweeps.append(_round_lines(offset, radius, height, half))
-    # No surface, but the nearest point of a plane along the sweeping lines, which those miss, is close to it.
+    # Not a surface, but the nearest point of a plane along the sweeping lines, which those miss, is close
+    # to it.
     build.faces.append((0.0, 1.0, 0.0, 0.0))
     if not whole:
         for side in (1.0, -1.0):
@@ -218,7 +225,7 @@ def disc(
 
 
 def ray(reach: float, offset: float = 0.0) -> Volume:
-    """A segment of the z axis: as a volume it is only asked what may touch it."""
+    """Return a segment of the z axis: as a volume it is only used to find what may touch it."""
     build = _Builder()
     build.hull.append((0.0, 0.0, 0.0, 1.0, 0.0))
     return build.volume(offset + reach / 2, reach / 2, 0.0)
@@ -236,7 +243,7 @@ class _Builder:
         self.functions.append((squares, linear, constant))
 
     def plane(self, normal: tuple[float, ...] | Array, distance: float) -> None:
-        """normal . p <= distance; the normal may have any length."""
+        """Add normal . p <= distance; the normal may have any length."""
         x, y, z = (float(v) for v in normal)
         length = math.sqrt(x * x + y * y + z * z)
         unit = (x / length, y / length, z / length)
@@ -249,7 +256,7 @@ class _Builder:
         self.add((sign,) * 3, (0.0, 0.0, -2 * sign * height), sign * (height**2 - radius**2))
 
     def round(self, height: float, radius: float, *, outside: bool = False) -> None:
-        """A cylinder about the line x = 0, z = height."""
+        """Add a cylinder around the line x = 0, z = height."""
         sign = -1.0 if outside else 1.0
         self.add((sign, 0.0, sign), (0.0, 0.0, -2 * sign * height), sign * (height**2 - radius**2))
 

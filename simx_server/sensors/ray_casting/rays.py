@@ -1,4 +1,4 @@
-"""Rays through the pixels of a camera, and the nearest surfaces they meet."""
+"""Rays through the pixels of a camera, and the nearest surfaces that they meet."""
 
 import copy
 import math
@@ -18,12 +18,12 @@ _HIDDEN_GROUP = 1
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Rays of some pixels, world frame. Directions advance 1 m along the view axis: a distance is a depth."""
+    """Rays of some pixels, world frame. Directions advance 1 m along the view axis, so a distance is a depth."""
 
     origins: Points
     """(n, 3), or (1, 3) if all rays start in one point. Metres."""
     directions: Points
-    """(n, 3)."""
+    """(n, 3) directions."""
     start: float
     """Depth of the origins, metres."""
     forward: NDArray[np.float64]
@@ -31,7 +31,7 @@ class Rays:
 
     @classmethod
     def through_pixels(cls, data: mujoco.MjData, view: CameraView, rows: slice) -> "Rays":
-        """Rays through the centres of the pixels of some rows, bottom row first, each left to right."""
+        """Make rays through the centres of the pixels of some rows, bottom row first, each left to right."""
         eye, turn = view.pose(data)
         right, up, backward = turn.T
         half_width, half_height = view.half_extent()
@@ -46,14 +46,14 @@ class Rays:
         return cls(origins, np.broadcast_to(-backward, origins.shape), view.near, -backward)
 
     def of(self, chosen: NDArray[np.intp]) -> "Rays":
-        """The chosen rays, by increasing index."""
+        """Return the chosen rays, by increasing index."""
         if len(chosen) == len(self.directions):
             return self
         origins = self.origins if len(self.origins) == 1 else self.origins[chosen]
         return Rays(origins, self.directions[chosen], self.start, self.forward)
 
     def at(self, depths: NDArray[np.float64]) -> Points:
-        """(n, 3): the point of each ray at its depth."""
+        """Return (n, 3): the point of each ray at its depth."""
         points = self.directions * (depths - self.start)[:, np.newaxis]
         points += self.origins
         return points
@@ -62,9 +62,8 @@ class Rays:
 class Seeing:
     """Nearest surfaces in one state as one view meets them.
 
-    MuJoCo leaves geoms out by their group, and the model belongs to the physics thread, so groups are set in
-    a copy. Leaving out what lies beside the view makes
-    a picture of a robot cell three times as fast.
+    MuJoCo leaves geoms out by their group, and the model belongs to the physics thread, so groups are set in a
+    copy. Leaving out geoms beside the view makes an image of a robot cell three times as fast.
     """
 
     def __init__(
@@ -79,7 +78,7 @@ class Seeing:
         self._groups[_SEEN_GROUP] = 1
 
     def nearest(self, rays: Rays, without: tuple[int, ...]) -> tuple[Ids, NDArray[np.float64], Points]:
-        """Geom ids (n,), -1 for none; depths in metres (n,); outward normals (n, 3); some geoms left out."""
+        """Return geom ids (n,), -1 for none; depths in metres (n,); outward normals (n, 3); some geoms left out."""
         self._model.geom_group[:] = self._hidden
         self._model.geom_group[list(without)] = _HIDDEN_GROUP
         count = len(rays.directions)

@@ -1,7 +1,7 @@
-"""Pictures without OpenGL: MuJoCo's ray queries, one ray a pixel.
+"""Images without OpenGL: MuJoCo's ray queries, one ray per pixel.
 
-Slower than OpenGL except for small pictures, and plainer: no highlights, no skins or flexes.
-It works wherever mujoco does, and its depth is exact.
+Slower than OpenGL except for small images, and simpler: no highlights, no skins or flexes. It works wherever mujoco
+does, and its depth is exact.
 """
 
 from collections.abc import Callable
@@ -16,9 +16,9 @@ from simx_server.sensors.vision.image import CameraView, Picture, nothing
 from simx_server.sensors.vision.visibility import OPAQUE_ALPHA
 
 _LAYERS = 6
-"""How many things a ray passes (see-through, or cut open by the near plane) before it counts as lost."""
+"""Maximum number of surfaces that a ray passes (see-through, or cut open by the near plane) before it is dropped."""
 _RAYS_AT_ONCE = 40_000
-"""Bounds the memory of a large picture, and keeps a batch within the processor's cache."""
+"""Maximum number of rays per batch: limits the memory of a large image, and fits into the processor's cache."""
 
 
 class RaycastRenderer:
@@ -40,12 +40,17 @@ class RaycastRenderer:
         depth: bool,
         let_in: Callable[[], None] = nothing,
     ) -> Picture:
-        """The picture of `view` in the state `data` (forward kinematics done), with the channels asked for.
+        """Return the image of `view` in the state `data` (forward kinematics done), with the requested channels.
 
-        `let_in` is called between its parts.
+        Args:
+            data: the state.
+            view: the camera view.
+            rgb: whether to render colours.
+            depth: whether to render depth.
+            let_in: called between parts of the image.
 
         Raises:
-            RenderError: no such camera in the model.
+            RenderError: the model does not have the camera.
         """
         view.check_camera(self._model)
         shape = (view.height, view.width)
@@ -74,10 +79,10 @@ class RaycastRenderer:
         return Picture(colours, depths)
 
     def rest(self) -> None:
-        """Nothing is held between two pictures."""
+        """Do nothing: no memory is held between two images."""
 
     def close(self) -> None:
-        """Nothing is held outside Python."""
+        """Do nothing: no resources are held outside Python."""
 
     def _look(
         self,
@@ -87,9 +92,9 @@ class RaycastRenderer:
         rgb: bool,
         shown: NDArray[np.float32] | None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is.
+        """Return colour (n, 3) 0..1 and depth in metres (n,) at the end of each ray, `far` where nothing is.
 
-        `shown`: (ngeom, 3), what geoms show whatever their own colour and light; None: what they look like.
+        `shown`: (ngeom, 3), colours that replace the geoms' own colours and light; None: their normal appearance.
         """
         view = seeing.view
         count = len(rays.directions)
@@ -128,6 +133,6 @@ class RaycastRenderer:
 
 
 def _colours_of(codes: tuple[int, ...]) -> NDArray[np.float32]:
-    """(ngeom, 3) RGB 0..1 whose bytes are the codes' three, the lowest first."""
+    """Return (ngeom, 3) RGB 0..1 whose bytes are the three bytes of the codes, the lowest first."""
     parts = np.array(codes, "<u4").view(np.uint8).reshape(-1, 4)
     return parts[:, :3].astype(np.float32) / np.float32(255)

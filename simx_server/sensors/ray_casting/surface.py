@@ -1,8 +1,8 @@
-"""What a surface looks like to a cast ray: its colour and the light that falls on it.
+"""The appearance of a surface to a cast ray: its colour and the light on it.
 
 Follows MuJoCo's OpenGL renderer (fixed-function lighting without highlights): emission plus, for every light,
-ambient plus diffuse times the cosine of the angle of incidence, times the colour, times the texture.
-A plane shows its texture; anything else wears the mean colour of its own.
+ambient plus diffuse times the cosine of the angle of incidence, times the colour, times the texture. A plane shows
+its texture; other geoms show the mean colour of theirs.
 """
 
 import math
@@ -17,13 +17,13 @@ Ids = NDArray[np.int32]
 """(n,) MuJoCo geom ids."""
 
 _WITHOUT_LIGHTS = 0.3
-"""Ambient light MuJoCo's renderer assumes when a scene has no light at all."""
+"""Ambient light that MuJoCo's renderer assumes for a scene without lights."""
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
-"""A geom's colour by default: it gives way to the material's."""
+"""A geom's default colour, which the material's colour overrides."""
 
 
 class Surfaces:
-    """Colours of one model's geoms under its lights, read anew for each picture: colours may change."""
+    """Colours of one model's geoms under its lights, read again for each image because colours may change."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
@@ -35,7 +35,7 @@ class Surfaces:
         self._mean_colours = [texels.mean(axis=(0, 1)) for texels in self._textures]
 
     def rgba(self) -> NDArray[np.float32]:
-        """(ngeom, 4): each geom's colour, its own or else its material's, before texture."""
+        """Return (ngeom, 4): each geom's colour, its own or else its material's, before texture."""
         model = self._model
         rgba = np.array(model.geom_rgba)
         by_material = (model.geom_matid >= 0) & np.all(rgba == _UNSET_RGBA, axis=1)
@@ -50,7 +50,7 @@ class Surfaces:
         normals: Points,
         forward: NDArray[np.float64],
     ) -> NDArray[np.float32]:
-        """(n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
+        """Return (n, 3) RGB 0..1 of points on geoms, seen by a camera that looks along `forward`."""
         colours = self._light(data, points, normals, forward)
         emission = self._emission()
         if emission.any():
@@ -69,7 +69,7 @@ class Surfaces:
     def _light(
         self, data: mujoco.MjData, points: Points, normals: Points, forward: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """(n, 3): ambient and diffuse light that reaches each point."""
+        """Return (n, 3): ambient and diffuse light that reaches each point."""
         mujoco.mjv_makeLights(self._model, data, self._scene)
         lights = self._scene.lights[: self._scene.nlight]
         parallel = [light for light in lights if _is_parallel(light)]
@@ -111,10 +111,10 @@ class Surfaces:
                 colours[here] *= self._mean_colours[texid]
 
     def _look_up(self, geom_id: int, texid: int, local: Points) -> NDArray[np.float32]:
-        """(n, 3): nearest texels at points (n, 2) in a plane's frame.
+        """Return (n, 3): nearest texels at points (n, 2) in a plane's frame.
 
-        Found by comparing with MuJoCo 4.0's OpenGL pictures: the texture repeats from the plane's upper left
-        corner; on an infinite plane a copy is centred on the origin.
+        Found by comparing with MuJoCo 4.0's OpenGL images: the texture repeats from the plane's upper left corner;
+        on an infinite plane a copy is centred on the origin.
         """
         model = self._model
         matid = model.geom_matid[geom_id]
@@ -134,7 +134,7 @@ class Surfaces:
 
 
 def _repeated(place: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """The texel, 0 .. count - 1, at places measured in whole textures."""
+    """Return the texel, 0 .. count - 1, at positions measured in whole textures."""
     place -= np.floor(place)
     place *= count
     return np.minimum(place.astype(np.intp), count - 1)
@@ -145,7 +145,7 @@ def _is_parallel(light: mujoco.MjvLight) -> bool:
 
 
 def _from_a_point(light: mujoco.MjvLight, points: Points, normals: Points) -> NDArray[np.float64]:
-    """(n, 3): light of a lamp with a position, weaker with distance and, for a spot, outside its cone."""
+    """Return (n, 3): light of a lamp with a position, weaker with distance and, for a spot, outside its cone."""
     towards = light.pos - points
     distance = np.linalg.norm(towards, axis=1)
     towards /= np.maximum(distance, 1e-9)[:, np.newaxis]
@@ -159,7 +159,7 @@ def _from_a_point(light: mujoco.MjvLight, points: Points, normals: Points) -> ND
 
 
 def _texels(model: mujoco.MjModel, texid: int) -> NDArray[np.float32]:
-    """(rows, columns, 3) 0..1 of one texture; a cube's six faces lie below each other."""
+    """Return (rows, columns, 3) 0..1 of one texture; a cube's six faces lie below each other."""
     rows, columns, channels = (
         int(model.tex_height[texid]),
         int(model.tex_width[texid]),

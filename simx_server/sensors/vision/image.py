@@ -1,4 +1,4 @@
-"""What a camera picture is: the view that decides it, its pixels, and the rules every renderer obeys.
+"""The definition of a camera image: its view, its pixels, and the rules of every renderer.
 
 Rules, the same for OpenGL and for ray casting:
 
@@ -6,8 +6,8 @@ Rules, the same for OpenGL and for ray casting:
 * a surface is seen between the near and the far plane only, both measured along the view axis; beyond the far
   plane RGB is the background and depth is 1, as in V-REP;
 * only geoms of `visibility.VISIBLE_GROUPS` are seen, and only their front faces;
-* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and leave the depth alone;
-* a picture of codes instead of colours has one code a pixel, exactly, and in it see-through geoms are solid.
+* geoms less opaque than `visibility.OPAQUE_ALPHA` tint the colour of what is behind them and do not change the depth;
+* an image of codes instead of colours has one code per pixel, exactly, and see-through geoms are solid in it.
 """
 
 import math
@@ -22,27 +22,27 @@ from numpy.typing import NDArray
 from simx_server.errors import RenderError as RenderError
 
 MAX_SIDE = 4096
-"""Largest picture side, pixels: 4096 x 4096 is 50 MB of RGB; a slip of the hand must not take the machine."""
+"""Maximum image side in pixels: 4096 x 4096 is 50 MB of RGB; a mistyped size must not exhaust the memory."""
 
 NO_CODE = 0xFFFFFF
-"""White: the code of what is no object, and in V-REP's pictures of handles that of the background."""
+"""White: the code of pixels without an object, and the background in V-REP's images of handles."""
 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where an eye stands that is no camera of the model, in the words of MuJoCo's free camera. Hashable."""
+    """The position of an eye that is not a camera of the model, in the terms of MuJoCo's free camera. Hashable."""
 
     lookat: tuple[float, float, float]
-    """World position of what is in the middle of the picture, metres."""
+    """World position of the middle of the image, metres."""
     distance: float
-    """From there to the eye, metres."""
+    """Distance from there to the eye, metres."""
     azimuth_deg: float
-    """Direction in which it looks, about the world's z: 90 is along y."""
+    """Viewing direction about the world's z: 90 is along y."""
     elevation_deg: float
     """-90 looks straight down."""
 
     def pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Position (3,) and matrix (3, 3) as a MuJoCo camera has them: columns right, up, backward."""
+        """Return position (3,) and matrix (3, 3) as a MuJoCo camera has them: columns right, up, backward."""
         azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
         flat = np.array((math.cos(azimuth), math.sin(azimuth), 0.0))
         upwards = np.array((0.0, 0.0, 1.0))
@@ -54,20 +54,20 @@ class Viewpoint:
 
 @dataclass(frozen=True)
 class CameraView:
-    """Everything that decides a picture, apart from the state of the world. Hashable.
+    """Everything that defines an image, apart from the state of the world. Hashable.
 
-    `camera_id` is a MuJoCo camera (looks along -z, +y up, +x right); its own field of view, resolution and
-    clip planes are not used. It counts only without a `viewpoint`.
+    `camera_id` is a MuJoCo camera (looks along -z, +y up, +x right); its own field of view, resolution and clip
+    planes are not used. It counts only without a `viewpoint`.
 
     Raises:
-        ValueError: a size, angle or clip plane that no camera can have.
+        ValueError: a size, angle or clip plane that a camera cannot have.
     """
 
     camera_id: int
     width: int
-    """Pixels."""
+    """Width in pixels."""
     height: int
-    """Pixels."""
+    """Height in pixels."""
     fovy_deg: float
     """Full vertical opening angle, degrees. Not used by an orthographic view."""
     near: float
@@ -75,14 +75,16 @@ class CameraView:
     far: float
     """Far plane, metres along the view axis."""
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """RGB, each 0..1."""
+    """Background RGB, each 0..1."""
     orthographic_size: float | None = None
     """Metres across the larger image side; None for a perspective view."""
     codes: tuple[int, ...] | None = None
-    """For each geom of the model the number, 1 to NO_CODE, that its pixels show in place of its colour: red + 256 green
-    + 65536 blue. Skins and flexes show NO_CODE. None: colours."""
+    """For each geom of the model the number, 1 to NO_CODE, that its pixels show instead of a colour.
+
+    red + 256 green + 65536 blue. Skins and flexes show NO_CODE. None: colours.
+    """
     viewpoint: Viewpoint | None = None
-    """For a view of the scene that none of its cameras has."""
+    """For a view of the scene that differs from all its cameras."""
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
@@ -104,18 +106,22 @@ class CameraView:
             )
 
     def check_camera(self, model: mujoco.MjModel) -> None:
-        """Raises RenderError: the model has no such camera."""
+        """Check that the model has the camera.
+
+        Raises:
+            RenderError: it does not.
+        """
         if self.viewpoint is None and not 0 <= self.camera_id < model.ncam:
             raise RenderError(f"camera id {self.camera_id} is not in the model, which has {model.ncam}")
 
     def pose(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """World position (3,) and matrix (3, 3) of the eye: columns right, up, backward."""
+        """Return world position (3,) and matrix (3, 3) of the eye: columns right, up, backward."""
         if self.viewpoint is not None:
             return self.viewpoint.pose()
         return data.cam_xpos[self.camera_id], data.cam_xmat[self.camera_id].reshape(3, 3)
 
     def half_extent(self) -> tuple[float, float]:
-        """Half width and half height of what is seen, metres: at 1 m depth, or anywhere if orthographic."""
+        """Return half width and half height of the visible area, metres: at 1 m depth, or anywhere if orthographic."""
         if self.orthographic_size is not None:
             per_pixel = self.orthographic_size / max(self.width, self.height)
             return 0.5 * per_pixel * self.width, 0.5 * per_pixel * self.height
@@ -123,18 +129,17 @@ class CameraView:
         return half_height * self.width / self.height, half_height
 
     def background_bytes(self) -> tuple[int, int, int]:
-        """The background as three bytes."""
+        """Return the background as three bytes."""
         red, green, blue = (round(255 * min(max(channel, 0.0), 1.0)) for channel in self.background)
         return red, green, blue
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Pixels of one view at one instant, read-only because several askers may share them.
+    """Pixels of one view at one instant, read-only because several callers may share them.
 
-    `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view
-    axis, 0 at the near plane, 1 at the far plane or where nothing is seen.
-    A channel nobody asked for may be None.
+    `rgb`: (height, width, 3) uint8, C-contiguous. `depth`: (height, width) float32, linear along the view axis, 0
+    at the near plane, 1 at the far plane or where nothing is seen. A channel that was not requested may be None.
     """
 
     rgb: NDArray[np.uint8] | None
@@ -151,15 +156,15 @@ class Picture:
 
 
 PART = 1 << 20
-"""Pixels that are drawn at once: larger pictures are made of several parts, so that others need not wait for long."""
+"""Number of pixels drawn at once: larger images are drawn in parts, so that others do not wait long."""
 
 
 def nothing() -> None:
-    """Nobody is to be let in."""
+    """Do nothing between two parts."""
 
 
 class Renderer(Protocol):
-    """What makes pictures of one model at a time. Used by one thread from creation to close."""
+    """Renders images of one model at a time. Used by one thread from creation to close."""
 
     def turn_to(self, model: mujoco.MjModel) -> None: ...
 
@@ -171,18 +176,18 @@ class Renderer(Protocol):
         depth: bool,
         let_in: Callable[[], None] = nothing,
     ) -> Picture:
-        """Make a picture; `let_in` is called between its parts, and may make other pictures of the same model."""
+        """Return an image; `let_in` is called between its parts, and may render other images of the same model."""
         ...
 
     def rest(self) -> None:
-        """Give back the memory that only large pictures need."""
+        """Free the memory that only large images need."""
         ...
 
     def close(self) -> None: ...
 
 
 def grey(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(h, w) uint8: the integer mean (r + g + b) // 3 of each pixel, as V-REP's grey option computes it."""
+    """Return (h, w) uint8: the integer mean (r + g + b) // 3 of each pixel, as V-REP's grey option computes it."""
     total = rgb[..., 0].astype(np.uint16)
     total += rgb[..., 1]
     total += rgb[..., 2]
@@ -191,20 +196,20 @@ def grey(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def depth_as_grey(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """(h, w, 3) uint8, equal channels: depth as V-REP's depth-to-grey filter shows it, 0 near, 255 far."""
+    """Return (h, w, 3) uint8, equal channels: depth as V-REP's depth-to-grey filter shows it, 0 near, 255 far."""
     levels = np.rint(depth * np.float32(255)).astype(np.uint8)
     return np.repeat(levels[..., np.newaxis], 3, axis=2)
 
 
 def fovy_from_perspective_angle(angle_rad: float, width: int, height: int) -> float:
-    """Vertical angle in degrees from V-REP's perspective angle, which belongs to the larger image side."""
+    """Return the vertical angle in degrees for V-REP's perspective angle, which belongs to the larger image side."""
     if width <= height:
         return math.degrees(angle_rad)
     return math.degrees(2 * math.atan(math.tan(angle_rad / 2) * height / width))
 
 
 def perspective_angle_from_fovy(fovy_deg: float, width: int, height: int) -> float:
-    """V-REP's perspective angle (radians, across the larger image side) from the vertical angle."""
+    """Return V-REP's perspective angle (radians, across the larger image side) for the vertical angle."""
     if width <= height:
         return math.radians(fovy_deg)
     return 2 * math.atan(math.tan(math.radians(fovy_deg) / 2) * width / height)

@@ -1,7 +1,7 @@
-"""What scripts do to the image of a vision sensor: the filters of V-REP's vision plugin, on NumPy arrays.
+"""Image filters for scripts: the filters of V-REP's vision plugin, on NumPy arrays.
 
-An image is (height, width, 3) float64, rows bottom first, colours 0..1. Every function gives a new array. Cuts and
-selections give a mask, (height, width), of what stays.
+An image is (height, width, 3) float64, rows bottom first, colours 0..1. Every function returns a new array. Cuts
+and selections return a mask, (height, width), of the pixels that stay.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ _SCALE = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [1.0, 1.0,
 
 SHARPEN = np.full((3, 3), -1 / 9) + np.diag([0.0, 2.0, 0.0])
 EDGES = np.full((3, 3), -3.0) + np.diag([0.0, 27.0, 0.0])
-"""24 in the middle and -3 around it: zero where all is even."""
+"""24 in the middle and -3 around it: zero in uniform areas."""
 
 
 def intensity(image: Image) -> NDArray[np.float64]:
-    """(height, width): the mean of the three colours."""
+    """Return (height, width): the mean of the three colours."""
     return image.mean(axis=2)
 
 
 def as_grey(values: NDArray[np.float64]) -> Image:
-    """An image whose three colours are these (height, width) values."""
+    """Return an image whose three colours are these (height, width) values."""
     return np.repeat(values[..., np.newaxis], 3, axis=2)
 
 
 def normalised(image: Image) -> Image:
-    """Stretched so that the least value is 0 and the greatest 1; an even image stays."""
+    """Return the image stretched so that the minimum is 0 and the maximum 1; a uniform image stays."""
     least, greatest = float(image.min()), float(image.max())
     return image.copy() if greatest == least else (image - least) / (greatest - least)
 
 
 def intensity_scaled(image: Image, start: float, end: float, grey: bool) -> Image:
-    """Intensity 0..1 becomes `start`..`end`, in grey or in the colours of V-REP's scale."""
+    """Return the image with intensity 0..1 mapped to `start`..`end`, in grey or in the colours of V-REP's scale."""
     level = start + (end - start) * intensity(image)
     if grey:
         return as_grey(level)
@@ -49,19 +49,19 @@ def intensity_scaled(image: Image, start: float, end: float, grey: bool) -> Imag
 
 
 def hsl_from_rgb(image: Image) -> Image:
-    """Hue, saturation, lightness, each 0..1."""
+    """Return hue, saturation, lightness, each 0..1."""
     found = cv2.cvtColor(image.astype(np.float32), cv2.COLOR_RGB2HLS).astype(np.float64)
     return np.stack([found[..., 0] / 360.0, found[..., 2], found[..., 1]], axis=2)
 
 
 def rgb_from_hsl(image: Image) -> Image:
-    """The other way round."""
+    """Return red, green, blue, each 0..1."""
     turned = np.stack([image[..., 0] * 360.0, image[..., 2], image[..., 1]], axis=2).astype(np.float32)
     return cv2.cvtColor(turned, cv2.COLOR_HLS2RGB).astype(np.float64)
 
 
 def is_coloured(image: Image, colour: list[float], tolerance: list[float], rgb: bool) -> Mask:
-    """Where every component is within its tolerance, in RGB or in HSL; the hue goes round at 1."""
+    """Return where every component is within its tolerance, in RGB or in HSL; the hue wraps at 1."""
     away = np.abs((image if rgb else hsl_from_rgb(image)) - np.array(colour))
     if not rgb:
         away[..., 0] = np.minimum(away[..., 0], np.abs(1.0 - away[..., 0]))
@@ -71,14 +71,14 @@ def is_coloured(image: Image, colour: list[float], tolerance: list[float], rgb: 
 def scaled_and_offset(
     image: Image, before: list[float], scale: list[float], after: list[float], rgb: bool
 ) -> Image:
-    """(value + before) * scale + after for each component of RGB or HSL, kept within 0..1."""
+    """Return (value + before) * scale + after for each component of RGB or HSL, kept within 0..1."""
     values = image if rgb else hsl_from_rgb(image)
     values = np.clip((values + np.array(before)) * np.array(scale) + np.array(after), 0.0, 1.0)
     return values if rgb else rgb_from_hsl(values)
 
 
 def with_fewer_colours(image: Image, distance: float) -> Image:
-    """Every pixel gets the first colour, in reading order, that is nearer than `distance` in RGB."""
+    """Replace every pixel by the first colour, in reading order, that is nearer than `distance` in RGB."""
     pixels = image.reshape(-1, 3).copy()
     waiting = np.ones(len(pixels), bool)
     while waiting.any():
@@ -91,33 +91,33 @@ def with_fewer_colours(image: Image, distance: float) -> Image:
 
 
 def convolved(image: Image, kernel: NDArray[np.float64]) -> Image:
-    """Each pixel the sum of its neighbours by weight; at the rim the sum is scaled up for those that are missing."""
+    """Replace each pixel by the weighted sum of its neighbours; at the rim the sum is scaled up for missing ones."""
     total = cv2.filter2D(image, -1, kernel, borderType=cv2.BORDER_CONSTANT)
     present = cv2.filter2D(np.ones(image.shape[:2]), -1, np.ones_like(kernel), borderType=cv2.BORDER_CONSTANT)
     return total * (kernel.size / present)[..., np.newaxis]
 
 
 def blur_kernel(side: int) -> NDArray[np.float64]:
-    """A Gaussian with a standard deviation of 2 pixels, the sum 1: what V-REP takes when no matrix is given."""
+    """Return a Gaussian with a standard deviation of 2 pixels and sum 1: V-REP's default matrix."""
     reach = np.arange(side) - side // 2
     weights = np.exp(-(reach[:, np.newaxis] ** 2 + reach**2) / 8.0)
     return weights / weights.sum()
 
 
 def within_circle(shape: tuple[int, ...], radius: float) -> Mask:
-    """A circle about the middle; `radius` 1 touches the nearer sides."""
+    """Return a circle around the middle; `radius` 1 touches the nearer sides."""
     across, up = _from_middle(shape)
     return across**2 + up**2 <= (radius * min(shape[:2]) / 2) ** 2
 
 
 def within_rectangle(shape: tuple[int, ...], width: float, height: float) -> Mask:
-    """A rectangle about the middle; its sizes are shares of the image."""
+    """Return a rectangle around the middle; its sizes are shares of the image."""
     across, up = _from_middle(shape)
     return (np.abs(across) <= width * shape[1] / 2) & (np.abs(up) <= height * shape[0] / 2)
 
 
 def shifted(image: Image, across: float, up: float, wrap: bool) -> Image:
-    """Moved by shares of width and height; what leaves comes in again with `wrap`, else black does."""
+    """Move the image by shares of width and height; with `wrap` it continues at the other side, else black follows."""
     height, width = image.shape[:2]
     columns, rows = _rounded(across * width), _rounded(up * height)
     moved = np.roll(image, (rows, columns), axis=(0, 1))
@@ -129,20 +129,20 @@ def shifted(image: Image, across: float, up: float, wrap: bool) -> Image:
 
 
 def resized(image: Image, across: float, up: float) -> Image:
-    """Stretched about the middle, the image's size stays; black comes in where it shrinks. Factors are not 0."""
+    """Stretch the image about the middle; its size stays, and black fills the rest. Factors are not 0."""
     x, y = _from_middle(image.shape)
     return _sampled(image, x / across, y / up)
 
 
 def rotated(image: Image, angle: float) -> Image:
-    """Turned about the middle, anticlockwise as seen, by radians; black comes in at the corners."""
+    """Rotate the image about the middle, anticlockwise as seen, by radians; black fills the corners."""
     x, y = _from_middle(image.shape)
     cosine, sine = math.cos(angle), math.sin(angle)
     return _sampled(image, x * cosine + y * sine, y * cosine - x * sine)
 
 
 def _sampled(image: Image, x: NDArray[np.float64], y: NDArray[np.float64]) -> Image:
-    """The nearest pixels at places that are measured from the middle; black outside."""
+    """Return the nearest pixels at positions relative to the middle; black outside."""
     height, width = image.shape[:2]
     columns = np.floor(x + width / 2 + 1e-9).astype(int)
     rows = np.floor(y + height / 2 + 1e-9).astype(int)
@@ -152,11 +152,11 @@ def _sampled(image: Image, x: NDArray[np.float64], y: NDArray[np.float64]) -> Im
 
 
 def _from_middle(shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """x and y of every pixel's middle, in pixels from the middle of the image, each (height, width)."""
+    """Return x and y of every pixel's middle, in pixels from the middle of the image, each (height, width)."""
     y, x = np.mgrid[: shape[0], : shape[1]]
     return x + 0.5 - shape[1] / 2, y + 0.5 - shape[0] / 2
 
 
 def _rounded(number: float) -> int:
-    """Half away from zero."""
+    """Round half away from zero."""
     return int(math.copysign(math.floor(abs(number) + 0.5), number))

@@ -1,6 +1,7 @@
-"""What scripts find in the image of a vision sensor: a bright patch, blobs, what changed, where the pixels lie.
+"""Image analysis for scripts: a bright patch, blobs, changes, the positions of pixels.
 
-Images are as in `image_filters.py`; places are shares of width and height from the lower left corner, angles radians.
+Images are as in `image_filters.py`; positions are shares of width and height from the lower left corner, angles
+radians.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 from .image_filters import Image, Mask, as_grey, intensity
 
 _COLOURS = np.array([[1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]], float)
-"""Of blobs that are painted apart, in turn."""
+"""Colours of separately painted blobs, in turn."""
 
 _EVEN_DARKNESS = 0.001
-"""Intensity that stands for black when a change is compared with what was there."""
+"""Intensity that replaces black when a change is compared with the previous value."""
 
 
 @dataclass(frozen=True)
@@ -29,15 +30,15 @@ class Patch:
     """Share of the image, 0..1."""
     x: float
     y: float
-    """The centre of mass."""
+    """Centre of mass."""
     angle: float
-    """Of the longest axis, from -pi/2 to pi/2; 0 when there is none."""
+    """Angle of the longest axis, from -pi/2 to pi/2; 0 when there is none."""
     roundness: float
-    """Least moment of inertia over the greatest: 1 for a disc, 0 for a line."""
+    """Minimum moment of inertia over the maximum: 1 for a disc, 0 for a line."""
 
 
 def patch(bright: Mask) -> Patch:
-    """Moments of a mask; with nothing bright half a pixel from the corner, as V-REP has it."""
+    """Return the moments of a mask; for an empty one half a pixel from the corner, as in V-REP."""
     height, width = bright.shape
     rows, columns = np.nonzero(bright)
     if not len(rows):
@@ -58,28 +59,31 @@ def patch(bright: Mask) -> Patch:
 
 @dataclass(frozen=True)
 class Blob:
-    """Bright pixels that touch, also by a corner, and the smallest rectangle about their middles."""
+    """Bright pixels that touch, also by a corner, and the smallest rectangle around their middles."""
 
     size: float
     """Share of the image, 0..1."""
     angle: float
-    """Of the rectangle's width against the rows, anticlockwise, from -78.75 to 11.25 degrees."""
+    """Angle of the rectangle's width against the rows, anticlockwise, from -78.75 to 11.25 degrees."""
     x: float
     y: float
     """The rectangle's centre."""
     width: float
     height: float
-    """Of the rectangle along its own axes, as shares of the image's width and height."""
+    """Sizes of the rectangle along its own axes, as shares of the image's width and height."""
     mask: Mask
 
     @property
     def numbers(self) -> list[float]:
-        """The six of V-REP's packet."""
+        """Return the six numbers of V-REP's packet."""
         return [self.size, self.angle, self.x, self.y, self.width, self.height]
 
 
 def blobs(bright: Mask, least_size: float) -> list[Blob]:
-    """Those at least so large (share of the image), in the order in which they begin, from the lower left by rows."""
+    """Return the blobs of at least a size (share of the image).
+
+    They are ordered by their first pixel, from the lower left by rows.
+    """
     count, labels = cv2.connectedComponents(bright.astype(np.uint8), connectivity=8)
     masks = [labels == label for label in range(1, count)]
     masks.sort(key=lambda mask: int(np.argmax(mask)))
@@ -91,7 +95,7 @@ def _blob(mask: Mask) -> Blob:
     rows, columns = np.nonzero(mask)
     points = np.stack([columns, rows], axis=1).astype(np.float32)
     (x, y), (across, up), degrees = cv2.minAreaRect(points)
-    # A rectangle can be named by either side; V-REP's search ends within this range.
+    # A rectangle can be described by either side; V-REP's search ends within this range.
     while degrees > 11.25:
         degrees, across, up = degrees - 90.0, up, across
     while degrees <= -78.75:
@@ -108,7 +112,7 @@ def _blob(mask: Mask) -> Blob:
 
 
 def painted_apart(found: list[Blob], shape: tuple[int, ...]) -> Image:
-    """Every blob in a colour of its own, all else black; after each seven they get darker."""
+    """Return every blob in a separate colour, all else black; after each seven they get darker."""
     image = np.zeros(shape)
     for index, blob in enumerate(found):
         turn, colour = divmod(index, len(_COLOURS))
@@ -117,7 +121,7 @@ def painted_apart(found: list[Blob], shape: tuple[int, ...]) -> Image:
 
 
 def with_rectangles(image: Image, found: list[Blob], colour: list[float]) -> Image:
-    """The rectangles drawn over the image."""
+    """Draw the rectangles over the image."""
     drawn = np.ascontiguousarray(image)
     height, width = image.shape[:2]
     for blob in found:
@@ -128,7 +132,7 @@ def with_rectangles(image: Image, found: list[Blob], colour: list[float]) -> Ima
 
 
 def with_axis(image: Image, found: Patch, colour: list[float]) -> Image:
-    """A cross at the centre of mass and a line along the longest axis, the longer the less round, over the image."""
+    """Draw a cross at the centre of mass and a line along the longest axis, the longer the less round."""
     drawn = np.ascontiguousarray(image)
     height, width = image.shape[:2]
     middle = (round(found.x * width), round(found.y * height))
@@ -142,10 +146,11 @@ def with_axis(image: Image, found: Patch, colour: list[float]) -> Image:
 
 
 def changes(image: Image, before: Image, threshold: float) -> tuple[list[float], Image, Image]:
-    """Pixels whose intensity has changed by at least that share of what it was.
+    """Find pixels whose intensity has changed by at least this share of its previous value.
 
-    Gives for each 1 or -1 (brighter, darker), x and y in pixels, by rows; the image of it (white, black, grey where
-    nothing changed); and what to compare the next image with.
+    Returns:
+        For each 1 or -1 (brighter, darker), x and y in pixels, by rows; the image of it (white, black, grey where
+            nothing changed); and the image to compare the next one with.
     """
     now, then = intensity(image), intensity(before)
     difference = now - then
@@ -168,18 +173,20 @@ def coordinates(
     is_perspective: bool,
     even_angles: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Where the points of a grid over a depth image (0 near .. 1 far) lie.
+    """Return the positions of a grid of points over a depth image (0 near .. 1 far).
 
     Args:
         depth: (height, width).
         clip: near and far plane, metres.
-        half: half of what is seen across and up, metres: at 1 m, or anywhere if not perspective.
-        count: points across and up; from right to left in the image, which is along the sensor's x axis, and upwards.
-        even_angles: even steps of the angle in place of the image.
+        half: half of the visible area across and up, metres: at 1 m, or anywhere if not perspective.
+        count: points across and up; from right to left in the image, which is along the sensor's x axis, and
+            upwards.
+        is_perspective: whether the view is a perspective.
+        even_angles: even steps of the angle instead of the image.
 
     Returns:
-        (points, 4): x, y, z in the sensor's frame (z along the view) and the distance, metres, at most the far plane;
-        and (points, 2): row and column of the pixel of each.
+        (points, 4): x, y, z in the sensor's frame (z along the view) and the distance, metres, at most the far
+            plane; and (points, 2): row and column of the pixel of each.
     """
     shares = [
         _shares(number, math.atan(reach), even_angles) for number, reach in zip(count, half, strict=True)
@@ -201,7 +208,7 @@ def coordinates(
 
 
 def _shares(count: int, half_angle: float, even_angles: bool) -> NDArray[np.float64]:
-    """Places from -1 to 1 across the image; a single one is in the middle."""
+    """Return positions from -1 to 1 across the image; a single one is in the middle."""
     if count == 1:
         return np.zeros(1)
     even = np.linspace(-1.0, 1.0, count)

@@ -1,6 +1,6 @@
-"""Pictures that wait to be made: whoever has had the least of the render thread's time is next.
+"""Waiting images, ordered fairly: the asker with the least time of the render thread is next.
 
-So an asker with many large pictures does not keep another's small one waiting, but for the one that is being made.
+So a caller with many large images does not delay another one's small image, except by the one in progress.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from typing import Generic, TypeVar
 J = TypeVar("J")
 
 _MANY = 256
-"""Askers whose time is remembered; of more, those are forgotten that wait for nothing."""
+"""Maximum number of askers whose time is kept; beyond it, askers without a waiting job are forgotten."""
 
 
 class PictureQueue(Generic[J]):
     """Jobs by asker. Not locked: the caller serialises."""
 
     def __init__(self, most: int) -> None:
-        """Make an empty one. `most`: jobs of all askers together."""
+        """Make an empty queue; `most`: maximum number of jobs of all askers together."""
         self._most = most
         self._waiting: dict[Hashable, deque[J]] = {}
         self._count = 0
         self._spent: dict[Hashable, float] = {}
-        """Seconds that each has had; who comes anew, or again, begins with what the last one served had."""
+        """Seconds used by each asker; a new or returning one starts with the time of the last one served."""
 
         self._level = 0.0
 
@@ -35,7 +35,7 @@ class PictureQueue(Generic[J]):
         """Add a job.
 
         Returns:
-            A job that has to go if there are too many: this one, or the last of an asker with more than this one.
+            A job to drop if there are too many: this one, or the last of an asker with more than this one.
         """
         mine = self._waiting.setdefault(asker, deque())
         mine.append(job)
@@ -47,7 +47,7 @@ class PictureQueue(Generic[J]):
         return self._remove(greediest, -1)
 
     def take(self, suits: Callable[[J], bool] | None = None) -> J | None:
-        """The next job: the oldest of who has had least. `suits`: take only such a one."""
+        """Take the next job: the oldest of the asker with the least time. `suits`: take only a job that it accepts."""
         for asker in sorted(self._waiting, key=self._spent.__getitem__):
             jobs = self._waiting[asker]
             place = 0 if suits is None else next((n for n, job in enumerate(jobs) if suits(job)), -1)
@@ -57,13 +57,13 @@ class PictureQueue(Generic[J]):
         return None
 
     def took(self, asker: Hashable, seconds: float) -> None:
-        """A job of this asker's took so long."""
+        """Add the duration of a job to its asker's time."""
         self._spent[asker] = max(self._spent.get(asker, 0.0), self._level) + seconds
         if len(self._spent) > _MANY:
             self._spent = {each: spent for each, spent in self._spent.items() if each in self._waiting}
 
     def clear(self) -> list[J]:
-        """Take all."""
+        """Take all jobs."""
         jobs = [job for each in self._waiting.values() for job in each]
         self._waiting.clear()
         self._count = 0

@@ -1,4 +1,4 @@
-"""The newest picture of each camera, kept so that equal requests share it: as many as there is room for."""
+"""The newest images of the cameras, kept for sharing among equal requests, up to a limit of memory."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Hashable
 from typing import Generic, Protocol, TypeVar
 
 ROOM = 128 << 20
-"""Bytes of all pictures that are kept: two of the largest with both channels, or hundreds of usual ones."""
+"""Maximum bytes of all kept images: two of the largest with both channels, or hundreds of usual ones."""
 
 
 class Made(Protocol):
-    """A picture that was made."""
+    """A rendered image."""
 
     @property
     def key(self) -> Hashable: ...
@@ -23,13 +23,13 @@ M = TypeVar("M", bound=Made)
 
 
 class NewestPictures(Generic[M]):
-    """By camera. Not locked: the caller serialises."""
+    """The newest images by camera. Not locked: the caller serialises."""
 
     def __init__(self, room: int = ROOM) -> None:
         self._room = room
         self._bytes = 0
         self._sizes: dict[M, int] = {}
-        """The oldest first."""
+        """Sizes in bytes, the oldest first."""
 
         self._by_camera: dict[int, M] = {}
 
@@ -40,7 +40,7 @@ class NewestPictures(Generic[M]):
         return next((made for made in self._sizes if made.key == key), None)
 
     def keep(self, made: M, size: int) -> None:
-        """Take a picture of so many bytes in place of those its cameras had; the oldest go until it has room."""
+        """Keep an image of `size` bytes instead of earlier ones of its cameras; drop the oldest to make room."""
         for camera in made.cameras:
             self._drop(camera)
         self._by_camera |= dict.fromkeys(made.cameras, made)

@@ -1,12 +1,12 @@
-"""The one thread that makes pictures, and how the physics thread asks it for one without ever waiting.
+"""The thread that renders all images; the physics thread requests images without waiting.
 
-A request copies the state and returns a future at once. What was asked already is not done twice: requests
-for the same view of the same version share one picture, also those of two cameras in one place (a camera for
-colours and one for depth are one device), and several views of one version share one copy of the state.
-Whoever asks for both channels of each version, one after the other, gets them from one pass.
-The renderer, and with it every OpenGL call, lives and dies on this thread.
+A request copies the state and returns a future at once. Equal work is done once: requests for the same view of the
+same version share one image, also those of two cameras at one pose (a camera for colours and one for depth are one
+device), and several views of one version share one copy of the state. A caller that requests both channels of each
+version, one after the other, gets them from one rendering. The renderer, and with it every OpenGL call, stays on
+this thread.
 
-A graphics driver may hang. `watch` notices, and pictures fail with the reason until the thread comes back.
+A graphics driver may hang. `watch` detects this, and images fail with the reason until the thread continues.
 """
 
 import functools
@@ -32,20 +32,20 @@ from simx_server.sensors.vision.state_copies import Snapshot, SnapshotPool
 logger = logging.getLogger(__name__)
 
 CHOSEN_WITHIN = 10.0
-"""Seconds until a back end must be chosen, or pictures fail for the time being."""
+"""Seconds until a back end must be chosen; after that, images fail until it is."""
 
 DRAWN_WITHIN = 30.0
-"""As that, to make a renderer or one picture: of a large scene, by rays, on a busy machine it takes a while."""
+"""The same for making a renderer or one image: a large scene by ray casting on a busy machine takes long."""
 
 RESTS_AFTER = 5.0
-"""Seconds without a request after which it gives back the memory that large pictures took."""
+"""Seconds without a request after which the memory of large images is freed."""
 
 _JOIN_TIMEOUT = 2.0
 _OWNER_CHECK = 1.0
 
 
 class _Doing(NamedTuple):
-    """What the render thread is at, for the case that it never ends."""
+    """The present task of the render thread, for the case that it never ends."""
 
     what: str
     since: float
@@ -64,7 +64,7 @@ class _Doing(NamedTuple):
 
 @dataclass(eq=False)
 class _Job:
-    """One picture: waiting, being made, or made and kept as the newest of its camera."""
+    """One image: waiting, in progress, or done and kept as the newest of its camera."""
 
     model: mujoco.MjModel
     view: CameraView
@@ -72,15 +72,15 @@ class _Job:
     rgb: bool
     depth: bool
     asked: set[str]
-    """Channels somebody asked for, which may be fewer than are made."""
+    """Requested channels, which may be fewer than the rendered ones."""
     cameras: set[int]
-    """All that asked for it."""
+    """All cameras that requested it."""
     snapshot: Snapshot | None
-    """None once the picture is made."""
+    """None once the image is done."""
     asker: str = ""
     future: "Future[Picture]" = field(default_factory=Future)
     is_given_up: bool = False
-    """It has failed although it is being made."""
+    """It has failed although it is in progress."""
 
     @property
     def key(self) -> tuple[int, CameraView, Hashable]:
@@ -98,7 +98,7 @@ class _Preparation:
 
 
 def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
-    """The renderer of a back end; to be called on the thread that will use it."""
+    """Return the renderer of a back end; call it on the thread that will use it."""
     # Imported late: a server without cameras needs neither.
     if backend.name == RAYCAST:
         from simx_server.sensors.ray_casting.renderer import RaycastRenderer
@@ -118,7 +118,7 @@ class RenderThread:
         choose: chooses the back end, on the render thread; by default `choose_backend`.
         make: makes a renderer for a model, on the render thread.
         probe: tries back ends for `choose_backend`.
-        limits: of which `pictures` counts here.
+        limits: only `pictures` is used here.
     """
 
     def __init__(
@@ -149,29 +149,29 @@ class RenderThread:
         self._pool = SnapshotPool()
         self._thread: threading.Thread | None = None
 
-        # Touched by the render thread alone.
+        # Used by the render thread alone.
         self._renderer: Renderer | None = None
         self._renderer_model: mujoco.MjModel | None = None
         self._is_rested = True
 
     @property
     def backend(self) -> Backend | None:
-        """The back end taken; None until the first picture was wanted."""
+        """Return the chosen back end; None before the first image was requested."""
         return self._backend
 
     @property
     def is_begun(self) -> bool:
-        """Whether anything was asked for yet, so that a back end is chosen or about to be."""
+        """Return whether anything was requested yet, so that a back end is chosen or about to be."""
         return self._thread is not None
 
     @property
     def is_stuck(self) -> bool:
-        """After `close`: the thread is still there and cannot be ended, nor the process by returning from it."""
+        """Return whether, after `close`, the thread cannot be ended, and so blocks a normal exit of the process."""
         return self._closing.is_set() and self._thread is not None and self._thread.is_alive()
 
     @property
     def waiting(self) -> int:
-        """Pictures that were asked for and are not begun."""
+        """Return the number of requested images that are not in progress yet."""
         return len(self._waiting)
 
     def request(
@@ -185,11 +185,20 @@ class RenderThread:
         version: Hashable,
         asker: str = "",
     ) -> "Future[Picture]":
-        """Ask for a picture of the state `data` (forward kinematics done) and go on.
+        """Request an image of the state `data` (forward kinematics done) without waiting.
 
-        `version` names the state: equal versions of one model must mean equal states. Askers get the thread's time in
-        equal shares. The future may be shared with other askers, so do not cancel it; its picture may hold a channel
-        more than asked for. Its callbacks run on the render thread. It fails with RenderError.
+        Args:
+            model: the model.
+            data: the state.
+            view: the camera view.
+            rgb: whether to render colours.
+            depth: whether to render depth.
+            version: identifies the state: equal versions of one model must mean equal states.
+            asker: the caller; callers share the thread's time equally.
+
+        Returns:
+            A future that may be shared with other callers, so do not cancel it; its image may hold a channel that
+                was not requested. Its callbacks run on the render thread. It fails with RenderError.
         """
         with self._wake:
             future, failed = self._request(model, data, view, rgb, depth, version, asker)
@@ -208,7 +217,7 @@ class RenderThread:
         version: Hashable,
         asker: str,
     ) -> "tuple[Future[Picture], _Job | None]":
-        """The future, and a job that has to go because there are too many. Needs the lock."""
+        """Return the future, and a job to drop because there are too many. Needs the lock."""
         if self._closing.is_set():
             return _failed("rendering is closed; the server is shutting down"), None
         if self._doing is not None and self._doing.is_overdue():
@@ -222,13 +231,13 @@ class RenderThread:
             known.asked |= asked
             known.cameras.add(camera)
             if known.snapshot is not None and not known.future.running():
-                # It still waits: one pass makes both channels.
+                # It still waits: one rendering makes both channels.
                 known.rgb, known.depth = known.rgb or rgb, known.depth or depth
             if known.rgb >= rgb and known.depth >= depth:
                 return known.future, None
             asked |= known.asked
         if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
-            # Whoever asked for the other channel afterwards is likely to do so again.
+            # A caller that then requested the other channel is likely to do so again.
             rgb = depth = True
         snapshot = self._pool.take(model, data, version)
         job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
@@ -242,13 +251,13 @@ class RenderThread:
     def prepare(
         self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
     ) -> "Future[None]":
-        """Have all ready for the first picture: the back end, the renderer, and what a driver makes at first use.
+        """Prepare the first image: the back end, the renderer, and the driver's work on first use.
 
-        For that each of `views` is drawn once of the state `data`, unless somebody asks for a picture meanwhile.
-        Failure is only logged.
+        For that each of `views` is drawn once in the state `data`, unless an image is requested meanwhile. Failure
+        is only logged.
 
         Returns:
-            A future that is done afterwards, or when a later preparation takes the place of this one.
+            A future that is done afterwards, or when a later preparation replaces this one.
         """
         with self._wake:
             if self._closing.is_set():
@@ -264,7 +273,7 @@ class RenderThread:
         return preparation.done
 
     def watch(self) -> None:
-        """Fail all pictures if the render thread hangs. To be called every second or so, on any thread."""
+        """Fail all images if the render thread hangs. Call it about every second, on any thread."""
         doing = self._doing
         if doing is None or not doing.is_overdue():
             return
@@ -286,7 +295,7 @@ class RenderThread:
             running.future.set_exception(RenderError(reason))
 
     def _give_up_running(self) -> _Job | None:
-        """The job that is being made, which is to fail now; what becomes of it is not used. Needs the lock."""
+        """Return the job in progress, which is to fail now; its result is not used. Needs the lock."""
         job = self._running
         if job is None or job.is_given_up:
             return None
@@ -295,7 +304,7 @@ class RenderThread:
         return job
 
     def close(self) -> None:
-        """Fail what waits, finish what is under way, end the thread. Twice does no harm."""
+        """Fail waiting images, finish the one in progress, end the thread. A second call does nothing."""
         with self._wake:
             self._closing.set()
             preparation, self._to_prepare = self._to_prepare, None
@@ -335,7 +344,7 @@ class RenderThread:
             self._drop_renderer()
 
     def _next(self) -> Callable[[], None] | None:
-        """The next picture to make, else what to prepare; None when closing."""
+        """Return the next image to render, else a preparation; None when closing."""
         with self._wake:
             self._running = self._doing = None
             if self._is_hanging:
@@ -360,7 +369,7 @@ class RenderThread:
         self._doing = _Doing(what, time.monotonic(), limit)
 
     def _rest(self) -> None:
-        """Nobody has asked for a picture for a while: keep what the next one needs, and no more."""
+        """Free memory that the next image does not need, after a time without requests."""
         with self._wake:
             self._newest.clear()
             self._pool.rest()
@@ -369,12 +378,12 @@ class RenderThread:
             try:
                 self._renderer.rest()
             except Exception as error:
-                logger.warning("a renderer could not give memory back, so it is made anew: %s", error)
+                logger.warning("a renderer could not give memory back, so a new one is made: %s", error)
                 self._drop_renderer()
         self._is_rested = True
 
     def _next_job(self, suits: Callable[[_Job], bool] | None = None) -> tuple[_Job, Snapshot] | None:
-        """The next picture that somebody still wants, from now on the running one. Needs the lock."""
+        """Return the next image that is still requested, and mark it as in progress. Needs the lock."""
         while (job := self._waiting.take(suits)) is not None:
             if job.snapshot is not None and job.future.set_running_or_notify_cancel():
                 self._running = job
@@ -383,14 +392,17 @@ class RenderThread:
         return None
 
     def _do(self, job: _Job, snapshot: Snapshot) -> None:
-        """Make a picture. What a driver or a renderer does wrong is for the asker to hear; the thread goes on."""
+        """Render an image. Errors of a driver or a renderer go to the caller; the thread continues."""
         try:
             self._make_picture(job, snapshot, self._let_in(job))
-        except Exception:  # the asker was told
+        except Exception:  # the caller has received the error
             self._drop_renderer()
 
     def _let_in(self, large: _Job) -> Callable[[], None]:
-        """What to call between two parts of a large picture: it makes small ones, for as long as a part takes."""
+        """Return a function to call between two parts of a large image.
+
+        It renders small images, for the duration of a part.
+        """
         part_began = time.perf_counter()
 
         def suits(job: _Job) -> bool:
@@ -408,7 +420,7 @@ class RenderThread:
                 try:
                     self._make_picture(*small, nothing)
                 except RenderError:
-                    pass  # no fault of the driver's
+                    pass  # not an error of the driver
                 finally:
                     with self._wake:
                         self._running = large
@@ -418,7 +430,7 @@ class RenderThread:
         return let_in
 
     def _make_picture(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
-        """Make a picture, or tell the asker why not. Raises what a driver or a renderer did wrong."""
+        """Render an image, or report the error to the caller. Raises the errors of a driver or a renderer."""
         began = time.perf_counter()
         try:
             renderer = self._renderer_for(job.model)
@@ -449,7 +461,7 @@ class RenderThread:
             job.future.set_exception(explained)
 
     def _forget(self, job: _Job) -> None:
-        """Give back what a job holds while it is pending. Needs the lock."""
+        """Release what a job holds while it is pending. Needs the lock."""
         if self._pending.get(job.key) is job:
             del self._pending[job.key]
         if job.snapshot is not None:
@@ -461,7 +473,7 @@ class RenderThread:
             renderer = self._renderer_for(preparation.model)
             is_cast = (
                 self._backend is not None and self._backend.name == RAYCAST
-            )  # nothing is made at first use
+            )  # no work is left for the first use
             for view in () if is_cast else preparation.views:
                 if self._waiting or self._closing.is_set() or preparation.snapshot is None:
                     break
@@ -476,7 +488,7 @@ class RenderThread:
         preparation.done.set_result(None)
 
     def _end_preparation(self, preparation: _Preparation) -> None:
-        """Give back what it holds. Needs the lock."""
+        """Release what a preparation holds. Needs the lock."""
         if preparation.snapshot is not None:
             self._pool.give_back(preparation.snapshot)
             preparation.snapshot = None

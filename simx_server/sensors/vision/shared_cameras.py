@@ -1,4 +1,4 @@
-"""Cameras that are in one place, as one for colours and one for depth are in one device: they share their pictures."""
+"""Cameras at one pose, such as the colour and depth cameras of one device: they share their images."""
 
 from dataclasses import replace
 
@@ -8,14 +8,14 @@ from simx_server.sensors.vision.image import CameraView
 
 
 class CameraPlaces:
-    """Knows the cameras of one model at a time; looks at all of them once, then only at the two in question."""
+    """Finds cameras at one pose in one model at a time: examines all of them once, then only the two in question."""
 
     def __init__(self) -> None:
         self._model: mujoco.MjModel | None = None
         self._firsts: dict[int, int] = {}
 
     def by_first(self, model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> CameraView:
-        """The same view, but of the first camera that is where this one is and looks the same way."""
+        """Return the same view, but of the first camera with the same position and direction."""
         if view.viewpoint is not None:
             return view
         if self._model is not model:

@@ -1,4 +1,4 @@
-"""Copies of the state that pictures are made from: one per version, however many views; MjData is reused."""
+"""Copies of the state for rendering: one per version for all views; MjData is reused."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import mujoco
 
 _KEPT = 4
-"""Idle MjData kept for the next copies; rarely are more than a few versions under way at once."""
+"""Number of idle MjData kept for the next copies; rarely more than a few versions are in use at once."""
 
 
 @dataclass(eq=False)
 class Snapshot:
-    """One state, shared by its users and not to be changed."""
+    """One state, shared by its users; it must not be changed."""
 
     model: mujoco.MjModel
     version: Hashable
@@ -20,7 +20,7 @@ class Snapshot:
 
 
 class SnapshotPool:
-    """Takes and takes back snapshots. Not locked: the caller serialises."""
+    """Creates and reuses snapshots. Not locked: the caller serialises."""
 
     def __init__(self) -> None:
         self._taken: dict[Hashable, Snapshot] = {}
@@ -28,7 +28,7 @@ class SnapshotPool:
         self._idle: list[mujoco.MjData] = []
 
     def take(self, model: mujoco.MjModel, data: mujoco.MjData, version: Hashable) -> Snapshot:
-        """A snapshot of `data`; the one already taken if this version is still in use."""
+        """Return a snapshot of `data`; the existing one if this version is still in use."""
         snapshot = self._taken.get((id(model), version))
         if snapshot is None:
             if model is not self._model:
@@ -40,11 +40,11 @@ class SnapshotPool:
         return snapshot
 
     def rest(self) -> None:
-        """Let go of what is kept for the next copies."""
+        """Free the MjData kept for the next copies."""
         self._model, self._idle = None, []
 
     def give_back(self, snapshot: Snapshot) -> None:
-        """One user less; the last one returns the MjData to the pool."""
+        """Remove one user; the last one returns the MjData to the pool."""
         snapshot.users -= 1
         if snapshot.users:
             return

@@ -1,4 +1,4 @@
-"""What a camera can see at all: the rules both renderers share, and what lies beside the view."""
+"""Visibility for cameras: the rules that both renderers share, and which geoms lie beside the view."""
 
 import math
 
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from simx_server.sensors.vision.image import CameraView
 
 VISIBLE_GROUPS = (0, 1, 2)
-"""MuJoCo geom groups a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
+"""MuJoCo geom groups that a camera sees; by MuJoCo's convention group 3 and up hold collision shapes."""
 
 OPAQUE_ALPHA = 0.995
-"""From this alpha on MuJoCo's renderer treats a geom as opaque."""
+"""Minimum alpha of a geom that MuJoCo's renderer treats as opaque."""
 
 
 def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
-    """(ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
+    """Return (ngeom,): whether a geom's bounding sphere reaches into the view; planes (no sphere) always do."""
     radius = model.geom_rbound
     eye, turn = view.pose(data)
     local = (data.geom_xpos - eye) @ turn
@@ -24,7 +24,7 @@ def near_the_view(model: mujoco.MjModel, data: mujoco.MjData, view: CameraView) 
     inside = (depth + radius > view.near) & (depth - radius < view.far)
     for axis, half in enumerate(view.half_extent()):
         if view.orthographic_size is None:
-            # A side of the pyramid is off by |x| - half * depth, measured askew by sqrt(1 + half^2).
+            # The distance from a side of the pyramid is |x| - half * depth, scaled by sqrt(1 + half^2).
             inside &= np.abs(local[:, axis]) - half * depth < radius * math.hypot(1.0, half)
         else:
             inside &= np.abs(local[:, axis]) - half < radius

@@ -1,10 +1,10 @@
-"""Vision sensors: what each camera's picture is made with, and asking the render thread for it.
+"""Vision sensors: the settings of each camera's image, and requests to the render thread.
 
-V-REP renders in the sensing phase; here a picture is rendered when somebody wants it, of the last complete state, so
-equal requests share one and nobody pays for a camera that is not looked at. A sensor that is handled explicitly keeps
-its picture (at first the background) until a script handles it; an image that was set stays until the next pass, or
-with external input until another one is set. A sensor whose script has a vision call-back is rendered in each pass.
-The conversion to wire bytes runs on the render thread.
+V-REP renders in the sensing phase; here an image is rendered on request, from the last complete state, so equal
+requests share one image and an unread camera costs nothing. A sensor that is handled explicitly keeps its image (at
+first the background) until a script handles it; an image that was set stays until the next simulation step, or with
+external input until another one is set. A sensor whose script has a vision call-back is rendered in each simulation
+step. The conversion to wire bytes runs on the render thread.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class VisionSensors(Part):
         self._sim = sim
         self._rendering = rendering
         self.enabled = True
-        """Boolean parameter 10: whether sensors are handled at all; off, pictures are the background."""
+        """Boolean parameter 10: whether sensors are handled at all; if false, images are the background."""
         self.background = BLACK
-        """RGB 0..1 where nothing is seen; V-REP takes the colour of the scene's fog, black at first."""
+        """RGB 0..1 where nothing is seen; V-REP uses the colour of the scene's fog, at first black."""
         self.on_picture: Callable[[int], object] = _nobody
         """Called with a sensor's handle when it was handled or an image was set: scripts that process images."""
         self._settings: dict[int, VisionSettings] = {}
@@ -58,7 +58,11 @@ class VisionSensors(Part):
         self._forget_pictures()
 
     def settings(self, handle: int) -> VisionSettings:
-        """The settings of a sensor, to read. Raises UnknownHandle, WrongKind."""
+        """Return the settings of a sensor, for reading.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a vision sensor's.
+        """
         item = self._sim.scene.get_kind(handle, ObjectKind.VISION_SENSOR, ObjectKind.CAMERA)
         if handle not in self._settings:
             self._settings[handle] = settings_from_model(item, self._sim.model)
@@ -68,7 +72,7 @@ class VisionSensors(Part):
         """Change settings by field name.
 
         Raises:
-            CommandError: no picture can be made so; the settings stay as they were.
+            CommandError: an image with these settings is impossible; the settings stay as they were.
         """
         settings = self.settings(handle)
         before = {name: getattr(settings, name) for name in values}
@@ -83,7 +87,7 @@ class VisionSensors(Part):
         settings.forget()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
-        """Give sensors the settings of those they are copies of: handle of the original to that of the copy."""
+        """Copy settings of sensors to their copies; `copies` maps the handle of the original to that of the copy."""
         for handle, copy in copies.items():
             if handle in self._settings:
                 self._settings[copy] = replace(
@@ -91,9 +95,9 @@ class VisionSensors(Part):
                 )
 
     def image(self, handle: int, *, as_grey: bool, asker: str = "") -> Future[tuple[list[int], bytes]]:
-        """[width, height] and bytes, rows bottom first: RGB, or one grey byte a pixel.
+        """Return [width, height] and bytes, rows bottom first: RGB, or one grey byte per pixel.
 
-        `asker`, here and below: who wants it; the render thread serves all in turn.
+        `asker`, here and below: the caller; the render thread serves all callers in turn.
         """
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
@@ -113,7 +117,7 @@ class VisionSensors(Part):
         return then(picture, convert)
 
     def depth(self, handle: int, *, asker: str = "") -> Future[tuple[list[int], bytes]]:
-        """[width, height] and float32 values 0..1, rows bottom first."""
+        """Return [width, height] and float32 values 0..1, rows bottom first."""
         settings = self._sensor(handle)
         size = [settings.width, settings.height]
 
@@ -124,18 +128,18 @@ class VisionSensors(Part):
         return then(self._picture(handle, depth=True, asker=asker), convert)
 
     def read(self, handle: int, *, asker: str = "") -> Future[tuple[bool, list[list[float]]]]:
-        """Whether it detects, and [15 numbers]: least, greatest and mean of intensity, red, green, blue and depth.
+        """Return whether the sensor detects, and [15 numbers].
 
-        Of a sensor that shows handles the numbers are those handles, each plus a half, as in V-REP; it detects nothing
-        by itself.
+        The numbers are minimum, maximum and mean of intensity, red, green, blue and depth. For a sensor that shows
+        handles they are those handles, each plus a half, as in V-REP; it does not detect anything on its own.
 
-        Colours are bytes / 255 and their means whole bytes before that, as in V-REP. What a sensor detects is set by
-        `simx:vision` annotations (`detect_above`, `detect_below`), which stand for V-REP's image filters, or by its
+        Colours are bytes / 255 and their means whole bytes before that, as in V-REP. Detection is set by
+        `simx:vision` annotations (`detect_above`, `detect_below`), which replace V-REP's image filters, or by the
         script's vision call-back, whose packets follow the first one.
 
         Raises:
-            CommandError: no pass was made yet, handling is switched off, or the sensor is handled explicitly or takes
-                images from outside and got none.
+            CommandError: no simulation step was made yet, handling is switched off, or the sensor is handled
+                explicitly or takes external images and got none.
         """
         settings = self._sensor(handle)
         drawn = settings.drawn
@@ -159,13 +163,20 @@ class VisionSensors(Part):
         return then(picture, convert)
 
     def check(self, handle: int) -> Future[tuple[bool, list[list[float]]]]:
-        """As `read`, of a picture made now, whatever was handled or set. Raises UnknownHandle, WrongKind."""
+        """Return the same as `read`, from an image rendered now, whatever was handled or set.
+
+        Raises:
+            UnknownHandle, WrongKind: the handle is not a vision sensor's.
+        """
         settings = self._sensor(handle)
         picture = self._request(handle, rgb=True, depth=True)
         return then(picture, lambda made: _judged(settings, made, settings.shows_depth))
 
     def handle(self, handle: int) -> None:
-        """Render a sensor now and keep that picture; what `sim.handleVisionSensor` does. Switched off it keeps none."""
+        """Render a sensor now and keep its image, as `sim.handleVisionSensor` does.
+
+        While handling is switched off, no image is kept.
+        """
         settings = self._sensor(handle)
         if settings.external:
             return
@@ -176,9 +187,11 @@ class VisionSensors(Part):
         self.on_picture(handle)
 
     def sense(self, handle: int) -> bool:
-        """In the sensing of a pass: render a sensor for its script; the picture holds until the next sensing.
+        """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.
 
-        False for a sensor that is not handled by itself: explicit handling, external input, all switched off.
+        Returns:
+            False for a sensor that is not handled automatically: explicit handling, external input, all switched
+                off.
         """
         settings = self._sensor(handle)
         if settings.explicit or settings.external or not self.enabled:
@@ -187,20 +200,20 @@ class VisionSensors(Part):
         return True
 
     def filter_image(self, handle: int, pixels: NDArray[np.uint8]) -> None:
-        """Show another image, (height, width, 3), as long as the present picture holds."""
+        """Show another image, (height, width, 3), until the present image is replaced."""
         settings = self._sensor(handle)
         settings.filtered = pixels
         settings.picture_pass = max(settings.picture_pass, self._sim.pass_count)
 
     def judge(self, handle: int, verdict: Verdict) -> None:
-        """Say what was found in the present picture."""
+        """Store a script's findings in the present image."""
         self._sensor(handle).verdict = verdict
 
     def set_image(self, handle: int, image: bytes, *, as_grey: bool) -> None:
-        """Replace the image by bytes, rows bottom first; the depth stays what it is.
+        """Replace the image by bytes, rows bottom first; the depth does not change.
 
         Raises:
-            CommandError: the number of bytes does not fit the resolution.
+            CommandError: the number of bytes does not match the resolution.
             LimitReached: sensors keep too many images already.
         """
         settings = self._sensor(handle)
@@ -218,7 +231,11 @@ class VisionSensors(Part):
         self.on_picture(handle)
 
     def _check_room(self, taker: VisionSettings) -> None:
-        """Raise LimitReached if what sensors keep would be too much with an image of this one."""
+        """Check the memory of all kept images together with an image of this sensor.
+
+        Raises:
+            LimitReached: it would be too much.
+        """
         kept = sum(each.kept_bytes for each in self._settings.values() if each is not taker)
         self._sim.limits.check(
             "images", kept + taker.most_bytes, "let other sensors' images go, or make them smaller"
@@ -233,13 +250,13 @@ class VisionSensors(Part):
     def look(
         self, handle: int, size: tuple[int, int], background: tuple[float, float, float] | None = None
     ) -> Future[NDArray[np.uint8]]:
-        """What a sensor or a camera sees now, in another size: (height, width, 3), rows bottom first.
+        """Return the present view of a sensor or a camera in another size: (height, width, 3), rows bottom first.
 
-        As `image` otherwise, but always rendered: what scripts and clients have put in the picture's place is not in
-        it. The perspective angle belongs to the larger side here too.
+        As `image`, but always rendered: images set by scripts and clients are not used. The perspective angle
+        belongs to the larger side here too.
 
         Raises:
-            CommandError: no such sensor or camera, or no picture of this size.
+            CommandError: the handle is not a sensor's or camera's, or the size is impossible.
         """
         settings = self.settings(handle)
         shows_depth = settings.shows_depth
@@ -251,11 +268,11 @@ class VisionSensors(Part):
         )
 
     def look_from(self, view: CameraView) -> Future[NDArray[np.uint8]]:
-        """As `look`, for a view that is no object's."""
+        """Return the same as `look` for a view that does not belong to an object."""
         return then(self._ask(view, rgb=True, depth=False), lambda made: _shown(made, shows_depth=False))
 
     def views(self) -> list[CameraView]:
-        """What each vision sensor sees with its settings of now."""
+        """Return the view of each vision sensor with its present settings."""
         handles = self._sim.scene.of_kind(ObjectKind.VISION_SENSOR)
         return [self._view(handle) for handle in handles]
 
@@ -298,7 +315,7 @@ class VisionSensors(Part):
         return WHITE if settings.shows_handles else self.background
 
     def _codes(self) -> tuple[int, ...]:
-        """The handle of each geom's shape."""
+        """Return the handle of each geom's shape."""
         scene, model = self._sim.scene, self._sim.model
         owners = (scene.owner_of_geom(geom, model) for geom in range(model.ngeom))
         return tuple(owner if owner >= 0 else NO_CODE for owner in owners)
@@ -322,7 +339,7 @@ class VisionSensors(Part):
             raise CommandError(str(problem)) from None
 
     def _change_scene(self) -> None:
-        """Another scene has its own switch, its own colour of the fog and its own sensors."""
+        """Reset switch, background and sensors for another scene."""
         self.enabled = True
         self.background = BLACK
         self._settings.clear()
@@ -333,13 +350,13 @@ class VisionSensors(Part):
 
 
 def then(future: Future[_A], convert: Callable[[_A], _B]) -> Future[_B]:
-    """A future of the converted result; the conversion runs on the thread that finishes the first one."""
+    """Return a future of the converted result; the conversion runs on the thread that finishes the first one."""
     converted: Future[_B] = Future()
 
     def finish(done: Future[_A]) -> None:
         error = done.exception()
         if error is not None:
-            # The asker is told why; a missing renderer is no fault of the server's code.
+            # The caller receives the reason; a missing renderer is not an error in the server's code.
             converted.set_exception(CommandError(str(error)))
             return
         try:
@@ -354,7 +371,7 @@ def then(future: Future[_A], convert: Callable[[_A], _B]) -> Future[_B]:
 
 
 def statistics(picture: Picture, shows_depth: bool) -> list[float]:
-    """The 15 numbers of V-REP's first auxiliary packet."""
+    """Return the 15 numbers of V-REP's first auxiliary packet."""
     assert picture.depth is not None
     pixels = _shown(picture, shows_depth)
     channels = [grey(pixels), pixels[..., 0], pixels[..., 1], pixels[..., 2]]
@@ -366,22 +383,22 @@ def statistics(picture: Picture, shows_depth: bool) -> list[float]:
 
 
 def _handles_in(picture: Picture) -> list[float]:
-    """The handles a picture shows, in order; V-REP adds a half so that no rounding downwards can change them."""
+    """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
     assert picture.rgb is not None
     codes = np.unique(picture.rgb.astype(np.uint32) @ np.array([1, 256, 65536], np.uint32))
     return [code + 0.5 for code in codes.tolist() if code != NO_CODE]
 
 
 _MEAN_INTENSITY = 10
-"""Which of the 15 numbers it is."""
+"""Index of the mean intensity in the 15 numbers."""
 
 
 def _judged(
     settings: VisionSettings, picture: Picture, shows_depth: bool, verdict: Verdict | None = None
 ) -> tuple[bool, list[list[float]]]:
-    """Whether the sensor detects, for which every limit that is set must be kept; and the packets.
+    """Return whether the sensor detects, for which all limits that are set must be met, and the packets.
 
-    What a script says goes before the limits.
+    A script's verdict replaces the limits.
     """
     if settings.shows_handles:
         seen = [_handles_in(picture)]
@@ -400,12 +417,12 @@ def _judged(
 
 
 def _mean(values: np.ndarray) -> float:
-    """In double precision: a large picture's sum would lose digits in single."""
+    """Return the mean in double precision: a large image's sum would lose digits in single."""
     return float(values.mean(dtype=np.float64))
 
 
 def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
-    """(h, w, 3) uint8: what the sensor's image is."""
+    """Return (h, w, 3) uint8: the sensor's image."""
     if shows_depth:
         assert picture.depth is not None
         return depth_as_grey(picture.depth)
@@ -414,7 +431,7 @@ def _shown(picture: Picture, shows_depth: bool) -> np.ndarray:
 
 
 def _nobody(_handle: int) -> None:
-    """No script processes images."""
+    """Do nothing, while scripts that process images are absent."""
 
 
 def _done(result: _A) -> Future[_A]:

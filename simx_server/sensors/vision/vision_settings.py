@@ -1,4 +1,4 @@
-"""What a vision sensor's picture is made with, and what it keeps of the last time it was handled."""
+"""The settings of a vision sensor's image, and the results of its last handling."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from simx_server.scene.objects import SceneObject
 from .image import MAX_SIDE, Picture, perspective_angle_from_fovy
 
 DEFAULT_SIDE = 256
-"""Pixels a side for a camera without a resolution; V-REP's own new sensors have 32."""
+"""Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a script's vision call-back has returned."""
+    """The result of a script's vision call-back."""
 
     detects: bool | None
-    """None: it did not say."""
+    """None: the script did not decide."""
     packets: tuple[list[float], ...] = ()
     """Auxiliary values; they follow the statistics."""
 
 
 @dataclass
 class VisionSettings:
-    """What V-REP calls the properties of a vision sensor."""
+    """The properties of a vision sensor, as in V-REP."""
 
     width: int
     height: int
@@ -42,49 +42,49 @@ class VisionSettings:
     orthographic_size: float | None
     """Metres across the larger image side; None for perspective."""
     is_depth_camera: bool
-    """The picture is the depth in grey (MJCF output="depth"), unless it is of handles."""
+    """The image is the depth in grey (MJCF output="depth"), unless it shows handles."""
     explicit: bool
     shows_handles: bool = False
-    """V-REP's render mode 2: each pixel is the handle of the object that is seen, red + 256 green + 65536 blue."""
+    """V-REP's render mode 2: each pixel is the handle of the visible object, red + 256 green + 65536 blue."""
     external: bool = False
-    """Nothing is rendered: the picture is what was set, until something else is."""
+    """Nothing is rendered: the image is the one that was set last."""
     detect_above: float | None = None
     detect_below: float | None = None
-    """The picture's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
+    """The image's mean intensity, 0..1, above and below which the sensor detects; None, None: it detects nothing."""
     picture: Future[Picture] | None = None
-    """A picture that was handled explicitly, or for a script to judge; None: the scene is rendered."""
+    """An image that was handled explicitly, or rendered for a script; None: the scene is rendered."""
     drawn: NDArray[np.uint8] | None = None
-    """(height, width, 3): an image that was set, in place of the picture's; the depth stays the picture's."""
+    """(height, width, 3): an image that was set and replaces the rendered one; the depth stays the rendered one."""
     filtered: NDArray[np.uint8] | None = None
-    """(height, width, 3): what a script has made of the picture; clients see it, the statistics are not of it."""
+    """(height, width, 3): a script's version of the image; clients receive it, the statistics ignore it."""
     verdict: Verdict | None = None
-    """What a script has found in the picture."""
+    """A script's findings in the image."""
     picture_pass: int = -1
-    """The last pass in which all these hold, unless the sensor is handled explicitly."""
+    """The last simulation step in which these values count, unless the sensor is handled explicitly."""
 
     @property
     def shows_depth(self) -> bool:
-        """Whether the picture is the depth in grey."""
+        """Return whether the image is the depth in grey."""
         return self.is_depth_camera and not self.shows_handles
 
     @property
     def most_bytes(self) -> int:
-        """Of a picture with both channels: three bytes and a float a pixel."""
+        """Return the bytes of an image with both channels: three bytes and a float per pixel."""
         return self.width * self.height * 7
 
     @property
     def kept_bytes(self) -> int:
-        """Of the images that it keeps."""
+        """Return the bytes of the images that it keeps."""
         images = sum(image.nbytes for image in (self.drawn, self.filtered) if image is not None)
         return images + (self.most_bytes if self.picture is not None else 0)
 
     def forget(self) -> None:
-        """Drop the picture, and what was set or found."""
+        """Drop the image, and what was set or found."""
         self.picture = self.drawn = self.filtered = self.verdict = None
 
 
 def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSettings:
-    """Annotation first, then the camera's attributes, then the model's clip planes."""
+    """Return settings from the annotation first, then the camera's attributes, then the model's clip planes."""
     note: Annotation = item.annotations.get("vision", {})
     width, height = (int(side) for side in model.cam_resolution[item.id])
     if width * height <= 1:

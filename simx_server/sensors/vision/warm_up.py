@@ -1,7 +1,7 @@
-"""Have pictures ready before somebody asks: when a scene with vision sensors is loaded, or gets its first one.
+"""Prepare images in advance: when a scene with vision sensors is loaded, or gets its first one.
 
-Only then, since OpenGL costs memory and a few tenths of a second of a core. Later changes of a scene need no
-more than its own meshes and textures once again, so what a script edits step by step is not drawn each time.
+Only then, since OpenGL costs memory and a few tenths of a second of a core. Later changes of a scene need only its
+own meshes and textures again, so a script's step-by-step edits are not drawn each time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def warm_up(world: World) -> Future[None] | None:
     sim.refresh()
     try:
         views = world.vision.views()
-    except CommandError:  # who asks for that picture is told
+    except CommandError:  # a request for that image reports the error
         views = []
     return world.rendering.prepare(sim.model, sim.data, views, version=sim.version)
 

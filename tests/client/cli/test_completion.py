@@ -102,8 +102,8 @@ def test_every_flag_command_function_and_scene_is_in_it(scripts: dict[str, Path]
 
 def test_every_console_script_is_completed() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert set(project["project"]["scripts"]) <= {*PROGRAMS, SCRIPT}
-    assert {each.name for each in programs()} == {*PROGRAMS, SCRIPT}
+    scripts = set(project["project"]["scripts"])
+    assert {each.name for each in programs()} == scripts == {"simx-server", *PROGRAMS, SCRIPT}
 
 
 def test_functions_that_are_offered_exist() -> None:
