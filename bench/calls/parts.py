@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
 from functools import partial
 from typing import Any
+from unittest.mock import patch
 
 import mujoco
 
@@ -231,8 +232,7 @@ def _parts_of_loop(
             ]
         )
 
-    World.STEP = (("all", stamped),)
-    with running(client, stepped=True):
+    with patch.object(World, "STEP", (("all", stamped),)), running(client, stepped=True):
         _arm(client, handles)
         timed(turn, calls)
         model, data = simulation.model, mujoco.MjData(simulation.model)
